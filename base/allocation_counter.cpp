@@ -1,0 +1,45 @@
+// Linked into programs that want their allocations counted (tests, benches, takt): takes the
+// place of malloc, counts, and calls the C library's.
+// SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
+#include <cstddef>
+
+#include "takt/base/realtime_scope.hpp"
+
+// The sanitizers bring a malloc of their own; then allocations_are_counted() says false.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) {
+  takt::count_allocation();
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  takt::count_allocation();
+  return __libc_calloc(count, size);
+}
+void* realloc(void* block, std::size_t size) {
+  takt::count_allocation();
+  return __libc_realloc(block, size);
+}
+void* memalign(std::size_t alignment, std::size_t size) {
+  takt::count_allocation();
+  return __libc_memalign(alignment, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  takt::count_allocation();
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** block, std::size_t alignment, std::size_t size) {
+  takt::count_allocation();
+  *block = __libc_memalign(alignment, size);
+  return *block == nullptr ? ENOMEM : 0;
+}
+}
+
+#endif

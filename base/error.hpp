@@ -1,0 +1,29 @@
+// The one exception that Takt throws while things are set up.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_ERROR_HPP_
+#define TAKT_BASE_ERROR_HPP_
+
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace takt {
+
+/// What is wrong, where, and what to do about it. The message reads `where: what; what to do`.
+class Error : public std::runtime_error {
+ public:
+  Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {})
+      : std::runtime_error((where.empty() ? "" : where + ": ") + what +
+                           (what_to_do.empty() ? "" : "; " + what_to_do)) {}
+};
+
+/// `did you mean 'x'? valid: a, b, c`: the end of an error about a name that does not exist.
+std::string suggest(std::string_view name, std::span<const std::string> valid);
+
+/// The message of errno, e.g. "Operation not permitted".
+std::string errno_message(int error_number);
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_ERROR_HPP_

@@ -1,0 +1,92 @@
+// A value that arrives later, and that wakes the executor which waits for it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_FUTURE_HPP_
+#define TAKT_BASE_FUTURE_HPP_
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "takt/base/error.hpp"
+#include "takt/base/read_section.hpp"
+
+namespace takt {
+
+/// Someone who sleeps and can be woken. `wake` must not block.
+class Wakeable {
+ public:
+  virtual void wake() noexcept = 0;
+
+ protected:
+  ~Wakeable() = default;
+};
+
+/// What an executor sees of a future. std::future cannot tell that it became ready, so that
+/// waiting for one would be polling (rclcpp issue 1916).
+/// Thread safety: every method may be called from any thread.
+/// Real-time: nothing blocks or allocates, except watch(nullptr), which waits for wakers.
+class FutureState {
+ public:
+  bool ready() const noexcept { return ready_.load(); }
+
+  /// `waiter` is woken when the value arrives. After watch(nullptr) nobody uses the old one.
+  void watch(Wakeable* waiter) noexcept {
+    waiter_.store(waiter);
+    if (waiter == nullptr) wait_for_readers();
+  }
+
+ protected:
+  void complete() noexcept {
+    ready_.store(true);
+    const ReadSection section;
+    if (Wakeable* waiter = waiter_.load()) waiter->wake();
+  }
+
+ private:
+  std::atomic<bool> ready_{false};
+  std::atomic<Wakeable*> waiter_{nullptr};
+};
+
+template <class T>
+class Promise;
+
+/// The receiving end; copies share the value.
+template <class T>
+class Future {
+ public:
+  bool ready() const noexcept { return state_->ready(); }
+  /// The value; throws Error when it is not there yet.
+  const T& get() const {
+    if (!ready()) throw Error("the future is not ready", "wait with spin_until_future_complete");
+    return *state_->value;
+  }
+  FutureState& state() const noexcept { return *state_; }
+
+ private:
+  friend class Promise<T>;
+  struct State : FutureState {
+    std::optional<T> value;
+    using FutureState::complete;
+  };
+  explicit Future(std::shared_ptr<State> state) : state_(std::move(state)) {}
+  std::shared_ptr<State> state_;
+};
+
+/// The giving end. `set_value` once, from any thread.
+template <class T>
+class Promise {
+ public:
+  Future<T> get_future() const { return Future<T>(state_); }
+  void set_value(T value) {
+    state_->value.emplace(std::move(value));
+    state_->complete();
+  }
+
+ private:
+  std::shared_ptr<typename Future<T>::State> state_ = std::make_shared<typename Future<T>::State>();
+};
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_FUTURE_HPP_

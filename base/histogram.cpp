@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/histogram.hpp"
+
+#include <cmath>
+
+namespace takt {
+
+void Histogram::merge(const Histogram& other) noexcept {
+  for (std::size_t i = 0; i < kBuckets; ++i) counts_[i] += other.counts_[i];
+  count_ += other.count_;
+  sum_ns_ += other.sum_ns_;
+  min_ns_ = std::min(min_ns_, other.min_ns_);
+  max_ns_ = std::max(max_ns_, other.max_ns_);
+}
+
+void Histogram::add_bucket(std::size_t bucket, std::uint64_t count) noexcept {
+  if (count == 0 || bucket >= kBuckets) return;
+  const std::int64_t ns = upper_limit(bucket).count();
+  counts_[bucket] += count;
+  count_ += count;
+  sum_ns_ += ns * static_cast<std::int64_t>(count);
+  min_ns_ = std::min(min_ns_, ns);
+  max_ns_ = std::max(max_ns_, ns);
+}
+
+Nanoseconds Histogram::mean() const noexcept {
+  return Nanoseconds(count_ == 0 ? 0 : sum_ns_ / static_cast<std::int64_t>(count_));
+}
+
+Nanoseconds Histogram::percentile(double fraction) const noexcept {
+  if (count_ == 0) return Nanoseconds::zero();
+  const auto wanted = static_cast<std::uint64_t>(
+      std::clamp(std::ceil(fraction * static_cast<double>(count_)), 1.0, static_cast<double>(count_)));
+  std::uint64_t seen = 0;
+  for (std::size_t i = 0; i < kBuckets; ++i) {
+    seen += counts_[i];
+    if (seen >= wanted) return std::clamp(upper_limit(i), min(), max());
+  }
+  return max();
+}
+
+Nanoseconds Histogram::upper_limit(std::size_t bucket) noexcept {
+  if (bucket < (std::size_t{1} << kSubBits)) return Nanoseconds(static_cast<std::int64_t>(bucket));
+  const std::size_t shift = (bucket >> kSubBits) - 1;
+  const std::size_t lower = ((bucket & ((1u << kSubBits) - 1)) + (1u << kSubBits)) << shift;
+  return Nanoseconds(static_cast<std::int64_t>(lower + (std::size_t{1} << shift) - 1));
+}
+
+}  // namespace takt

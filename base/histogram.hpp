@@ -1,0 +1,79 @@
+// Counts of durations in fixed buckets, from which any percentile is read.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_HISTOGRAM_HPP_
+#define TAKT_BASE_HISTOGRAM_HPP_
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// A log-linear histogram: 32 buckets for each power of two, so a percentile is at most 3.2 % too
+/// high and never too low, from 1 ns to 2^40 ns (18 minutes); what is longer counts in the last
+/// bucket, what is negative in the first. Minimum, maximum and mean are exact.
+/// The idea is HdrHistogram's (Gil Tene); no C or C++ edition of it is in Debian 12.
+///
+/// Thread safety: one writer at a time; readers only when no writer runs.
+/// Real-time: `record` is a handful of instructions; nothing allocates.
+class Histogram {
+ public:
+  static constexpr unsigned kSubBits = 5;
+  static constexpr unsigned kMaxBits = 40;
+  static constexpr std::size_t kBuckets = (kMaxBits - kSubBits + 1) << kSubBits;
+
+  void record(Nanoseconds value) noexcept {
+    const std::int64_t ns = std::max<std::int64_t>(value.count(), 0);
+    ++counts_[bucket_of(static_cast<std::uint64_t>(ns))];
+    ++count_;
+    sum_ns_ += ns;
+    min_ns_ = std::min(min_ns_, ns);
+    max_ns_ = std::max(max_ns_, ns);
+  }
+
+  void merge(const Histogram& other) noexcept;
+  /// Adds `count` samples of bucket `bucket`, as `for_each_bucket` gave them (reading a result
+  /// file back); minimum, maximum and sum are then those of the bucket limits.
+  void add_bucket(std::size_t bucket, std::uint64_t count) noexcept;
+
+  std::uint64_t count() const noexcept { return count_; }
+  Nanoseconds min() const noexcept { return Nanoseconds(count_ == 0 ? 0 : min_ns_); }
+  Nanoseconds max() const noexcept { return Nanoseconds(max_ns_); }
+  Nanoseconds mean() const noexcept;
+  /// The smallest bucket limit that at least `fraction` (0 to 1) of the samples do not exceed,
+  /// but never more than max().
+  Nanoseconds percentile(double fraction) const noexcept;
+
+  /// Calls `visit(bucket, upper limit, count)` for each bucket that is not empty.
+  template <class Visit>
+  void for_each_bucket(Visit&& visit) const {
+    for (std::size_t i = 0; i < kBuckets; ++i) {
+      if (counts_[i] != 0) visit(i, upper_limit(i), counts_[i]);
+    }
+  }
+
+  /// The largest value that falls into the bucket.
+  static Nanoseconds upper_limit(std::size_t bucket) noexcept;
+
+ private:
+  static std::size_t bucket_of(std::uint64_t ns) noexcept {
+    ns = std::min(ns, (std::uint64_t{1} << kMaxBits) - 1);
+    if (ns < (std::uint64_t{1} << kSubBits)) return ns;
+    const unsigned shift = static_cast<unsigned>(std::bit_width(ns)) - 1 - kSubBits;
+    return (std::size_t{shift + 1} << kSubBits) + ((ns >> shift) - (std::uint64_t{1} << kSubBits));
+  }
+
+  std::array<std::uint64_t, kBuckets> counts_{};
+  std::uint64_t count_ = 0;
+  std::int64_t sum_ns_ = 0;
+  std::int64_t min_ns_ = INT64_MAX;
+  std::int64_t max_ns_ = 0;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_HISTOGRAM_HPP_

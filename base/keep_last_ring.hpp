@@ -1,0 +1,144 @@
+// A bounded ring that keeps the newest items: several publishers, several takers, no lock.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_KEEP_LAST_RING_HPP_
+#define TAKT_BASE_KEEP_LAST_RING_HPP_
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace takt {
+
+/// Pointers to items in order of arrival; a push into a full ring gives back the oldest.
+///
+/// A cell is one 64-bit word: the low 16 bits of the ticket it was last used for, and a 48-bit
+/// pointer (user addresses have 47 bits on x86-64 and 48 on AArch64).
+/// 1. A publisher draws a ticket from the tail and swaps the cell of an older ticket for its own,
+///    with one compare-and-swap; what stood there is the item that it overwrote.
+/// 2. A taker looks at the cell of the head's ticket and swaps it for the same ticket without a
+///    pointer. It never looks at an item before it owns it, so an item may be freed at any time.
+/// 3. A publisher that was preempted between its ticket and its swap holds up nobody: the taker
+///    stamps the cell with the ticket, the swap fails, and the publisher draws another ticket.
+/// docs/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
+///
+/// Thread safety: every method may be called from any thread; the destructor frees no items.
+/// Real-time: push, pop and front are lock-free; nothing allocates after construction.
+/// With N cells in use, at most N steps pass over cells that others changed meanwhile.
+template <class T>
+class KeepLastRing {
+ public:
+  /// The ticket in a cell has 16 bits, so half of that range tells older from newer.
+  static constexpr std::size_t kMaxDepth = 16384;
+
+  /// `depth` is from 1 to kMaxDepth; QoS checks it with an Error that the user sees.
+  explicit KeepLastRing(std::size_t depth)
+      : depth_(depth), is_power_of_two_((depth & (depth - 1)) == 0), cells_(new Cell[depth]) {
+    for (std::size_t i = 0; i < depth; ++i) cells_[i].word = pack(i - depth, nullptr);
+  }
+
+  /// Returns the item that had to make room, or nullptr. `sequence` and `time_ns` are what
+  /// `front` tells of the item while it waits.
+  T* push(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
+    for (;;) {
+      const std::uint64_t ticket = tail_.fetch_add(1);
+      Cell& cell = cell_of(ticket);
+      std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with the swaps
+      while (age(word, ticket) > 0) {
+        // Relaxed: only a hint for the order of service, see front().
+        cell.sequence.store(sequence, std::memory_order_relaxed);
+        cell.time_ns.store(time_ns, std::memory_order_relaxed);
+        if (cell.word.compare_exchange_weak(word, pack(ticket, item))) return pointer(word);
+      }
+    }
+  }
+
+  /// The oldest item, or nullptr when there is none. `dropped` is called with items that were
+  /// overwritten by publishers who have not finished yet.
+  template <class Dropped>
+  T* pop(Dropped&& dropped) noexcept {
+    std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint; the cells decide
+    for (;;) {
+      const std::uint64_t tail = tail_.load();
+      if (tail - ticket > depth_) ticket = tail - depth_;
+      if (ticket == tail) break;
+      Cell& cell = cell_of(ticket);
+      std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with push's swap
+      const int cell_age = age(word, ticket);
+      if (cell_age < 0 || (cell_age == 0 && pointer(word) == nullptr)) {
+        ++ticket;  // overwritten, or already taken
+      } else if (cell.word.compare_exchange_strong(word, pack(ticket, nullptr))) {
+        if (cell_age == 0) {
+          head_.store(ticket + 1, std::memory_order_relaxed);
+          return pointer(word);
+        }
+        if (pointer(word) != nullptr) dropped(pointer(word));
+      }
+    }
+    head_.store(ticket, std::memory_order_relaxed);
+    return nullptr;
+  }
+
+  /// What push was told of the oldest item; false when there is none, or its publisher has not
+  /// finished. While publishers overwrite, it may tell of the item that took its place.
+  bool front(std::uint64_t& sequence, std::int64_t& time_ns) const noexcept {
+    std::uint64_t ticket = head_.load(std::memory_order_relaxed);
+    for (;; ++ticket) {
+      const std::uint64_t tail = tail_.load();
+      if (tail - ticket > depth_) ticket = tail - depth_;
+      if (ticket == tail) return false;
+      const Cell& cell = cell_of(ticket);
+      const std::uint64_t word = cell.word.load(std::memory_order_acquire);
+      if (age(word, ticket) > 0) return false;
+      if (age(word, ticket) < 0 || pointer(word) == nullptr) continue;
+      sequence = cell.sequence.load(std::memory_order_relaxed);
+      time_ns = cell.time_ns.load(std::memory_order_relaxed);
+      return true;
+    }
+  }
+
+  /// An upper bound; exact when nobody pushes or pops. Sequentially consistent with push: a
+  /// taker that reads 0 after it announced that it goes away will be announced to again.
+  std::size_t size() const noexcept {
+    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    const std::uint64_t tail = tail_.load();
+    // Another taker's stale store may have moved the hint back; the ring holds depth at the most.
+    return tail - head < depth_ ? tail - head : depth_;
+  }
+
+  std::size_t depth() const noexcept { return depth_; }
+
+ private:
+  struct Cell {
+    std::atomic<std::uint64_t> word{0};
+    std::atomic<std::uint64_t> sequence{0};
+    std::atomic<std::int64_t> time_ns{0};
+  };
+
+  static constexpr std::uint64_t kPointerMask = (std::uint64_t{1} << 48) - 1;
+
+  static std::uint64_t pack(std::uint64_t ticket, T* item) noexcept {
+    return (ticket << 48) | (reinterpret_cast<std::uintptr_t>(item) & kPointerMask);
+  }
+  static T* pointer(std::uint64_t word) noexcept {
+    return reinterpret_cast<T*>(word & kPointerMask);
+  }
+  /// Positive when the cell was last used for an older ticket, negative for a newer one.
+  static int age(std::uint64_t word, std::uint64_t ticket) noexcept {
+    return static_cast<std::int16_t>(static_cast<std::uint16_t>(ticket) -
+                                     static_cast<std::uint16_t>(word >> 48));
+  }
+  Cell& cell_of(std::uint64_t ticket) const noexcept {
+    return cells_[is_power_of_two_ ? ticket & (depth_ - 1) : ticket % depth_];
+  }
+
+  const std::size_t depth_;
+  const bool is_power_of_two_;
+  const std::unique_ptr<Cell[]> cells_;
+  alignas(64) std::atomic<std::uint64_t> tail_{0};  // publishers write it
+  alignas(64) std::atomic<std::uint64_t> head_{0};  // takers write it
+};
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_KEEP_LAST_RING_HPP_

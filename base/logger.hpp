@@ -1,0 +1,95 @@
+// Messages from anywhere, callbacks included, written by one thread with a name.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_LOGGER_HPP_
+#define TAKT_BASE_LOGGER_HPP_
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string_view>
+#include <thread>
+
+#include "takt/base/inbox.hpp"
+#include "takt/base/pool.hpp"
+
+namespace takt {
+
+enum class LogLevel { debug, info, warn, error };
+
+/// A bounded logger: a line is formatted into a record of a fixed pool and handed to the thread
+/// `takt-log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
+/// the count is written as soon as there is room. The thread starts with the first line and sleeps
+/// on a futex while there is nothing to write.
+///
+/// Thread safety: every method may be called from any thread.
+/// Real-time: `log` neither blocks nor allocates, except for the very first line of a process
+/// (call `start` before spin) and for arguments whose formatting allocates.
+class Logger {
+ public:
+  static constexpr std::size_t kRecords = 256;
+  static constexpr std::size_t kLineBytes = 240;  // longer lines are cut
+
+  static Logger& instance();
+
+  /// Starts the writing thread; `prepare` runs in it first (the container gives it attributes).
+  void start(const std::function<void()>& prepare = {});
+
+  template <class... Arguments>
+  void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    if (level < level_.load(std::memory_order_relaxed)) return;
+    start();
+    Record* record = records_->acquire();
+    if (record == nullptr) {
+      dropped_.fetch_add(1, std::memory_order_relaxed);
+      return;
+    }
+    record->level = level;
+    const auto end = fmt::format_to_n(record->text, kLineBytes, format,
+                                      std::forward<Arguments>(arguments)...);
+    record->size = end.size < kLineBytes ? end.size : kLineBytes;
+    hand_over(*record);
+  }
+
+  void set_level(LogLevel level) noexcept { level_.store(level, std::memory_order_relaxed); }
+  std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+  /// Returns when everything that was logged before the call is written.
+  void flush();
+  /// Where lines go instead of stderr (tests). Call while nobody logs.
+  void set_writer(std::function<void(LogLevel, std::string_view)> writer);
+
+ private:
+  struct Record : PoolNode<Record> {
+    LogLevel level;
+    std::size_t size;
+    char text[kLineBytes];
+    Record* inbox_next = nullptr;
+  };
+
+  Logger();
+  ~Logger();
+  void hand_over(Record& record) noexcept;
+  void write_until_stopped();
+
+  PoolPtr<Record> records_;
+  Inbox<Record> inbox_;
+  std::function<void(LogLevel, std::string_view)> writer_;
+  std::atomic<LogLevel> level_{LogLevel::info};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<std::uint64_t> handed_over_{0}, written_{0};
+  std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
+  std::atomic<bool> stop_{false}, started_{false};
+  std::thread thread_;
+};
+
+template <class... Arguments>
+void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+  Logger::instance().log(level, format, std::forward<Arguments>(arguments)...);
+}
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_LOGGER_HPP_

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/realtime_scope.hpp"
+
+#include <sys/resource.h>
+
+#include <atomic>
+#include <cstdlib>
+
+namespace takt {
+namespace {
+// Initial-exec, because a lazily allocated thread-local would call malloc from inside malloc.
+[[gnu::tls_model("initial-exec")]] thread_local constinit std::uint64_t allocations_of_thread = 0;
+}  // namespace
+
+void count_allocation() noexcept { ++allocations_of_thread; }
+
+ThreadCounters ThreadCounters::now() noexcept {
+  rusage usage;
+  getrusage(RUSAGE_THREAD, &usage);
+  return {allocations_of_thread, static_cast<std::uint64_t>(usage.ru_minflt),
+          static_cast<std::uint64_t>(usage.ru_majflt), static_cast<std::uint64_t>(usage.ru_nvcsw),
+          static_cast<std::uint64_t>(usage.ru_nivcsw)};
+}
+
+bool allocations_are_counted() noexcept {
+  static const bool counted = [] {
+    const std::uint64_t before = allocations_of_thread;
+    // Volatile: the compiler must not see that the block is never used.
+    void* volatile block = std::malloc(1);
+    std::free(block);
+    return allocations_of_thread != before;
+  }();
+  return counted;
+}
+
+}  // namespace takt

@@ -1,0 +1,50 @@
+// Counts what a real-time thread should not do: allocate, fault, be switched out.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_REALTIME_SCOPE_HPP_
+#define TAKT_BASE_REALTIME_SCOPE_HPP_
+
+#include <cstdint>
+
+namespace takt {
+
+/// What the calling thread has done so far, or between two points.
+struct ThreadCounters {
+  std::uint64_t allocations = 0;  // only where allocations_are_counted()
+  std::uint64_t minor_faults = 0;
+  std::uint64_t major_faults = 0;
+  std::uint64_t voluntary_switches = 0;    // it slept
+  std::uint64_t involuntary_switches = 0;  // it was preempted
+
+  friend ThreadCounters operator-(ThreadCounters a, const ThreadCounters& b) noexcept {
+    a.allocations -= b.allocations;
+    a.minor_faults -= b.minor_faults;
+    a.major_faults -= b.major_faults;
+    a.voluntary_switches -= b.voluntary_switches;
+    a.involuntary_switches -= b.involuntary_switches;
+    return a;
+  }
+  static ThreadCounters now() noexcept;
+};
+
+/// Whether this program counts its allocations: it links `takt::allocation_counter`, and no
+/// sanitizer has taken malloc over.
+bool allocations_are_counted() noexcept;
+
+/// The counters of the calling thread since the object was made.
+/// Thread safety: an object belongs to the thread that made it.
+/// Real-time: each reading is one system call (getrusage), nothing allocates.
+class RealtimeScope {
+ public:
+  RealtimeScope() noexcept : start_(ThreadCounters::now()) {}
+  ThreadCounters so_far() const noexcept { return ThreadCounters::now() - start_; }
+
+ private:
+  const ThreadCounters start_;
+};
+
+/// For allocation_counter.cpp only: the calling thread allocated once more.
+void count_allocation() noexcept;
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_REALTIME_SCOPE_HPP_

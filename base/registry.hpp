@@ -1,0 +1,74 @@
+// Things that are chosen by name: executors, schedulers, components.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_REGISTRY_HPP_
+#define TAKT_BASE_REGISTRY_HPP_
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/error.hpp"
+
+namespace takt {
+
+/// Makes `Product`s by name. One registry for each product in the whole process: it lives in
+/// libtakt, so that a library that is loaded later registers into the same one.
+/// Thread safety: every method may be called from any thread.
+/// Real-time: no; names are resolved while a system is set up.
+template <class Product, class... Arguments>
+class Registry {
+ public:
+  using Factory = std::function<std::unique_ptr<Product>(Arguments...)>;
+
+  /// `noun` is what errors call the product: "scheduler".
+  explicit Registry(std::string noun) : noun_(std::move(noun)) {}
+
+  void add(std::string name, std::string description, Factory factory) {
+    const std::lock_guard lock(mutex_);
+    const auto [entry, is_new] =
+        entries_.try_emplace(std::move(name), Entry{std::move(description), std::move(factory)});
+    if (!is_new) throw Error(noun_ + " '" + entry->first + "' is registered twice");
+  }
+
+  std::unique_ptr<Product> make(std::string_view name, Arguments... arguments) const {
+    return find(name).factory(std::forward<Arguments>(arguments)...);
+  }
+
+  /// Throws the error that lists the valid names when there is no such name.
+  void check(std::string_view name) const { find(name); }
+
+  std::vector<std::string> names() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> result;
+    for (const auto& [name, entry] : entries_) result.push_back(name);
+    return result;
+  }
+
+  std::string description(std::string_view name) const { return find(name).description; }
+
+ private:
+  struct Entry {
+    std::string description;
+    Factory factory;
+  };
+
+  Entry find(std::string_view name) const {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto found = entries_.find(name); found != entries_.end()) return found->second;
+    }
+    throw Error("no " + noun_ + " is called '" + std::string(name) + "'", suggest(name, names()));
+  }
+
+  const std::string noun_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Entry, std::less<>> entries_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_REGISTRY_HPP_

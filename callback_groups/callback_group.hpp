@@ -1,0 +1,84 @@
+// Whether a callback may run now: callbacks that exclude each other, and those that do not.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_
+#define TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "takt/sched/scheduler.hpp"
+
+namespace takt {
+
+enum class CallbackGroupType {
+  MutuallyExclusive,  // one callback of the group at a time
+  Reentrant,          // any number at a time, of one entity too
+};
+
+/// What the scheduler is told of a group's callbacks.
+struct CallbackParameters {
+  int priority = 0;         // larger is more urgent
+  Nanoseconds deadline{0};  // relative to release or publication; 0: none
+};
+
+/// A set of callbacks with one rule about running at the same time. An entity points to its
+/// group; the group knows no entities. It belongs to one executor at a time.
+///
+/// Exclusion is state of the group, not of a wait set: a callback that cannot run now is parked
+/// here, in a scheduler of the executor's type, and leaving the group hands back only the first
+/// of them. So a busy group costs no wake-ups, and the order is kept.
+///
+/// Thread safety: name and type never change; the rest is for the executor, which serialises it.
+/// Real-time: admit and leave cost one push or pop of the scheduler.
+class CallbackGroup {
+ public:
+  CallbackGroup(std::string name, CallbackGroupType type, bool automatically_add_to_executor = true)
+      : name_(std::move(name)),
+        type_(type),
+        automatically_add_to_executor_(automatically_add_to_executor) {}
+
+  const std::string& name() const noexcept { return name_; }
+  CallbackGroupType type() const noexcept { return type_; }
+  /// Whether `Executor::add_node` takes the group along.
+  bool automatically_add_to_executor() const noexcept { return automatically_add_to_executor_; }
+
+  /// Set before the executor spins for the first time.
+  void set_parameters(const CallbackParameters& parameters) noexcept { parameters_ = parameters; }
+  const CallbackParameters& parameters() const noexcept { return parameters_; }
+
+  // For executors.
+
+  /// Makes the group this owner's; false when it has one already.
+  bool claim(const void* owner) noexcept;
+  void release(const void* owner) noexcept;
+  bool belongs_to(const void* owner) const noexcept { return owner_.load() == owner; }
+
+  /// Gives the group its parking place; what is parked moves there, the old one is returned.
+  std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking) noexcept;
+  /// True: the callback may run now, and the group is left with `leave`. False: it is parked.
+  bool admit(ReadyCallback& callback) noexcept;
+  /// The callback that was admitted has run. Returns a parked callback that may compete again.
+  ReadyCallback* leave() noexcept {
+    busy_ = false;
+    return unpark();
+  }
+  /// The parked callback that may compete again, when the group is free: also called when the one
+  /// that was handed back before it was thrown away.
+  ReadyCallback* unpark() noexcept {
+    return busy_ || parking_ == nullptr ? nullptr : parking_->pop();
+  }
+
+ private:
+  const std::string name_;
+  const CallbackGroupType type_;
+  const bool automatically_add_to_executor_;
+  CallbackParameters parameters_;
+  std::atomic<const void*> owner_{nullptr};
+  bool busy_ = false;
+  std::unique_ptr<Scheduler> parking_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_

@@ -1,0 +1,48 @@
+# How the parts of Takt are declared. See docs/architecture.md for who may include whom.
+
+# takt_module(NAME executors USES entities sched base SOURCES a.cpp b.cpp [LIBRARIES yaml-cpp])
+#
+# A folder of the library. Its compiler sees the headers of the modules that it names, as
+# <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
+# folder belongs to the program NAME_test.
+function(takt_module)
+  cmake_parse_arguments(ARG "" "NAME" "USES;SOURCES;LIBRARIES" ${ARGN})
+  set(folder ${CMAKE_CURRENT_SOURCE_DIR})
+  set(link ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt/${ARG_NAME})
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt)
+  file(CREATE_LINK ${folder} ${link} SYMBOLIC)
+
+  add_library(takt_${ARG_NAME} OBJECT ${ARG_SOURCES})
+  set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  foreach(module ${ARG_NAME} ${ARG_USES})
+    target_include_directories(takt_${ARG_NAME} PRIVATE ${PROJECT_BINARY_DIR}/include/${module})
+  endforeach()
+  target_link_libraries(takt_${ARG_NAME} PRIVATE takt_warnings fmt::fmt ${ARG_LIBRARIES})
+  target_sources(takt PRIVATE $<TARGET_OBJECTS:takt_${ARG_NAME}>)
+  target_link_libraries(takt PRIVATE ${ARG_LIBRARIES})
+  target_include_directories(
+    takt PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include/${ARG_NAME}>)
+  install(DIRECTORY ${folder}/ DESTINATION include/takt/${ARG_NAME} FILES_MATCHING PATTERN "*.hpp")
+
+  file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+  if(tests)
+    takt_test(${ARG_NAME}_test ${tests})
+  endif()
+endfunction()
+
+# takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program, each test known to ctest.
+function(takt_test name)
+  if(NOT BUILD_TESTING)
+    return()
+  endif()
+  add_executable(${name} ${ARGN})
+  target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
+                                        GTest::gtest_main GTest::gmock)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
+endfunction()
+
+# takt_program(name a.cpp): an executable in bin/.
+function(takt_program name)
+  add_executable(${name} ${ARGN})
+  target_link_libraries(${name} PRIVATE takt::takt takt_warnings)
+endfunction()

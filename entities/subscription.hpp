@@ -1,0 +1,194 @@
+// Receives messages of one type from one topic.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_SUBSCRIPTION_HPP_
+#define TAKT_ENTITIES_SUBSCRIPTION_HPP_
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "takt/entities/entity.hpp"
+#include "takt/transport/intra_process.hpp"
+
+namespace takt {
+
+/// All of a subscription that does not depend on the message's type.
+/// Thread safety and real-time: as Entity and IntraProcessReader.
+class SubscriptionBase : public Entity, public IntraProcessReader {
+ public:
+  SubscriptionBase(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint)
+      : Entity(EntityKind::subscription, std::move(name), std::move(group)),
+        IntraProcessReader(std::move(endpoint)) {}
+
+  const std::string& topic() const noexcept { return endpoint().topic; }
+  std::size_t ready_count() const noexcept override { return ring().size(); }
+  bool front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept override;
+  using Entity::take;
+  bool take(Slot& slot) noexcept override;
+  void attach(Sink& sink) noexcept override;
+  void detach() noexcept override;
+  void retire() noexcept override;
+  Report report() const override {
+    return {.topic = topic(), .expected = expected(), .dropped = dropped()};
+  }
+
+ protected:
+  void on_message() noexcept override { announce(); }
+};
+
+/// What a callback may ask to be told besides the message.
+struct MessageInfo {
+  std::uint64_t sequence;   // order of publication, over the process
+  TimePoint publish_time;   // {} when the executor's statistics are not full
+  TimePoint root_release;   // of the chain's first callback; {} outside chains
+};
+
+/// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
+/// small cells; beyond that, and for larger requests, the heap.
+class ControlBlocks {
+ public:
+  static constexpr std::size_t kBytes = 64;
+  struct Cell : PoolNode<Cell> {
+    alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
+    bool from_heap = false;
+  };
+  explicit ControlBlocks(std::size_t count)
+      : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {}
+
+  template <class U>
+  struct Allocator {
+    using value_type = U;
+    Pool<Cell>* cells;
+    explicit Allocator(Pool<Cell>* pool) noexcept : cells(pool) {}
+    template <class V>
+    Allocator(const Allocator<V>& other) noexcept : cells(other.cells) {}  // NOLINT: rebinding
+    U* allocate(std::size_t count) {
+      static_assert(sizeof(U) <= kBytes);
+      Cell* cell = count == 1 ? cells->acquire() : nullptr;
+      if (cell == nullptr) {
+        cell = new Cell;
+        cell->from_heap = true;
+      }
+      return reinterpret_cast<U*>(cell->bytes.data());
+    }
+    void deallocate(U* memory, std::size_t) noexcept {
+      Cell* cell = reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) -
+                                           offsetof(Cell, bytes));
+      if (cell->from_heap) {
+        delete cell;
+      } else {
+        Pool<Cell>::recycle(*cell);
+      }
+    }
+    friend bool operator==(const Allocator&, const Allocator&) = default;
+  };
+  template <class U>
+  Allocator<U> allocator() const noexcept {
+    return Allocator<U>(cells_.get());
+  }
+
+ private:
+  PoolPtr<Cell> cells_;
+};
+
+/// A subscription as its node hands it out. Dropping the last pointer takes it from its executor
+/// and waits for its running callback (unless dropped in that very callback).
+template <Message T>
+class Subscription : public SubscriptionBase {
+ public:
+  using SubscriptionBase::SubscriptionBase;
+  using SubscriptionBase::take;
+
+  /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
+  bool take(T& message) {
+    MessageBlock* block = IntraProcessReader::take();
+    if (block == nullptr) return false;
+    message = *static_cast<const T*>(block->payload());
+    block->release();
+    return true;
+  }
+};
+
+/// The forms of callback: how the message comes, and whether MessageInfo follows.
+template <class F, class T>
+concept SubscriptionCallback =
+    std::invocable<F&, const T&> || std::invocable<F&, std::shared_ptr<const T>> ||
+    std::invocable<F&, std::unique_ptr<T>> || std::invocable<F&, const T&, const MessageInfo&> ||
+    std::invocable<F&, std::shared_ptr<const T>, const MessageInfo&> ||
+    std::invocable<F&, std::unique_ptr<T>, const MessageInfo&>;
+
+/// A subscription with its callback. A callback that takes
+/// - `const T&` looks at the message; it never costs an allocation or a copy;
+/// - `std::shared_ptr<const T>` may keep it; no allocation while it keeps at most depth + 16;
+/// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
+///   alone (or last), else copied to the heap.
+template <Message T, SubscriptionCallback<T> F>
+class CallbackSubscription final : public Subscription<T> {
+ public:
+  CallbackSubscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
+                       F callback)
+      : Subscription<T>(std::move(name), std::move(group), std::move(endpoint)),
+        callback_(std::move(callback)),
+        control_blocks_(kShares ? this->endpoint().qos.depth + 16 : 0) {}
+
+  void execute(Slot& slot) override {
+    MessageBlock& block = *slot.message;
+    const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+    if constexpr (kLooks) {
+      const Hold hold{block};
+      call(*static_cast<const T*>(block.payload()), info);
+    } else if constexpr (kShares) {
+      call(share(block), info);
+    } else {
+      call(own(block), info);
+    }
+  }
+
+ private:
+  static constexpr bool kLooks =
+      std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&>;
+  // A unique_ptr converts to a shared_ptr, so who takes a shared_ptr would take both.
+  static constexpr bool kShares =
+      !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
+                  std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
+
+  struct Hold {  // releases the message when the callback returns or throws
+    MessageBlock& block;
+    ~Hold() { block.release(); }
+  };
+
+  template <class Argument>
+  void call(Argument&& message, const MessageInfo& info) {
+    if constexpr (std::invocable<F&, Argument, const MessageInfo&>) {
+      callback_(std::forward<Argument>(message), info);
+    } else {
+      callback_(std::forward<Argument>(message));
+    }
+  }
+
+  std::shared_ptr<const T> share(MessageBlock& block) {
+    if (const std::shared_ptr<const void>* shared = block.shared()) {
+      const Hold hold{block};
+      return std::static_pointer_cast<const T>(*shared);
+    }
+    return std::shared_ptr<const T>(
+        static_cast<const T*>(block.payload()), [&block](const T*) { block.release(); },
+        control_blocks_.template allocator<T>());
+  }
+
+  std::unique_ptr<T> own(MessageBlock& block) {
+    const Hold hold{block};
+    if (void* message = block.steal()) return std::unique_ptr<T>(static_cast<T*>(message));
+    return std::make_unique<T>(*static_cast<const T*>(block.payload()));
+  }
+
+  F callback_;
+  ControlBlocks control_blocks_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_SUBSCRIPTION_HPP_

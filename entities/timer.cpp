@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/timer.hpp"
+
+#include "takt/base/error.hpp"
+#include "takt/base/read_section.hpp"
+#include "takt/base/sequence.hpp"
+
+namespace takt {
+
+Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
+             Nanoseconds period, std::function<void()> callback)
+    : Entity(EntityKind::timer, std::move(name), std::move(group)),
+      clock_(clock),
+      period_(period),
+      callback_(std::move(callback)),
+      next_release_(clock.now() + period) {
+  if (period <= Nanoseconds::zero()) {
+    throw Error("a timer's period must be positive, not " + std::to_string(period.count()) + " ns");
+  }
+  if (!callback_) throw Error("timer '" + this->name() + "' has no callback");
+}
+
+void Timer::set_release(TimePoint release) noexcept {
+  const ReadSection section;
+  next_release_.store(release);
+  if (Sink* sink = this->sink()) sink->release_changed();
+}
+
+void Timer::cancel() noexcept { set_release(kNever); }
+
+void Timer::reset() noexcept { set_release(clock_.now() + period_); }
+
+std::size_t Timer::ready_count() const noexcept {
+  return next_release_.load() <= clock_.now() ? 1 : 0;
+}
+
+bool Timer::take(Slot& slot) noexcept {
+  const TimePoint now = clock_.now();
+  TimePoint due = next_release_.load();
+  for (;;) {
+    if (due > now) return false;  // cancelled or reset since it was released
+    const auto missed = (now - due) / period_;
+    if (next_release_.compare_exchange_weak(due, due + (missed + 1) * period_)) {
+      missed_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
+      slot.ready_time = due;
+      slot.expected_period = period_;
+      return true;
+    }
+  }
+}
+
+void Timer::execute(Slot&) { callback_(); }
+
+}  // namespace takt

@@ -1,0 +1,155 @@
+// Decides where and when callbacks run. The method names are rclcpp's.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_EXECUTOR_HPP_
+#define TAKT_EXECUTORS_EXECUTOR_HPP_
+
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/future.hpp"
+#include "takt/base/histogram.hpp"
+#include "takt/base/realtime_scope.hpp"
+#include "takt/base/registry.hpp"
+#include "takt/entities/node.hpp"
+#include "takt/sched/thread_attributes.hpp"
+
+namespace takt {
+
+/// What an executor records of every callback.
+enum class StatisticsLevel {
+  off,    // nothing
+  count,  // how often each ran
+  full,   // latency and execution time too: a clock reading a message and one a callback
+};
+
+/// How an executor is made. What is left out is the executor's own default.
+struct ExecutorOptions {
+  std::string name = "executor";  // of its threads, unless these have their own
+  std::string scheduler;          // a registered name; empty: the executor's own order
+  /// One for each thread. The first is for the thread that calls spin, and is applied there.
+  /// Empty: the caller's thread as it is, and for pools as many more as the machine has CPUs.
+  std::vector<ThreadAttributes> threads;
+  Realtime realtime = Realtime::prefer;
+  StatisticsLevel statistics = StatisticsLevel::full;
+  Clock* clock = &Clock::steady();
+};
+
+/// What has been recorded of one callback.
+struct CallbackStatistics {
+  std::string node, group, callback, topic;
+  EntityKind kind = EntityKind::waitable;
+  std::uint64_t received = 0;         // executions
+  std::uint64_t expected = 0;         // messages sent to it, or timer releases
+  std::uint64_t dropped = 0;          // overwritten before they were taken
+  std::uint64_t late = 0, too_late = 0;
+  std::uint64_t deadline_misses = 0;
+  std::uint64_t overruns = 0;         // timer releases that came while one was outstanding
+  Histogram latency;                  // published or due → callback starts
+  Histogram execution;
+};
+
+/// What one thread of an executor asked for, got and used, from spin to the end of spin.
+struct ThreadStatistics {
+  ThreadAttributes asked;
+  ThreadState in_force;
+  ThreadCounters counters;
+  Nanoseconds cpu_time{0}, wall_time{0};
+};
+
+enum class FutureReturnCode { SUCCESS, INTERRUPTED, TIMEOUT };
+
+/// Gets what a callback threw; the executor goes on afterwards.
+using ExceptionHandler = std::function<void(std::exception_ptr)>;
+
+/// Runs the callbacks of the nodes and groups that were added to it.
+///
+/// Guarantees of every executor:
+/// - Callbacks of a mutually exclusive group never run at the same time.
+/// - What is added while it spins runs without delay. What is removed does not run any more when
+///   remove returns; remove waits for a running callback, except in that very callback, where the
+///   removal is complete when the callback returns.
+/// - `cancel` is sticky: it ends the spin that runs, or else the next one.
+/// - An exception from a callback leaves spin on the thread that called it, when all threads of the
+///   executor have stopped; or goes to the handler, and the executor goes on.
+///
+/// Thread safety: every method from any thread, from callbacks too; only one spin at a time
+/// (a second one throws Error). Destroy it when it does not spin.
+/// Real-time: after the start of spin our code allocates nothing, holds no lock without priority
+/// inheritance and never polls on the executor's threads. Adding and removing prepare everything
+/// on the calling thread and hand it over at a dispatch point.
+class Executor {
+ public:
+  virtual ~Executor() = default;
+  Executor() = default;
+  Executor(const Executor&) = delete;
+  Executor& operator=(const Executor&) = delete;
+
+  /// Adds the node's groups, and those it gets later, except groups that were created with
+  /// automatically_add_to_executor = false. Throws Error when it belongs to an executor already.
+  virtual void add_node(const std::shared_ptr<Node>& node) = 0;
+  virtual void remove_node(const std::shared_ptr<Node>& node) = 0;
+  /// Adds one group of the node. Throws Error when the group belongs to an executor already.
+  virtual void add_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                  const std::shared_ptr<Node>& node) = 0;
+  virtual void remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                     const std::shared_ptr<Node>& node) = 0;
+
+  /// Runs callbacks until cancelled.
+  void spin() { spin({}); }
+  virtual void spin(const ExceptionHandler& handler) = 0;
+  /// Runs one callback, for which it waits until the timeout (negative: for ever).
+  virtual void spin_once(Nanoseconds timeout = Nanoseconds(-1)) = 0;
+  /// Runs what is ready when it is called, and does not wait: of executors with a wait set one
+  /// snapshot, of event-driven ones all that has arrived. Begins nothing after max_duration (0: no
+  /// limit).
+  virtual void spin_some(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
+  /// Runs until nothing is ready, or until max_duration (0: no limit).
+  virtual void spin_all(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
+  /// Runs callbacks until the future is ready, which wakes the executor from any thread.
+  template <class T>
+  FutureReturnCode spin_until_future_complete(const Future<T>& future,
+                                              Nanoseconds timeout = Nanoseconds(-1)) {
+    return spin_until_complete(future.state(), timeout);
+  }
+
+  virtual void cancel() noexcept = 0;
+  /// True until spin has returned, also after cancel.
+  virtual bool is_spinning() const noexcept = 0;
+
+  /// No timer is released any more: how a run is brought to its end without losing a message.
+  virtual void stop_timers() noexcept = 0;
+  /// How many callbacks are ready or running; 0 when everything that was sent is done.
+  virtual std::size_t pending() const noexcept = 0;
+
+  /// Throws Error while it spins: the hot path pays for no lock on them.
+  virtual std::vector<CallbackStatistics> statistics() const = 0;
+  virtual std::vector<ThreadStatistics> thread_statistics() const = 0;
+
+ protected:
+  virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;
+};
+
+using ExecutorRegistry = Registry<Executor, const ExecutorOptions&>;
+/// All executors of this process by name.
+ExecutorRegistry& executors();
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`.
+#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                \
+  namespace {                                                                          \
+  [[maybe_unused]] const bool takt_executor_is_registered = [] {                       \
+    ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
+      return std::make_unique<Class>(options);                                         \
+    });                                                                                \
+    return true;                                                                       \
+  }();                                                                                 \
+  }
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_EXECUTOR_HPP_

@@ -1,0 +1,52 @@
+// Waiting for entities by hand, without an executor.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_WAIT_SET_HPP_
+#define TAKT_EXECUTORS_WAIT_SET_HPP_
+
+#include <memory>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/entities/entity.hpp"
+#include "takt/executors/wait_backend.hpp"
+
+namespace takt {
+
+/// The user's own loop: wait until one of the entities is ready, then take from those one likes, in
+/// one's own order (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
+/// An entity is in one wait set or executor at a time.
+///
+/// Thread safety: one thread waits; entities may become ready, and be dropped, on any.
+/// Real-time: wait sleeps on a futex and neither polls nor allocates.
+class WaitSet {
+ public:
+  explicit WaitSet(Clock& clock = Clock::steady());
+  ~WaitSet();
+  WaitSet(const WaitSet&) = delete;
+  WaitSet& operator=(const WaitSet&) = delete;
+
+  /// Throws Error when the entity belongs to an executor or another wait set.
+  void add(const std::shared_ptr<Entity>& entity);
+  void remove(const std::shared_ptr<Entity>& entity);
+
+  /// Sleeps until an entity is ready or the timeout has passed (negative: for ever). The result
+  /// lists what is ready, in the order of add; it is empty after a time-out, and valid until the
+  /// next call.
+  const std::vector<Entity*>& wait(Nanoseconds timeout = Nanoseconds(-1));
+
+ private:
+  struct Member;
+  void expel(Member& member) noexcept;
+  void collect();
+
+  Clock& clock_;
+  const std::unique_ptr<WaitBackend> backend_;
+  std::atomic<bool> has_news_{false};
+  mutable PiMutex mutex_;  // guards members_
+  std::vector<std::unique_ptr<Member>> members_;
+  std::vector<Entity*> ready_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_WAIT_SET_HPP_

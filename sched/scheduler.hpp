@@ -1,0 +1,121 @@
+// Which of the ready callbacks runs next: the interface, and all that a scheduler author needs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_SCHED_SCHEDULER_HPP_
+#define TAKT_SCHED_SCHEDULER_HPP_
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/registry.hpp"
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// What woke a callback; the order is rclcpp's order of service.
+enum class EntityKind : std::uint8_t { timer, subscription, service, client, waitable };
+std::string_view to_string(EntityKind kind) noexcept;
+
+using CallbackId = std::uint32_t;
+using GroupId = std::uint32_t;
+using NodeId = std::uint32_t;
+using ChainId = std::uint32_t;
+inline constexpr ChainId kNoChain = 0;
+
+/// What does not change while a callback waits. Ids count from 0 within one executor.
+struct CallbackInfo {
+  CallbackId id = 0;
+  EntityKind kind = EntityKind::waitable;
+  std::uint32_t registration = 0;  // order in which the executor came to know it
+  GroupId group = 0;
+  NodeId node = 0;
+  int priority = 0;  // larger is more urgent
+  Nanoseconds period{0}, deadline{0}, budget{0};  // 0: none; the deadline is relative
+  int criticality = 0;
+  ChainId chain = kNoChain;
+  std::uint32_t chain_position = 0;
+};
+
+/// One callback that is ready. The executor owns the record; there is one for each entity.
+struct ReadyCallback {
+  const CallbackInfo* info = nullptr;
+  TimePoint ready_time{};            // when its message was published or its timer was due
+  TimePoint deadline = kNever;       // absolute
+  std::uint64_t sequence = 0;        // order of arrival, over the whole process
+  std::uint64_t window = 0;          // number of the polling point; 0 in event-driven executors
+  ReadyCallback* next = nullptr;     // free for the scheduler while it holds the record
+};
+
+/// Decides which ready callback runs next. It sees numbers only: no entity, no group, no thread.
+/// A group that is busy parks what it cannot run in a scheduler of the same type, so a scheduler
+/// need not know about exclusion.
+///
+/// Thread safety: none needed, the executor serialises all calls.
+/// Real-time: everything but the constructor and `configure` runs on dispatching threads: no
+/// allocation, no lock, no unbounded step.
+class Scheduler {
+ public:
+  virtual ~Scheduler() = default;
+  /// All callbacks that will ever be pushed; called once, before the first push. May allocate and
+  /// throw. When the set changes, the executor makes another scheduler and moves what waits.
+  virtual void configure(std::span<const CallbackInfo>) {}
+  virtual void push(ReadyCallback& callback) noexcept = 0;
+  /// The callback to run next, nullptr when there is none.
+  virtual ReadyCallback* pop() noexcept = 0;
+  /// The callback has run. `execution_time` is 0 unless the executor's statistics are full.
+  virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
+  /// Whether `ready_time` and `deadline` are looked at. Executors that count only spare the clock
+  /// readings (about 30 ns a message) when not.
+  virtual bool uses_time() const noexcept { return true; }
+};
+
+/// A scheduler that is only an order. `Before` is a function object:
+/// `bool operator()(const ReadyCallback& a, const ReadyCallback& b) const`: a runs before b.
+/// Set `kUsesTime` when it looks at times. Push and pop are O(log n).
+template <class Before, bool kUsesTime = true>
+class HeapScheduler : public Scheduler {
+ public:
+  void configure(std::span<const CallbackInfo> callbacks) override {
+    heap_.reserve(callbacks.size());
+  }
+  void push(ReadyCallback& callback) noexcept override {
+    heap_.push_back(&callback);
+    std::push_heap(heap_.begin(), heap_.end(), after);
+  }
+  ReadyCallback* pop() noexcept override {
+    if (heap_.empty()) return nullptr;
+    std::pop_heap(heap_.begin(), heap_.end(), after);
+    ReadyCallback* first = heap_.back();
+    heap_.pop_back();
+    return first;
+  }
+  bool uses_time() const noexcept override { return kUsesTime; }
+
+ private:
+  static bool after(const ReadyCallback* a, const ReadyCallback* b) noexcept {
+    return Before()(*b, *a);
+  }
+  std::vector<ReadyCallback*> heap_;
+};
+
+using SchedulerRegistry = Registry<Scheduler>;
+/// All schedulers of this process by name.
+SchedulerRegistry& schedulers();
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`.
+#define TAKT_REGISTER_SCHEDULER(name, description, Class)                  \
+  namespace {                                                             \
+  [[maybe_unused]] const bool takt_scheduler_is_registered = [] {         \
+    ::takt::schedulers().add(name, description,                           \
+                             [] { return std::make_unique<Class>(); });   \
+    return true;                                                          \
+  }();                                                                    \
+  }
+
+}  // namespace takt
+
+#endif  // TAKT_SCHED_SCHEDULER_HPP_

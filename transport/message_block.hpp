@@ -1,0 +1,113 @@
+// A published message on its way: the payload, who still needs it, and its envelope.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
+#define TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "takt/base/pool.hpp"
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// What travels with a message. `publish` fills it from the callback that it is called in, so
+/// chains, latencies and later logical execution time and tracing all live on this one hook.
+struct Envelope {
+  std::uint64_t sequence = 0;    // order of publication, over the process
+  TimePoint publish_time{};      // only when a receiver wants time
+  TimePoint root_release{};      // when the first callback of the chain became ready
+  std::uint64_t chain_instance = 0;  // sequence of the first release of the chain; 0 outside chains
+  Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
+};
+
+/// The payload with a count of those who have not released it.
+/// Thread safety: release from any thread; the rest belongs to the publisher before it is sent,
+/// and is read-only afterwards.
+/// Real-time: release neither blocks nor allocates; the last one gives the payload back to its
+/// pool, or to the heap if the user's message came from there.
+class MessageBlock {
+ public:
+  Envelope envelope;
+
+  const void* payload() const noexcept { return payload_; }
+
+  void set_references(std::uint32_t count) noexcept {
+    references_.store(count, std::memory_order_relaxed);  // published by the ring's swap
+  }
+  void release() noexcept {
+    // Acquire and release: pair with each other; all uses end before the payload goes.
+    if (references_.load(std::memory_order_acquire) == 1 ||
+        references_.fetch_sub(1, std::memory_order_acq_rel) == 1) {
+      recycle();
+    }
+  }
+  /// The payload for a receiver who wants to own it: moved out when nobody else needs it and it
+  /// came from the heap, else nullptr (the receiver copies).
+  void* steal() noexcept {
+    return references_.load(std::memory_order_acquire) == 1 ? give_away() : nullptr;
+  }
+  /// The payload as the publisher's shared_ptr, if it was published as one.
+  virtual const std::shared_ptr<const void>* shared() const noexcept { return nullptr; }
+
+ protected:
+  MessageBlock() = default;
+  ~MessageBlock() = default;
+  virtual void recycle() noexcept = 0;
+  virtual void* give_away() noexcept { return nullptr; }
+
+  const void* payload_ = nullptr;
+
+ private:
+  std::atomic<std::uint32_t> references_{0};
+};
+
+/// A message that lives in its publisher's pool. It is constructed once and keeps its memory
+/// (a vector's capacity, say) from one loan to the next.
+template <class T>
+class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
+ public:
+  explicit LoanedBlock(const T& prototype) : message(prototype) { payload_ = &message; }
+  T message;
+
+ private:
+  void recycle() noexcept override { Pool<LoanedBlock>::recycle(*this); }
+};
+
+/// A message that the user made: by unique_ptr (moves) or shared_ptr<const T> (fans out).
+template <class T>
+class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock<T>> {
+ public:
+  void own(std::unique_ptr<T> message) noexcept {
+    payload_ = message.get();
+    unique_ = std::move(message);
+  }
+  void own(std::shared_ptr<const T> message) noexcept {
+    payload_ = message.get();
+    shared_ = std::move(message);
+  }
+  const std::shared_ptr<const void>* shared() const noexcept override {
+    return shared_ ? &shared_ : nullptr;
+  }
+  bool from_heap = false;  // made because the pool was empty
+
+ private:
+  void recycle() noexcept override {
+    unique_.reset();
+    shared_.reset();
+    if (from_heap) {
+      delete this;
+    } else {
+      Pool<OwnedBlock>::recycle(*this);
+    }
+  }
+  void* give_away() noexcept override { return unique_.release(); }
+
+  std::unique_ptr<T> unique_;
+  std::shared_ptr<const void> shared_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_

@@ -1,0 +1,122 @@
+// What is known of a message type at run time, and the macro that tells it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_MESSAGE_TYPE_HPP_
+#define TAKT_TRANSPORT_MESSAGE_TYPE_HPP_
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace takt {
+
+/// One field: its name, its type in IDL's words ("uint32", "sequence<float>"), and where it lies.
+struct MessageField {
+  std::string name;
+  std::string type;
+  std::size_t offset = 0;
+  bool fixed_size = true;
+};
+
+/// One message type. Publishers and subscriptions match by name and layout hash.
+/// Thread safety: never changes.
+struct MessageType {
+  std::string name;  // as in ROS 2: "sensor_msgs/msg/LaserScan"
+  std::vector<MessageField> fields;
+  std::size_t size = 0;
+  std::size_t alignment = 0;
+  bool fixed_size = true;         // no strings, no sequences: may lie in shared memory
+  std::uint64_t layout_hash = 0;  // of names, types and offsets of all fields, nested ones too
+};
+
+/// A type that TAKT_MESSAGE has described.
+template <class T>
+concept Message = requires(const T* message) {
+  { takt_message_type(message) } -> std::same_as<const MessageType&>;
+};
+
+template <Message T>
+const MessageType& message_type() {
+  return takt_message_type(static_cast<const T*>(nullptr));
+}
+
+// ---- Behind TAKT_MESSAGE ----
+
+/// Sets size and hash from the rest.
+MessageType finish_message_type(MessageType type);
+
+template <class T>
+struct FieldType {  // the general case: a nested message
+  static std::string name() {
+    const MessageType& type = message_type<T>();
+    return type.name + "#" + std::to_string(type.layout_hash);
+  }
+  static bool fixed_size() { return message_type<T>().fixed_size; }
+};
+template <class T>
+  requires std::is_arithmetic_v<T> || std::same_as<T, std::byte>
+struct FieldType<T> {
+  static std::string name() {
+    if constexpr (std::same_as<T, bool>) return "boolean";
+    if constexpr (std::same_as<T, std::byte>) return "octet";
+    if constexpr (std::same_as<T, char>) return "char";
+    if constexpr (std::same_as<T, float>) return "float";
+    if constexpr (std::same_as<T, double>) return "double";
+    return (std::is_signed_v<T> ? "int" : "uint") + std::to_string(8 * sizeof(T));
+  }
+  static bool fixed_size() { return true; }
+};
+template <>
+struct FieldType<std::string> {
+  static std::string name() { return "string"; }
+  static bool fixed_size() { return false; }
+};
+template <class T>
+struct FieldType<std::vector<T>> {
+  static std::string name() { return "sequence<" + FieldType<T>::name() + ">"; }
+  static bool fixed_size() { return false; }
+};
+template <class T, std::size_t N>
+struct FieldType<std::array<T, N>> {
+  static std::string name() { return FieldType<T>::name() + "[" + std::to_string(N) + "]"; }
+  static bool fixed_size() { return FieldType<T>::fixed_size(); }
+};
+
+template <class T>
+MessageField describe_field(const char* name, std::size_t offset) {
+  return {name, FieldType<T>::name(), offset, FieldType<T>::fixed_size()};
+}
+
+// Applies `macro(type, field)` to each further argument, with commas between.
+#define TAKT_PARENS ()
+#define TAKT_EXPAND(...) TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(__VA_ARGS__))))
+#define TAKT_EXPAND3(...) TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(__VA_ARGS__))))
+#define TAKT_EXPAND2(...) TAKT_EXPAND1(TAKT_EXPAND1(TAKT_EXPAND1(TAKT_EXPAND1(__VA_ARGS__))))
+#define TAKT_EXPAND1(...) __VA_ARGS__
+#define TAKT_FOR_EACH(macro, type, ...) \
+  __VA_OPT__(TAKT_EXPAND(TAKT_FOR_EACH_STEP(macro, type, __VA_ARGS__)))
+#define TAKT_FOR_EACH_STEP(macro, type, field, ...) \
+  macro(type, field) __VA_OPT__(, TAKT_FOR_EACH_AGAIN TAKT_PARENS(macro, type, __VA_ARGS__))
+#define TAKT_FOR_EACH_AGAIN() TAKT_FOR_EACH_STEP
+#define TAKT_DESCRIBE_FIELD(type, field) \
+  ::takt::describe_field<decltype(type::field)>(#field, offsetof(type, field))
+
+/// `TAKT_MESSAGE(LaserScan, "sensor_msgs/msg/LaserScan", stamp, ranges);` in the namespace of the
+/// aggregate, with its fields in order of declaration, at most 80 of them: makes it a message.
+#define TAKT_MESSAGE(Type, type_name, ...)                                       \
+  [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {             \
+    static const ::takt::MessageType type = ::takt::finish_message_type(                          \
+        {.name = type_name,                                                                       \
+         .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},         \
+         .size = sizeof(Type),                                                                    \
+         .alignment = alignof(Type)});                                                            \
+    return type;                                                                                  \
+  }                                                                                               \
+  static_assert(true, "so that the macro ends in a semicolon")
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_MESSAGE_TYPE_HPP_
