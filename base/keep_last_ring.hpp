@@ -50,13 +50,19 @@ class KeepLastRing {
         cell.time_ns.store(time_ns, std::memory_order_relaxed);
         if (cell.word.compare_exchange_weak(word, pack(ticket, item))) return pointer(word);
       }
+      lost_tickets_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
     }
   }
 
+  /// How many items were pushed so far; exact when nobody pushes.
+  std::uint64_t pushed() const noexcept {
+    return tail_.load(std::memory_order_relaxed) - lost_tickets_.load(std::memory_order_relaxed);
+  }
+
   /// The oldest item, or nullptr when there is none. `dropped` is called with items that were
-  /// overwritten by publishers who have not finished yet.
+  /// overwritten by publishers who have not finished yet. `more` tells whether there was more.
   template <class Dropped>
-  T* pop(Dropped&& dropped) noexcept {
+  T* pop(Dropped&& dropped, bool& more) noexcept {
     std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint; the cells decide
     for (;;) {
       const std::uint64_t tail = tail_.load();
@@ -70,12 +76,14 @@ class KeepLastRing {
       } else if (cell.word.compare_exchange_strong(word, pack(ticket, nullptr))) {
         if (cell_age == 0) {
           head_.store(ticket + 1, std::memory_order_relaxed);
+          more = ticket + 1 != tail;
           return pointer(word);
         }
         if (pointer(word) != nullptr) dropped(pointer(word));
       }
     }
     head_.store(ticket, std::memory_order_relaxed);
+    more = false;
     return nullptr;
   }
 
@@ -136,6 +144,7 @@ class KeepLastRing {
   const bool is_power_of_two_;
   const std::unique_ptr<Cell[]> cells_;
   alignas(64) std::atomic<std::uint64_t> tail_{0};  // publishers write it
+  std::atomic<std::uint64_t> lost_tickets_{0};      // see 3.
   alignas(64) std::atomic<std::uint64_t> head_{0};  // takers write it
 };
 

@@ -9,9 +9,18 @@
 #include <memory>
 #include <utility>
 
-#include "takt/base/read_section.hpp"
-
 namespace takt {
+
+/// A pool whose owner has gone while objects were out. Such pools are looked through, and freed
+/// when all their objects are home, each time a pool is made or closed.
+class ClosedPool {
+ protected:
+  virtual ~ClosedPool() = default;
+  /// Counts the objects that are home; true when all are.
+  virtual bool all_home() noexcept = 0;
+  /// Frees this pool and others, or keeps them for later.
+  static void sweep(ClosedPool* closed) noexcept;
+};
 
 template <class T>
 class Pool;
@@ -26,21 +35,23 @@ class PoolNode {
 
 /// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
 /// are home and the owner has said goodbye (`close`): an object that is still out when the owner
-/// goes keeps the pool alive.
+/// goes keeps the pool alive. Coming home is one swap, after which the returner never touches the
+/// pool again; so who has counted all objects home may free it.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other, which takes over the whole first list when it is
 /// empty. So the two threads meet once a batch, not once an object.
 ///
 /// Thread safety: acquire and recycle from any thread; close once, by the owner.
-/// Real-time: acquire and recycle are lock-free and allocate nothing; recycle frees the pool when
-/// it brings the last object home after close. Taking over a list is linear in its length.
+/// Real-time: acquire and recycle are lock-free, allocate and free nothing. Taking over a list is
+/// linear in its length.
 template <class T>
-class Pool {
+class Pool final : ClosedPool {
  public:
   /// `make(i)` returns the i-th object. The owner must call close().
   template <class Make>
   static Pool* create(std::size_t capacity, Make&& make) {
+    sweep(nullptr);
     std::unique_ptr<Pool> pool(new Pool(capacity));
     for (std::uint32_t i = 0; i < capacity; ++i) {
       pool->objects_[i] = make(i);
@@ -77,28 +88,12 @@ class Pool {
 
   /// Gives an object back to the pool it came from.
   static void recycle(T& object) noexcept {
-    Pool* pool = static_cast<PoolNode<T>&>(object).pool_;
-    const std::uint32_t index = static_cast<PoolNode<T>&>(object).index_;
-    {
-      // close() waits for this section, so that the pool outlives our push.
-      const ReadSection section;
-      if (!pool->closed_.load()) {
-        pool->push(pool->returned_, index, index);
-        return;
-      }
-    }
-    pool->came_home(1);
+    PoolNode<T>& node = object;
+    node.pool_->push(node.pool_->returned_, node.index_, node.index_);
   }
 
-  /// The owner's goodbye: frees the pool now, or when the last object has come home.
-  void close() noexcept {
-    closed_.store(true);
-    wait_for_readers();
-    std::size_t count = 0;
-    while (pop(lendable_) != kNone) ++count;
-    while (pop(returned_) != kNone) ++count;
-    came_home(count);
-  }
+  /// The owner's goodbye: frees the pool now, or some time after the last object has come home.
+  void close() noexcept { sweep(this); }
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
@@ -134,15 +129,16 @@ class Pool {
     }
   }
 
-  void came_home(std::size_t count) noexcept {
-    if (home_.fetch_add(count) + count == capacity_) delete this;
+  bool all_home() noexcept override {
+    while (pop(lendable_) != kNone) ++home_;
+    while (pop(returned_) != kNone) ++home_;
+    return home_ == capacity_;
   }
 
   const std::size_t capacity_;
   const std::unique_ptr<std::unique_ptr<T>[]> objects_;
   const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
-  std::atomic<bool> closed_{false};
-  std::atomic<std::size_t> home_{0};  // counted only after close()
+  std::size_t home_ = 0;  // after close(): guarded by sweep
   alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
   alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
 };

@@ -21,13 +21,4 @@ std::unique_ptr<Scheduler> CallbackGroup::set_parking(std::unique_ptr<Scheduler>
   return std::exchange(parking_, std::move(parking));
 }
 
-bool CallbackGroup::admit(ReadyCallback& callback) noexcept {
-  if (type_ == CallbackGroupType::Reentrant) return true;
-  if (busy_) {
-    parking_->push(callback);
-    return false;
-  }
-  return busy_ = true;
-}
-
 }  // namespace takt

@@ -57,7 +57,15 @@ class CallbackGroup {
   /// Gives the group its parking place; what is parked moves there, the old one is returned.
   std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking) noexcept;
   /// True: the callback may run now, and the group is left with `leave`. False: it is parked.
-  bool admit(ReadyCallback& callback) noexcept;
+  bool admit(ReadyCallback& callback) noexcept {
+    if (type_ == CallbackGroupType::Reentrant) return true;
+    if (busy_) {
+      parking_->push(callback);
+      ++parked_;
+      return false;
+    }
+    return busy_ = true;
+  }
   /// The callback that was admitted has run. Returns a parked callback that may compete again.
   ReadyCallback* leave() noexcept {
     busy_ = false;
@@ -66,7 +74,9 @@ class CallbackGroup {
   /// The parked callback that may compete again, when the group is free: also called when the one
   /// that was handed back before it was thrown away.
   ReadyCallback* unpark() noexcept {
-    return busy_ || parking_ == nullptr ? nullptr : parking_->pop();
+    if (busy_ || parked_ == 0) return nullptr;
+    --parked_;
+    return parking_->pop();
   }
 
  private:
@@ -76,6 +86,7 @@ class CallbackGroup {
   CallbackParameters parameters_;
   std::atomic<const void*> owner_{nullptr};
   bool busy_ = false;
+  std::size_t parked_ = 0;
   std::unique_ptr<Scheduler> parking_;
 };
 

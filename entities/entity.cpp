@@ -12,7 +12,7 @@ thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
 Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group)
     : kind_(kind), name_(std::move(name)), group_(std::move(group)) {}
 
-bool Entity::front(std::uint64_t&, TimePoint&) const noexcept { return false; }
+bool Entity::front(Arrival&) const noexcept { return false; }
 
 void Entity::detach() noexcept {
   sink_.store(nullptr);

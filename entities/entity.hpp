@@ -16,15 +16,13 @@
 
 namespace takt {
 
-class Entity;
-
 /// Where an entity announces itself: an executor makes one for each of its entities.
 class Sink {
  public:
   /// The entity became ready. Any thread, inside a read section; neither blocks nor allocates.
-  virtual void announce() noexcept = 0;
+  virtual void announce(const Arrival& arrival) noexcept = 0;
   /// The time that next_release() tells has changed. As above.
-  virtual void release_changed() noexcept { announce(); }
+  virtual void release_changed() noexcept = 0;
   /// Lets the entity go: afterwards nobody announces to this sink and, unless the call comes from
   /// the entity's own callback, nobody executes the entity. Blocks until then.
   virtual void remove() noexcept = 0;
@@ -41,6 +39,7 @@ class Sink {
 /// one entity at the same time.
 struct Slot {
   MessageBlock* message = nullptr;   // subscriptions: the worker's hold of it
+  bool more = false;                 // there was more to take
   std::uint64_t sequence = 0;        // order of arrival
   TimePoint ready_time{};            // when it was published or due
   TimePoint root_release{};          // when the chain's first callback was; {} at the first
@@ -94,8 +93,8 @@ class Entity {
 
   /// How often it can be taken now; an upper bound.
   virtual std::size_t ready_count() const noexcept = 0;
-  /// Sequence and ready time of what would be taken; false when that is not known.
-  virtual bool front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept;
+  /// The arrival of what would be taken next; false when that is not known.
+  virtual bool front(Arrival& arrival) const noexcept;
   /// Timers: when it becomes ready by itself, kNever while cancelled.
   virtual std::optional<TimePoint> next_release() const noexcept { return std::nullopt; }
   virtual int fd() const noexcept { return -1; }
@@ -129,8 +128,8 @@ class Entity {
   virtual void retire() noexcept;
 
  protected:
-  void announce() noexcept {
-    if (Sink* sink = sink_.load()) sink->announce();
+  void announce(const Arrival& arrival) noexcept {
+    if (Sink* sink = sink_.load()) sink->announce(arrival);
   }
   Sink* sink() const noexcept { return sink_.load(); }
 

@@ -14,18 +14,18 @@ GuardCondition::GuardCondition(std::string name, std::shared_ptr<CallbackGroup> 
 
 void GuardCondition::trigger() noexcept {
   const ReadSection section;
+  const Arrival arrival{next_sequence(), clock_.now()};
   if (sequence_.load() == 0) {
-    ready_time_.store(clock_.now(), std::memory_order_relaxed);  // published by the swap
+    ready_time_.store(arrival.ready_time, std::memory_order_relaxed);  // published by the swap
     std::uint64_t none = 0;
-    sequence_.compare_exchange_strong(none, next_sequence());
+    sequence_.compare_exchange_strong(none, arrival.sequence);
   }
-  announce();
+  announce(arrival);
 }
 
-bool GuardCondition::front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept {
-  sequence = sequence_.load();
-  ready_time = ready_time_.load(std::memory_order_relaxed);
-  return sequence != 0;
+bool GuardCondition::front(Arrival& arrival) const noexcept {
+  arrival = {sequence_.load(), ready_time_.load(std::memory_order_relaxed)};
+  return arrival.sequence != 0;
 }
 
 bool GuardCondition::take(Slot& slot) noexcept {

@@ -22,7 +22,7 @@ class GuardCondition : public Entity {
   void trigger() noexcept;
 
   std::size_t ready_count() const noexcept override { return sequence_.load() != 0 ? 1 : 0; }
-  bool front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept override;
+  bool front(Arrival& arrival) const noexcept override;
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
 

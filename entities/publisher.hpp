@@ -71,7 +71,6 @@ class Publisher {
             qos.depth + 16, [](std::uint32_t) { return std::make_unique<OwnedBlock<T>>(); })) {}
 
   const std::string& topic() const noexcept { return writer_.endpoint().topic; }
-  std::uint64_t published() const noexcept { return writer_.published(); }
   std::size_t subscription_count() const noexcept { return writer_.reader_count(); }
 
   /// An empty loan when all are out: the publisher is faster than its receivers (back-pressure).

@@ -18,15 +18,15 @@ void SubscriptionBase::retire() noexcept {
   Entity::retire();
 }
 
-bool SubscriptionBase::front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept {
+bool SubscriptionBase::front(Arrival& arrival) const noexcept {
   std::int64_t time_ns;
-  if (!ring().front(sequence, time_ns)) return false;
-  ready_time = TimePoint(Nanoseconds(time_ns));
+  if (!ring().front(arrival.sequence, time_ns)) return false;
+  arrival.ready_time = TimePoint(Nanoseconds(time_ns));
   return true;
 }
 
 bool SubscriptionBase::take(Slot& slot) noexcept {
-  slot.message = IntraProcessReader::take();
+  slot.message = IntraProcessReader::take(slot.more);
   if (slot.message == nullptr) return false;
   const Envelope& envelope = slot.message->envelope;
   slot.sequence = envelope.sequence;

@@ -25,7 +25,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
 
   const std::string& topic() const noexcept { return endpoint().topic; }
   std::size_t ready_count() const noexcept override { return ring().size(); }
-  bool front(std::uint64_t& sequence, TimePoint& ready_time) const noexcept override;
+  bool front(Arrival& arrival) const noexcept override;
   using Entity::take;
   bool take(Slot& slot) noexcept override;
   void attach(Sink& sink) noexcept override;
@@ -36,7 +36,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   }
 
  protected:
-  void on_message() noexcept override { announce(); }
+  void on_message(const Arrival& arrival) noexcept override { announce(arrival); }
 };
 
 /// What a callback may ask to be told besides the message.
@@ -104,7 +104,8 @@ class Subscription : public SubscriptionBase {
 
   /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
   bool take(T& message) {
-    MessageBlock* block = IntraProcessReader::take();
+    bool more;
+    MessageBlock* block = IntraProcessReader::take(more);
     if (block == nullptr) return false;
     message = *static_cast<const T*>(block->payload());
     block->release();

@@ -4,8 +4,12 @@
 namespace takt {
 
 ChainAwareExecutor::ChainAwareExecutor(const ExecutorOptions& options)
-    : DispatchingExecutor(options, {.readiness = Readiness::events, .scheduler = "chain_priority", .max_threads = 1}) {}
+    : DispatchingExecutor(
+          options,
+          {.readiness = Readiness::events, .scheduler = "chain_priority", .max_threads = 1}) {
+}
 
-TAKT_REGISTER_EXECUTOR("chain_aware", "the most urgent callback at every dispatch (PiCAS)", ChainAwareExecutor)
+TAKT_REGISTER_EXECUTOR("chain_aware", "the most urgent callback at every dispatch (PiCAS)",
+                       ChainAwareExecutor)
 
 }  // namespace takt

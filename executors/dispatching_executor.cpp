@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/dispatching_executor.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <mutex>
 #include <thread>
+
+#include <fmt/format.h>
 
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
@@ -16,7 +16,7 @@ namespace takt {
 namespace {
 
 // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
-thread_local const Executor* worker_of = nullptr;
+[[gnu::tls_model("initial-exec")]] thread_local constinit const Executor* worker_of = nullptr;
 
 std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
                                           const ExecutorTraits& traits) {
@@ -45,8 +45,12 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   DispatchingExecutor& executor;
 
-  void announce() noexcept override {
-    if (executor.ready_.announce(*this)) executor.wake();
+  void announce(const Arrival& arrival) noexcept override {
+    if (worker_of == &executor && !executor.shared_) {
+      executor.ready_.announce_from_callback(*this, arrival);
+    } else if (executor.ready_.announce(*this, arrival)) {
+      executor.wake();
+    }
   }
   void release_changed() noexcept override {
     if (executor.ready_.announce_change(*this)) executor.wake();
@@ -306,8 +310,9 @@ void DispatchingExecutor::hand_plan_over() {
   for (const Record* record : all) {
     infos.push_back(record->description);
     if (record->is_reentrant()) continue;
-    auto group = std::find_if(groups.begin(), groups.end(),
-                              [&](const auto& known) { return known.first == record->group.get(); });
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& known) {
+      return known.first == record->group.get();
+    });
     if (group == groups.end()) group = groups.insert(group, {record->group.get(), {}});
     group->second.push_back(record->description);
   }
@@ -369,7 +374,8 @@ void DispatchingExecutor::wake_all() noexcept {
 }
 
 // With the lock held, after `next` found nothing. True: look again; false: the limit has come.
-bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit, const FutureState* future) noexcept {
+bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
+                                const FutureState* future) noexcept {
   TimePoint deadline = limit;
   const TimePoint release = ready_.next_release();
   if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
@@ -408,7 +414,7 @@ void DispatchingExecutor::cancel() noexcept {
 // ---- Dispatch ----
 
 // With the lock held, before and after.
-bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
+[[gnu::flatten]] bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   install_plan();
   CallbackRecord* record = ready_.next(limits);
   if (record == nullptr) return false;
@@ -419,19 +425,25 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
 }
 
 void DispatchingExecutor::execute(CallbackRecord& record) noexcept {
+  // In a reentrant group the record may be announced, and picked, again while we execute.
+  const ReadyCallback* callback = &record;
+  ReadyCallback as_picked;
   Slot slot;
   slot.sequence = record.sequence;
   const bool taken = record.entity->take(slot);
   if (record.is_reentrant()) {
+    as_picked = record;
+    callback = &as_picked;
     lock();
-    ready_.taken(record);
+    ready_.taken(record, slot.more);
+    pass_on();
     unlock();
   }
   // Between the end of one callback and the start of the next lie some 50 ns of ours when there
   // is one worker: one reading of the clock serves both.
-  const TimePoint start =
-      !records_times_ ? TimePoint{} : shared_ ? options_.clock->now() : ready_.now();
-  std::exception_ptr thrown;
+  const TimePoint start = !reads_clock_ ? TimePoint{}
+                          : shared_     ? options_.clock->now()
+                                        : ready_.now();
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     const Dispatch dispatch{&record.description, is_root ? slot.sequence : slot.chain_instance,
@@ -440,23 +452,29 @@ void DispatchingExecutor::execute(CallbackRecord& record) noexcept {
     try {
       record.entity->execute(slot);
     } catch (...) {
-      thrown = std::current_exception();
+      caught(std::current_exception());
     }
   }
-  if (thrown != nullptr && handler_) handler_(std::exchange(thrown, nullptr));
   lock();
-  if (thrown != nullptr && exception_ == nullptr) {
-    exception_ = thrown;
-    wake_all();
-  }
   if (reads_clock_) ready_.read_clock();
   if (taken && options_.statistics != StatisticsLevel::off) record_run(record, slot, start);
-  ready_.finished(record, records_times_ ? ready_.now() - start : Nanoseconds::zero());
+  ready_.finished(record, *callback, slot.more,
+                  reads_clock_ ? ready_.now() - start : Nanoseconds::zero());
+}
+
+// A callback has thrown: the user's handler gets it, or spin ends with it.
+void DispatchingExecutor::caught(std::exception_ptr exception) noexcept {
+  if (handler_) return handler_(exception);
+  lock();
+  if (exception_ == nullptr) exception_ = exception;
+  unlock();
+  wake_all();
 }
 
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
-void DispatchingExecutor::record_run(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept {
+void DispatchingExecutor::record_run(CallbackRecord& record, const Slot& slot,
+                                     TimePoint start) noexcept {
   CallbackStatistics& statistics = record.statistics;
   ++statistics.received;
   if (!records_times_) return;
@@ -513,7 +531,7 @@ void DispatchingExecutor::spin(const ExceptionHandler& handler) {
     statistics.counters = scope.so_far();
     statistics.cpu_time = thread_cpu_time() - cpu_time;
     statistics.wall_time = Clock::steady().now() - start;
-    if (index != 0) backend_->leave(index);
+    backend_->leave(index);
   };
   {
     std::vector<std::unique_ptr<RealtimeThread>> pool;
@@ -541,8 +559,7 @@ void DispatchingExecutor::spin(const ExceptionHandler& handler) {
 
 void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   Spin spin(*this);
-  const TimePoint limit =
-      timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
   lock();
   while (!stopping() && !run_next({}) && sleep(0, limit)) {
   }
@@ -595,10 +612,10 @@ void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   rethrow();
 }
 
-FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future, Nanoseconds timeout) {
+FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
+                                                          Nanoseconds timeout) {
   Spin spin(*this);
-  const TimePoint limit =
-      timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
   future.watch(this);
   lock();
   while (!stopping() && !future.ready() &&
@@ -618,8 +635,9 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   const std::lock_guard lock(control_mutex_);
   std::size_t count = 0;
   for (const auto& record : records_) {
-    if (record->queued.load() || record->executing.load() != 0 ||
-        (!record->is_timer() && record->entity->ready_count() != 0)) {
+    // In this order: who sees that a message was taken sees that its callback executes.
+    if ((!record->is_timer() && record->entity->ready_count() != 0) ||
+        record->executing.load() != 0 || record->queued.load()) {
       ++count;
     }
   }
@@ -642,7 +660,8 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
     statistics.topic = report.topic;
     statistics.dropped = report.dropped;
     statistics.overruns = report.missed;
-    statistics.expected = record->is_timer() ? statistics.received + report.missed : report.expected;
+    statistics.expected =
+        record->is_timer() ? statistics.received + report.missed : report.expected;
     result.push_back(std::move(statistics));
   }
   return result;

@@ -17,10 +17,10 @@ namespace takt {
 /// What distinguishes one named executor from another.
 struct ExecutorTraits {
   Readiness readiness;
-  const char* scheduler;       // unless the options name one
-  std::size_t max_threads;     // options that give more are refused
-  bool pool = false;           // without thread options: as many threads as CPUs, at least two
-  bool frozen = false;         // nothing is added or removed after the first spin
+  const char* scheduler;    // unless the options name one
+  std::size_t max_threads;  // options that give more are refused
+  bool pool = false;        // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;      // nothing is added or removed after the first spin
 };
 
 /// How it works:
@@ -60,6 +60,8 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
 
   /// Runs one callback if one is ready.
   bool run_one();
+  /// Takes back a cancel that has come after the end of spin.
+  void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
   TimePoint next_release() const noexcept { return ready_.next_release(); }
   /// Is woken when something becomes ready and no thread of ours sleeps.
@@ -93,6 +95,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void start_worker(std::size_t index);
   bool run_next(const ReadySet::Limits& limits) noexcept;
   void execute(CallbackRecord& record) noexcept;
+  void caught(std::exception_ptr exception) noexcept;
   void record_run(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
   bool sleep(std::size_t index, TimePoint limit, const FutureState* future = nullptr) noexcept;
   void install_plan() noexcept;

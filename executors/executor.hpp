@@ -44,13 +44,13 @@ struct ExecutorOptions {
 struct CallbackStatistics {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
-  std::uint64_t received = 0;         // executions
-  std::uint64_t expected = 0;         // messages sent to it, or timer releases
-  std::uint64_t dropped = 0;          // overwritten before they were taken
+  std::uint64_t received = 0;  // executions
+  std::uint64_t expected = 0;  // messages sent to it, or timer releases
+  std::uint64_t dropped = 0;   // overwritten before they were taken
   std::uint64_t late = 0, too_late = 0;
   std::uint64_t deadline_misses = 0;
-  std::uint64_t overruns = 0;         // timer releases that came while one was outstanding
-  Histogram latency;                  // published or due → callback starts
+  std::uint64_t overruns = 0;  // timer releases that came while one was outstanding
+  Histogram latency;           // published or due → callback starts
   Histogram execution;
 };
 
@@ -140,14 +140,14 @@ using ExecutorRegistry = Registry<Executor, const ExecutorOptions&>;
 ExecutorRegistry& executors();
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                \
-  namespace {                                                                          \
-  [[maybe_unused]] const bool takt_executor_is_registered = [] {                       \
+#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                    \
+  namespace {                                                                               \
+  [[maybe_unused]] const bool takt_executor_is_registered = [] {                            \
     ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
-      return std::make_unique<Class>(options);                                         \
-    });                                                                                \
-    return true;                                                                       \
-  }();                                                                                 \
+      return std::make_unique<Class>(options);                                              \
+    });                                                                                     \
+    return true;                                                                            \
+  }();                                                                                      \
   }
 
 }  // namespace takt

@@ -160,6 +160,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   backend_->leave(0);
   for (const auto& child : children()) {
     if (child->thread.joinable()) child->thread.join();
+    child->executor.forget_cancel();
   }
   const std::lock_guard lock(mutex_);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
@@ -198,8 +199,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, Done&& done) {
 void IsolatedExecutor::spin_once(Nanoseconds timeout) {
   const Spin spin(*this);
   if (run_one() || cancelled_.load()) return;
-  const TimePoint limit =
-      timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
   bool has_run = false;
   run_on_caller(limit, [&] { return has_run || (has_run = run_one()); });
 }
@@ -220,14 +220,14 @@ void IsolatedExecutor::spin_all(Nanoseconds max_duration) {
   const Spin spin(*this);
   const TimePoint start = options_.clock->now();
   while (!cancelled_.load() && run_one()) {
-    if (max_duration != Nanoseconds::zero() && options_.clock->now() - start >= max_duration) return;
+    if (max_duration != Nanoseconds::zero() && options_.clock->now() - start >= max_duration)
+      return;
   }
 }
 
 FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nanoseconds timeout) {
   const Spin spin(*this);
-  const TimePoint limit =
-      timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
   future.watch(this);
   run_on_caller(limit, [&] { return future.ready(); });
   future.watch(nullptr);

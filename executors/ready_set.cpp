@@ -30,7 +30,9 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     if (record->is_timer()) {
       arm(*record);
     } else if (record->entity->ready_count() > 0) {
-      announce(*record);
+      Arrival arrival{next_sequence(), now_};
+      record->entity->front(arrival);
+      announce(*record, arrival);
     }
   }
   for (CallbackRecord* record : plan.removed) {
@@ -43,8 +45,8 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
   }
 }
 
-void ReadySet::poll() noexcept {
-  if (is_wait_set()) ++window_;
+// What was announced goes to the scheduler, and timers whose time has changed are armed anew.
+void ReadySet::drain_inbox() noexcept {
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
     if (record->is_timer()) {
@@ -54,20 +56,18 @@ void ReadySet::poll() noexcept {
         disarm(*record);
         arm(*record);
       }
+    } else if (record->removed) {
+      record->queued.store(false);  // our last touch of it
     } else {
-      enqueue(*record);
+      push(*record);
     }
     record = next;
   }
-  if (!timers_.empty()) release_due_timers();
 }
 
 void ReadySet::release_due_timers() noexcept {
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
-  if (!exact_time_) {
-    if (waiting_ != 0 && ++dispatches_ % 8 != 0) return;
-    read_clock();
-  }
+  if (!exact_time_) read_clock();
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();
     std::pop_heap(timers_.begin(), timers_.end(), due_later);
@@ -95,91 +95,10 @@ void ReadySet::disarm(CallbackRecord& record) noexcept {
   std::make_heap(timers_.begin(), timers_.end(), due_later);
 }
 
-void ReadySet::enqueue(CallbackRecord& record) noexcept {
-  if (record.removed) {
-    record.queued.store(false);  // our last touch of it
-    return;
-  }
-  if (!record.entity->front(record.sequence, record.ready_time)) record.sequence = next_sequence();
-  push(record);
-}
-
-void ReadySet::push(CallbackRecord& record) noexcept {
-  record.window = window_;
-  const Nanoseconds deadline = record.description.deadline;
-  record.ReadyCallback::deadline =
-      deadline == Nanoseconds::zero() ? kNever : record.ready_time + deadline;
-  hand_back(&record);
-}
-
-CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
-  for (;;) {
-    if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) poll();
-    ReadyCallback* first = scheduler_->pop();
-    if (first == nullptr) return nullptr;
-    --waiting_;
-    auto& record = static_cast<CallbackRecord&>(*first);
-    if (record.removed) {
-      hand_back(record.group->unpark());
-      record.queued.store(false);  // our last touch of it
-    } else if (record.sequence > limits.last_sequence) {
-      record.inbox_next = std::exchange(deferred_, &record);
-    } else if (record.group->admit(record)) {
-      record.executing.store(record.executing.load(std::memory_order_relaxed) + 1);
-      return &record;
-    }
-  }
-}
-
 void ReadySet::restore_deferred() noexcept {
   while (deferred_ != nullptr) {
     CallbackRecord* record = std::exchange(deferred_, deferred_->inbox_next);
     hand_back(record);
-  }
-}
-
-// Back into the scheduler with its old order of arrival.
-void ReadySet::hand_back(ReadyCallback* callback) noexcept {
-  if (callback == nullptr) return;
-  scheduler_->push(*callback);
-  ++waiting_;
-}
-
-// The record is at nobody's now: queue it again if more is there, else let it be announced. Both
-// sides are sequentially consistent: the publisher writes its message and then reads `queued`, we
-// write `queued` and then look for messages, so one of the two sees the other.
-void ReadySet::settle(CallbackRecord& record) noexcept {
-  if (record.removed) {
-    record.queued.store(false);
-    return;
-  }
-  if (record.is_timer()) {
-    record.queued.store(false);
-    disarm(record);  // it may have been armed by a reset meanwhile
-    arm(record);
-    return;
-  }
-  if (record.entity->ready_count() == 0) {
-    record.queued.store(false);
-    if (record.entity->ready_count() == 0 || record.queued.exchange(true)) return;
-  }
-  if (is_wait_set()) {
-    inbox_.push(record);  // for the next snapshot
-  } else {
-    enqueue(record);
-  }
-}
-
-void ReadySet::finished(CallbackRecord& record, Nanoseconds execution_time) noexcept {
-  scheduler_->done(record, execution_time);
-  const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
-  const bool is_gone = record.removed && executing == 0;
-  if (!record.is_reentrant()) settle(record);
-  hand_back(record.group->leave());
-  record.executing.store(executing);
-  if (is_gone) {
-    record.gone.store(1);
-    record.gone.notify_all();
   }
 }
 

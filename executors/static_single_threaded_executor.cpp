@@ -4,8 +4,15 @@
 namespace takt {
 
 StaticSingleThreadedExecutor::StaticSingleThreadedExecutor(const ExecutorOptions& options)
-    : DispatchingExecutor(options, {.readiness = Readiness::wait_set, .scheduler = "ros", .max_threads = 1, .frozen = true}) {}
+    : DispatchingExecutor(options, {.readiness = Readiness::wait_set,
+                                    .scheduler = "ros",
+                                    .max_threads = 1,
+                                    .frozen = true}) {
+}
 
-TAKT_REGISTER_EXECUTOR("static_single_threaded", "as single_threaded, over a set of callbacks that is fixed at the first spin", StaticSingleThreadedExecutor)
+TAKT_REGISTER_EXECUTOR(
+    "static_single_threaded",
+    "as single_threaded, over a set of callbacks that is fixed at the first spin",
+    StaticSingleThreadedExecutor)
 
 }  // namespace takt

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/wait_backend.hpp"
 
-#include <linux/futex.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <ctime>
 #include <mutex>
 #include <vector>
+
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include "takt/base/manual_clock.hpp"
 
@@ -32,9 +32,9 @@ class FutexWaitBackend final : public WaitBackend {
       while (posts != 0) {
         if (posts_.compare_exchange_weak(posts, posts - 1)) return true;
       }
-      const long result = syscall(SYS_futex, &posts_, FUTEX_WAIT_BITSET_PRIVATE, 0,
-                                  deadline == kNever ? nullptr : &time, nullptr,
-                                  FUTEX_BITSET_MATCH_ANY);
+      const long result =
+          syscall(SYS_futex, &posts_, FUTEX_WAIT_BITSET_PRIVATE, 0,
+                  deadline == kNever ? nullptr : &time, nullptr, FUTEX_BITSET_MATCH_ANY);
       if (result != 0 && errno == ETIMEDOUT && posts_.load() == 0) return false;
     }
   }

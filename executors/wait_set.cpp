@@ -13,7 +13,9 @@ struct WaitSet::Member final : Sink {
   WaitSet& wait_set;
   const std::shared_ptr<Entity> entity;
 
-  void announce() noexcept override {
+  void announce(const Arrival&) noexcept override { wake(); }
+  void release_changed() noexcept override { wake(); }
+  void wake() noexcept {
     if (!wait_set.has_news_.exchange(true)) wait_set.backend_->post();
   }
   bool wants_time() const noexcept override { return false; }
@@ -21,7 +23,8 @@ struct WaitSet::Member final : Sink {
   void remove() noexcept override { wait_set.expel(*this); }
 };
 
-WaitSet::WaitSet(Clock& clock) : clock_(clock), backend_(make_wait_backend(clock, 1)) {}
+WaitSet::WaitSet(Clock& clock) : clock_(clock), backend_(make_wait_backend(clock, 1)) {
+}
 
 WaitSet::~WaitSet() {
   while (!members_.empty()) remove(members_.back()->entity);
@@ -44,7 +47,9 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   entity->attach(*members_.back());
 }
 
-void WaitSet::remove(const std::shared_ptr<Entity>& entity) { entity->Entity::retire(); }
+void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
+  entity->Entity::retire();
+}
 
 void WaitSet::expel(Member& member) noexcept {
   member.entity->detach();

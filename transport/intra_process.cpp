@@ -56,23 +56,10 @@ class Topics {
     std::erase(topic.readers, &reader);
     for (IntraProcessWriter* writer : topic.writers) {
       IntraProcessWriter::Table table = *writer->table_.load();
-      std::erase_if(table, [&](const auto& link) { return link.reader == &reader; });
+      std::erase(table, &reader);
       replace(*writer, std::move(table));
     }
     forget_if_empty(reader.endpoint().topic);
-  }
-
-  std::uint64_t expected(const IntraProcessReader& reader) {
-    const std::lock_guard lock(mutex_);
-    std::uint64_t sum = 0;
-    const auto topic = topics_.find(reader.endpoint().topic);
-    if (topic == topics_.end()) return 0;
-    for (const IntraProcessWriter* writer : topic->second.writers) {
-      for (const auto& link : *writer->table_.load()) {
-        if (link.reader == &reader) sum += writer->published() - link.published_before;
-      }
-    }
-    return sum;
   }
 
  private:
@@ -103,7 +90,7 @@ class Topics {
   static void link(IntraProcessWriter::Table& table, const IntraProcessWriter& writer,
                    IntraProcessReader& reader) {
     if (writer.endpoint().qos.serves(reader.endpoint().qos)) {
-      table.push_back({&reader, writer.published()});
+      table.push_back(&reader);
     } else {
       log(LogLevel::warn, "{}: a best-effort publisher does not serve a reliable subscription",
           writer.endpoint().topic);
@@ -124,7 +111,10 @@ IntraProcessReader::IntraProcessReader(Endpoint endpoint)
     : endpoint_((endpoint.qos.check(), std::move(endpoint))), ring_(endpoint_.qos.depth) {}
 
 IntraProcessReader::~IntraProcessReader() {
-  while (MessageBlock* message = take()) message->release();
+  bool more = true;
+  while (more) {
+    if (MessageBlock* message = take(more)) message->release();
+  }
 }
 
 void IntraProcessReader::join() {
@@ -134,18 +124,6 @@ void IntraProcessReader::join() {
 
 void IntraProcessReader::leave() noexcept {
   if (std::exchange(joined_, false)) Topics::instance().remove(*this);
-}
-
-void IntraProcessReader::deliver(MessageBlock& message) noexcept {
-  const Envelope& envelope = message.envelope;
-  MessageBlock* old = ring_.push(&message, envelope.sequence,
-                                 envelope.publish_time.time_since_epoch().count());
-  if (old != nullptr) drop(*old);
-  on_message();
-}
-
-std::uint64_t IntraProcessReader::expected() const noexcept {
-  return Topics::instance().expected(*this);
 }
 
 IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
@@ -166,16 +144,19 @@ IntraProcessWriter::~IntraProcessWriter() {
 void IntraProcessWriter::write(MessageBlock& message) noexcept {
   const ReadSection section;
   const Table& table = *table_.load();
-  published_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
-  message.set_references(table.empty() ? 1 : static_cast<std::uint32_t>(table.size()));
-  message.envelope.sequence = next_sequence();
-  message.envelope.publish_time = {};
-  if (std::any_of(table.begin(), table.end(), [](const Link& l) { return l.reader->wants_time(); })) {
-    message.envelope.publish_time = clock_.now();
+  Arrival arrival{next_sequence(), {}};
+  for (const IntraProcessReader* reader : table) {
+    if (reader->wants_time()) {
+      arrival.ready_time = clock_.now();
+      break;
+    }
   }
+  message.envelope.sequence = arrival.sequence;
+  message.envelope.publish_time = arrival.ready_time;
+  message.set_references(table.empty() ? 1 : static_cast<std::uint32_t>(table.size()));
   if (table.empty()) message.release();
   // Each reader owns one reference; after the last delivery the message may be gone.
-  for (const Link& link : table) link.reader->deliver(message);
+  for (IntraProcessReader* reader : table) reader->deliver(message, arrival);
 }
 
 std::size_t IntraProcessWriter::reader_count() const noexcept {

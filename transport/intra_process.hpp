@@ -39,22 +39,30 @@ class IntraProcessReader {
   /// When it returns, no message is being delivered any more. Joining again is possible.
   void leave() noexcept;
 
-  void deliver(MessageBlock& message) noexcept;
+  /// `arrival` tells what the envelope tells: the message may be gone once it is in the ring.
+  void deliver(MessageBlock& message, const Arrival& arrival) noexcept {
+    MessageBlock* old =
+        ring_.push(&message, arrival.sequence, arrival.ready_time.time_since_epoch().count());
+    if (old != nullptr) drop(*old);
+    on_message(arrival);
+  }
+
   /// The oldest message, which the caller must release; nullptr when there is none.
-  MessageBlock* take() noexcept {
-    return ring_.pop([this](MessageBlock* old) { drop(*old); });
+  /// `more` tells whether more were there.
+  MessageBlock* take(bool& more) noexcept {
+    return ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
   }
 
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
-  /// How many messages the matched publishers have sent since they were matched.
-  std::uint64_t expected() const noexcept;
+  /// How many messages were sent to it: taken, dropped and waiting ones.
+  std::uint64_t expected() const noexcept { return ring_.pushed(); }
   /// Whether someone looks at the publish time; without, publishers spare the clock reading.
   void set_wants_time(bool wants) noexcept { wants_time_.store(wants, std::memory_order_relaxed); }
   bool wants_time() const noexcept { return wants_time_.load(std::memory_order_relaxed); }
 
  protected:
   /// A message has arrived. Called on the publisher's thread, inside a read section.
-  virtual void on_message() noexcept = 0;
+  virtual void on_message(const Arrival& arrival) noexcept = 0;
   const KeepLastRing<MessageBlock>& ring() const noexcept { return ring_; }
 
  private:
@@ -84,21 +92,15 @@ class IntraProcessWriter {
   const Endpoint& endpoint() const noexcept { return endpoint_; }
   /// Sends the message to every matched reader and gives up the caller's hold of it.
   void write(MessageBlock& message) noexcept;
-  std::uint64_t published() const noexcept { return published_.load(std::memory_order_relaxed); }
   std::size_t reader_count() const noexcept;
 
  private:
   friend class Topics;
-  struct Link {
-    IntraProcessReader* reader;
-    std::uint64_t published_before;  // our count when we were matched
-  };
-  using Table = std::vector<Link>;
+  using Table = std::vector<IntraProcessReader*>;
 
   const Endpoint endpoint_;
   Clock& clock_;
   std::atomic<const Table*> table_;
-  std::atomic<std::uint64_t> published_{0};
 };
 
 }  // namespace takt

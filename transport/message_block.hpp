@@ -12,6 +12,12 @@
 
 namespace takt {
 
+/// When something became ready: in order of arrival and, where somebody looks at it, in time.
+struct Arrival {
+  std::uint64_t sequence;
+  TimePoint ready_time;
+};
+
 /// What travels with a message. `publish` fills it from the callback that it is called in, so
 /// chains, latencies and later logical execution time and tracing all live on this one hook.
 struct Envelope {

@@ -1,0 +1,53 @@
+// Tests of how errors read.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/error.hpp"
+
+#include <cerrno>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+const std::vector<std::string> kSchedulers{"chain_priority", "fifo", "ros"};
+
+TEST(Error, SaysWhereWhatAndWhatToDo) {
+  EXPECT_STREQ(Error("depth is 0", "choose 1", "a.yaml:3").what(),
+               "a.yaml:3: depth is 0; choose 1");
+}
+
+TEST(Error, LeavesOutWhatIsNotGiven) {
+  EXPECT_STREQ(Error("depth is 0").what(), "depth is 0");
+  EXPECT_STREQ(Error("depth is 0", "choose 1").what(), "depth is 0; choose 1");
+  EXPECT_STREQ(Error("depth is 0", "", "a.yaml:3").what(), "a.yaml:3: depth is 0");
+}
+
+TEST(Suggest, NamesTheClosestWordAndAllOthers) {
+  EXPECT_EQ(suggest("fivo", kSchedulers), "did you mean 'fifo'? valid: chain_priority, fifo, ros");
+  EXPECT_EQ(suggest("chain_priorty", kSchedulers),
+            "did you mean 'chain_priority'? valid: chain_priority, fifo, ros");
+}
+
+TEST(Suggest, CountsInsertedAndLeftOutAndChangedLetters) {
+  const std::vector<std::string> valid{"kitten"};
+  EXPECT_EQ(suggest("sitting", valid), "did you mean 'kitten'? valid: kitten");  // 3 of 7
+  EXPECT_EQ(suggest("sittings", valid), "valid: kitten");  // 4 of 8: more than 1 + 8 / 3
+}
+
+TEST(Suggest, DoesNotGuessWhenNothingIsClose) {
+  EXPECT_EQ(suggest("rate_monotonic", kSchedulers), "valid: chain_priority, fifo, ros");
+}
+
+TEST(Suggest, BearsEmptyListsAndWords) {
+  EXPECT_EQ(suggest("fifo", {}), "valid: ");
+  EXPECT_EQ(suggest("", kSchedulers), "valid: chain_priority, fifo, ros");
+}
+
+TEST(ErrnoMessage, IsTheSystemsText) {
+  EXPECT_EQ(errno_message(EPERM), "Operation not permitted");
+}
+
+}  // namespace
+}  // namespace takt

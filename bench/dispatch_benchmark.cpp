@@ -1,0 +1,180 @@
+// What does it cost to bring a message to its callback and call it? Two nodes among N play
+// ping-pong inside the process, each executor in turn: CPU time for each callback, publish
+// included. The other nodes have an idle timer and a silent subscription. Row `bare` is the same
+// round trip written by hand with the same atomic operations and nothing else: the floor.
+//
+// A second thread is alive throughout, because glibc and libstdc++ leave atomics out of programs
+// that have only one.
+// SPDX-License-Identifier: Apache-2.0
+#include <benchmark/benchmark.h>
+
+#include <thread>
+
+#include "takt/base/inbox.hpp"
+#include "takt/base/keep_last_ring.hpp"
+#include "takt/base/pool.hpp"
+#include "takt/base/sequence.hpp"
+#include "takt/entities/node.hpp"
+#include "takt/executors/executor.hpp"
+
+namespace takt {
+namespace {
+
+struct Ball {
+  std::uint64_t count;
+  std::array<std::byte, 56> payload;
+};
+TAKT_MESSAGE(Ball, "bench/msg/Ball", count, payload);
+
+/// Keeps a second thread alive without using a CPU.
+class SecondThread {
+ public:
+  ~SecondThread() {
+    stop_.store(true);
+    stop_.notify_one();
+  }
+
+ private:
+  std::atomic<bool> stop_{false};
+  std::jthread thread_{[this] { stop_.wait(false); }};
+};
+
+// ---- The floor ----
+
+/// A player of the bare game: every object and operation that a message meets on its way, without
+/// entities, groups, a scheduler, statistics or a place to sleep.
+struct BarePlayer : PoolNode<BarePlayer> {
+  struct Message : PoolNode<Message> {
+    std::uint64_t sequence = 0;
+    Ball ball{};
+  };
+  virtual ~BarePlayer() = default;
+  virtual void on_message(const Message& message) = 0;
+
+  KeepLastRing<Message> ring{8};
+  std::atomic<bool> queued{false};
+  BarePlayer* inbox_next = nullptr;
+};
+
+class BareGame {
+ public:
+  void send(BarePlayer& to) {
+    BarePlayer::Message* message = pool_->acquire();
+    ++message->ball.count;
+    const ReadSection section;
+    message->sequence = next_sequence();
+    to.ring.push(message, message->sequence, 0);
+    if (!to.queued.load() && !to.queued.exchange(true)) inbox_.push(to);
+    benchmark::DoNotOptimize(sleepers_.load());
+  }
+
+  void run(std::uint64_t callbacks) {
+    while (callbacks != 0) {
+      for (BarePlayer* player = inbox_.take_all(); player != nullptr && callbacks != 0;) {
+        BarePlayer* next = player->inbox_next;
+        bool more;
+        BarePlayer::Message* message = player->ring.pop([](BarePlayer::Message*) {}, more);
+        player->on_message(*message);
+        Pool<BarePlayer::Message>::recycle(*message);
+        if (!more) player->queued.store(false);
+        --callbacks;
+        player = next;
+      }
+    }
+  }
+
+ private:
+  PoolPtr<BarePlayer::Message> pool_{Pool<BarePlayer::Message>::create(
+      16, [](std::uint32_t) { return std::make_unique<BarePlayer::Message>(); })};
+  Inbox<BarePlayer> inbox_;
+  std::atomic<std::size_t> sleepers_{0};
+};
+
+void bare(benchmark::State& state) {
+  const SecondThread second_thread;
+  BareGame game;
+  struct Player final : BarePlayer {
+    BareGame* game = nullptr;
+    BarePlayer* other = nullptr;
+    void on_message(const Message&) override { game->send(*other); }
+  };
+  Player ping, pong;
+  ping.game = pong.game = &game;
+  ping.other = &pong;
+  pong.other = &ping;
+  constexpr std::int64_t kBatch = 100'000;
+  game.send(ping);
+  while (state.KeepRunningBatch(kBatch)) game.run(kBatch);
+}
+BENCHMARK(bare);
+
+// ---- Through an executor ----
+
+struct Setup {
+  std::string executor;
+  StatisticsLevel statistics;
+  std::size_t threads;
+};
+
+void ping_pong(benchmark::State& state, const Setup& setup) {
+  const SecondThread second_thread;
+  const auto nodes = static_cast<std::size_t>(state.range(0));
+  ExecutorOptions options;
+  options.statistics = setup.statistics;
+  options.threads.resize(setup.threads);
+  const auto executor = executors().make(setup.executor, options);
+
+  std::int64_t left = 0;
+  std::vector<std::shared_ptr<void>> parts;
+  std::vector<std::shared_ptr<Publisher<Ball>>> publishers;
+  for (std::size_t i = 0; i < nodes; ++i) {
+    const auto node = std::make_shared<Node>("node_" + std::to_string(i));
+    // Two play with each other; the others listen to topics that nobody publishes.
+    const auto next = i < 2 ? 1 - i : i + nodes;
+    publishers.push_back(node->create_publisher<Ball>("ball_" + std::to_string(next), 8,
+                                                      {.loans = i < 2 ? 16u : 0u}));
+    Publisher<Ball>& publisher = *publishers.back();
+    parts.push_back(node->create_subscription<Ball>(
+        "ball_" + std::to_string(i), 8, [&publisher, &left, &executor](const Ball& ball) {
+          auto answer = publisher.borrow_loaned_message();
+          answer->count = ball.count + 1;
+          publisher.publish(std::move(answer));
+          if (--left == 0) executor->cancel();
+        }));
+    parts.push_back(node->create_timer("idle", std::chrono::hours(1), [] {}));
+    parts.push_back(node);
+    executor->add_node(node);
+  }
+  publishers[0]->publish(publishers[0]->borrow_loaned_message());
+  constexpr std::int64_t kBatch = 100'000;
+  while (state.KeepRunningBatch(kBatch)) {
+    left = kBatch;
+    executor->spin();
+  }
+}
+
+void register_all() {
+  for (const Setup& setup :
+       {Setup{"events", StatisticsLevel::count, 1}, {"events", StatisticsLevel::full, 1},
+        {"events", StatisticsLevel::count, 2}, {"chain_aware", StatisticsLevel::count, 1},
+        {"single_threaded", StatisticsLevel::count, 1},
+        {"single_threaded", StatisticsLevel::full, 1},
+        {"static_single_threaded", StatisticsLevel::count, 1},
+        {"multi_threaded", StatisticsLevel::count, 1}, {"multi_threaded", StatisticsLevel::count, 2},
+        {"multi_threaded", StatisticsLevel::full, 2}}) {
+    const std::string name =
+        "ping_pong/" + setup.executor + "/threads:" + std::to_string(setup.threads) +
+        (setup.statistics == StatisticsLevel::full ? "/statistics:full" : "/statistics:count") +
+        "/nodes";
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [setup](benchmark::State& state) { ping_pong(state, setup); })
+        ->Arg(2)
+        ->Arg(20)
+        ->Arg(200)
+        ->MeasureProcessCPUTime();
+  }
+}
+const int kRegistered = (register_all(), 0);
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,140 @@
+// Tests of exclusion, and of where callbacks wait meanwhile.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/callback_groups/callback_group.hpp"
+
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "takt/base/realtime_scope.hpp"
+
+namespace takt {
+namespace {
+
+class CallbackGroupTest : public testing::Test {
+ protected:
+  static constexpr std::size_t kCallbacks = 4;
+
+  CallbackGroupTest() : infos_(kCallbacks), callbacks_(kCallbacks) {
+    for (std::size_t i = 0; i < kCallbacks; ++i) {
+      infos_[i].id = static_cast<CallbackId>(i);
+      infos_[i].registration = static_cast<std::uint32_t>(i);
+      infos_[i].priority = static_cast<int>(i);  // the last is the most urgent
+      callbacks_[i].info = &infos_[i];
+      callbacks_[i].sequence = i + 1;
+    }
+    exclusive_.set_parking(scheduler("fifo"));
+    reentrant_.set_parking(scheduler("fifo"));
+  }
+  std::unique_ptr<Scheduler> scheduler(std::string_view name) const {
+    auto result = schedulers().make(name);
+    result->configure(infos_);
+    return result;
+  }
+
+  std::vector<CallbackInfo> infos_;
+  std::vector<ReadyCallback> callbacks_;
+  CallbackGroup exclusive_{"exclusive", CallbackGroupType::MutuallyExclusive};
+  CallbackGroup reentrant_{"reentrant", CallbackGroupType::Reentrant, false};
+};
+
+TEST_F(CallbackGroupTest, KeepsItsNameTypeAndParameters) {
+  EXPECT_EQ(exclusive_.name(), "exclusive");
+  EXPECT_EQ(exclusive_.type(), CallbackGroupType::MutuallyExclusive);
+  EXPECT_TRUE(exclusive_.automatically_add_to_executor());
+  EXPECT_FALSE(reentrant_.automatically_add_to_executor());
+  EXPECT_EQ(exclusive_.parameters().priority, 0);
+  exclusive_.set_parameters({.priority = 7, .deadline = Nanoseconds(9)});
+  EXPECT_EQ(exclusive_.parameters().priority, 7);
+  EXPECT_EQ(exclusive_.parameters().deadline, Nanoseconds(9));
+}
+
+TEST_F(CallbackGroupTest, BelongsToOneOwnerAtATime) {
+  const int first = 0, second = 0;
+  EXPECT_TRUE(exclusive_.claim(&first));
+  EXPECT_TRUE(exclusive_.belongs_to(&first));
+  EXPECT_FALSE(exclusive_.claim(&second));
+  EXPECT_FALSE(exclusive_.claim(&first));
+  exclusive_.release(&second);  // not its to release
+  EXPECT_TRUE(exclusive_.belongs_to(&first));
+  exclusive_.release(&first);
+  EXPECT_FALSE(exclusive_.belongs_to(&first));
+  EXPECT_TRUE(exclusive_.claim(&second));
+}
+
+TEST_F(CallbackGroupTest, MutuallyExclusiveGroupAdmitsOneCallbackAtATime) {
+  EXPECT_TRUE(exclusive_.admit(callbacks_[0]));
+  EXPECT_FALSE(exclusive_.admit(callbacks_[1]));
+  EXPECT_FALSE(exclusive_.admit(callbacks_[2]));
+}
+
+TEST_F(CallbackGroupTest, ReentrantGroupAdmitsAllCallbacks) {
+  for (ReadyCallback& callback : callbacks_) EXPECT_TRUE(reentrant_.admit(callback));
+  EXPECT_TRUE(reentrant_.admit(callbacks_[0]));  // the same one, a second time
+  for (std::size_t i = 0; i < kCallbacks; ++i) EXPECT_EQ(reentrant_.leave(), nullptr);
+}
+
+TEST_F(CallbackGroupTest, HandsBackOneParkedCallbackForEachThatLeaves) {
+  ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
+  for (std::size_t i : {3u, 1u, 2u}) EXPECT_FALSE(exclusive_.admit(callbacks_[i]));
+  // The first of them in the order of the scheduler, which is the order of arrival here.
+  for (std::size_t i : {1u, 2u, 3u}) {
+    ASSERT_EQ(exclusive_.leave(), &callbacks_[i]);
+    ASSERT_TRUE(exclusive_.admit(callbacks_[i]));
+  }
+  EXPECT_EQ(exclusive_.leave(), nullptr);
+  EXPECT_TRUE(exclusive_.admit(callbacks_[0]));
+}
+
+TEST_F(CallbackGroupTest, ParksAHandedBackCallbackAgainWhenAnotherWasFaster) {
+  ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
+  ASSERT_FALSE(exclusive_.admit(callbacks_[1]));
+  ASSERT_EQ(exclusive_.leave(), &callbacks_[1]);
+  ASSERT_TRUE(exclusive_.admit(callbacks_[2]));
+  EXPECT_FALSE(exclusive_.admit(callbacks_[1]));
+  EXPECT_EQ(exclusive_.leave(), &callbacks_[1]);
+}
+
+TEST_F(CallbackGroupTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
+  ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
+  ASSERT_FALSE(exclusive_.admit(callbacks_[1]));
+  ASSERT_FALSE(exclusive_.admit(callbacks_[2]));
+  EXPECT_EQ(exclusive_.unpark(), nullptr);  // busy
+  ASSERT_EQ(exclusive_.leave(), &callbacks_[1]);
+  EXPECT_EQ(exclusive_.unpark(), &callbacks_[2]);
+  EXPECT_EQ(exclusive_.unpark(), nullptr);
+}
+
+TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
+  exclusive_.set_parking(scheduler("fixed_priority"));
+  ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
+  for (std::size_t i : {1u, 2u, 3u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
+  EXPECT_EQ(exclusive_.leave(), &callbacks_[3]);
+}
+
+TEST_F(CallbackGroupTest, TakesWhatIsParkedAlongToANewParkingPlace) {
+  ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
+  for (std::size_t i : {1u, 2u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
+  const std::unique_ptr<Scheduler> old = exclusive_.set_parking(scheduler("fixed_priority"));
+  ASSERT_NE(old, nullptr);
+  EXPECT_EQ(old->pop(), nullptr);
+  EXPECT_EQ(exclusive_.leave(), &callbacks_[2]);
+  EXPECT_EQ(exclusive_.unpark(), &callbacks_[1]);
+  EXPECT_EQ(exclusive_.unpark(), nullptr);
+}
+
+TEST_F(CallbackGroupTest, AdmitsAndLeavesWithoutAllocating) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const RealtimeScope scope;
+  bool admitted = exclusive_.admit(callbacks_[0]);
+  bool parked = !exclusive_.admit(callbacks_[1]) && !exclusive_.admit(callbacks_[2]);
+  const ReadyCallback* handed_back = exclusive_.leave();
+  EXPECT_EQ(scope.so_far().allocations, 0u);
+  EXPECT_TRUE(admitted && parked);
+  EXPECT_EQ(handed_back, &callbacks_[1]);
+}
+
+}  // namespace
+}  // namespace takt

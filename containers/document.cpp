@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/document.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <numeric>
+
+namespace takt::document {
+namespace {
+
+constexpr std::size_t kMaxBytes = 4 << 20;
+constexpr std::size_t kMaxDepth = 64;
+
+// Texts of the file get into errors, and an error is one line on somebody's terminal.
+std::string printable(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+  return message;
+}
+
+// The length of the UTF-8 character that the text begins with; 0 when it is none.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) -> unsigned { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x80) return 1;
+  const std::size_t length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+  if (byte(0) < 0xc0 || byte(0) >= 0xf8 || text.size() < length) return 0;
+  unsigned character = byte(0) & (0x7fU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+    character = character << 6U | (byte(i) & 0x3fU);
+  }
+  constexpr unsigned kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // else it is written too long
+  const bool is_surrogate = character >= 0xd800 && character < 0xe000;
+  return character < kSmallest[length] || character > 0x10ffff || is_surrogate ? 0 : length;
+}
+
+// A parser may take a strange byte for the end of the file, or worse.
+void check_text(std::string_view text, const Errors& errors) {
+  int line = 1;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const auto byte = static_cast<unsigned char>(text[0]);
+    const bool is_control = byte < ' ' && byte != '\t' && byte != '\n' && byte != '\r';
+    if (length == 0 || is_control) {
+      errors.fail(line, fmt::format("the byte 0x{:02x} does not belong into a text", byte),
+                  "give a file that is UTF-8 text");
+    }
+    if (byte == '\n') ++line;
+    text.remove_prefix(length);
+  }
+}
+
+std::string load(const std::string& path, const Errors& errors) {
+  if (std::error_code ignored; std::filesystem::is_directory(path, ignored)) {
+    errors.fail(1, "this is a directory", "name a file in it");
+  }
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    errors.fail(1, "the file cannot be read: " + errno_message(errno),
+                "check its name and its permissions");
+  }
+  // Not by its size, which pipes and devices do not tell.
+  std::string text(kMaxBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMaxBytes) {
+    errors.fail(1, fmt::format("the file is larger than {} MiB", kMaxBytes >> 20U),
+                "describe a smaller system, or name another file");
+  }
+  return text;
+}
+
+const std::vector<Value>* values_in(const Value& container) {
+  if (const Map* map = std::get_if<Map>(&container.content)) return &map->values;
+  return std::get_if<List>(&container.content);
+}
+
+}  // namespace
+
+// ---- Errors ----
+
+void Errors::add(int line, const std::string& what, const std::string& what_to_do) {
+  errors_.emplace_back(line, printable(Error(what, what_to_do, where(line)).what()));
+}
+
+bool Errors::passes(int line, const std::function<void()>& check) {
+  try {
+    check();
+    return true;
+  } catch (const Error& error) {
+    add(line, error.what(), {});
+    return false;
+  }
+}
+
+void Errors::fail(int line, const std::string& what, const std::string& what_to_do) const {
+  throw ConfigurationError({printable(Error(what, what_to_do, where(line)).what())});
+}
+
+void Errors::throw_if_any() const {
+  if (errors_.empty()) return;
+  auto sorted = errors_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> messages;
+  for (auto& [line, message] : sorted) messages.push_back(std::move(message));
+  throw ConfigurationError(std::move(messages));
+}
+
+// ---- Values ----
+
+const Value* find(const Value& map, std::string_view key) {
+  const Map* content = std::get_if<Map>(&map.content);
+  if (content == nullptr) return nullptr;
+  const auto found = std::find_if(content->values.begin(), content->values.end(),
+                                  [&](const Value& value) { return value.name == key; });
+  return found == content->values.end() ? nullptr : &*found;
+}
+
+std::size_t count(const Value& value) {
+  const std::vector<Value>* values = values_in(value);
+  if (values == nullptr) return 1;
+  return std::transform_reduce(values->begin(), values->end(), std::size_t{1}, std::plus<>(),
+                               count);
+}
+
+// ---- Builder ----
+
+bool Builder::wants_key() const {
+  return !open_.empty() && std::holds_alternative<Map>(open_.back().content) && !key_;
+}
+
+void Builder::key(std::string name, int line) { key_ = Key{std::move(name), line}; }
+
+void Builder::open(Value container) {
+  name(container);
+  account_for(container);
+  if (open_.size() == kMaxDepth) {
+    errors_.fail(container.line, fmt::format("this lies deeper than {} levels", kMaxDepth),
+                 "nest less");
+  }
+  open_.push_back(std::move(container));
+}
+
+const Value& Builder::close() {
+  Value container = std::move(open_.back());
+  open_.pop_back();
+  if (const Map* map = std::get_if<Map>(&container.content)) report_duplicates(*map);
+  return put(std::move(container));
+}
+
+const Value& Builder::add(Value value) {
+  name(value);
+  account_for(value);
+  return put(std::move(value));
+}
+
+void Builder::account_for(const Value& value) {
+  count_ += count(value);
+  if (count_ > kMaxValues) {
+    errors_.fail(value.line, fmt::format("the file has more than {} values", kMaxValues),
+                 "describe a smaller system, with fewer aliases");
+  }
+}
+
+void Builder::name(Value& value) {
+  if (key_) {
+    value.name = std::move(key_->name);
+    value.line = key_->line;
+    key_.reset();
+  } else if (!open_.empty()) {
+    value.name = open_.back().name;
+  }
+}
+
+const Value& Builder::put(Value value) {
+  if (open_.empty()) return root_ = std::move(value);
+  Map* map = std::get_if<Map>(&open_.back().content);
+  auto& values = map != nullptr ? map->values : std::get<List>(open_.back().content);
+  return values.emplace_back(std::move(value));
+}
+
+void Builder::report_duplicates(const Map& map) {
+  std::map<std::string_view, int> lines;
+  for (const Value& value : map.values) {
+    const auto [first, is_new] = lines.try_emplace(value.name, value.line);
+    if (is_new) continue;
+    errors_.add(value.line, fmt::format("'{}' stands in line {} already", value.name, first->second),
+                "leave out one of the two");
+  }
+}
+
+// ---- Files ----
+
+bool is_json(std::string_view path) { return path.ends_with(".json"); }
+
+Value read(const std::string& path, Errors& errors) {
+  const std::string text = load(path, errors);
+  check_text(text, errors);
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    errors.fail(1, "the file is empty", "describe a system in it");
+  }
+  return is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
+}
+
+}  // namespace takt::document

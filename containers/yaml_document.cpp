@@ -1,0 +1,187 @@
+// YAML by yaml-cpp's events. Its tree of nodes would lose the difference between 5 and "5" and the
+// lines of keys, and would follow an alias into the very container that it stands in.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <limits>
+#include <map>
+#include <sstream>
+
+#include "takt/containers/document.hpp"
+
+namespace takt::document {
+namespace {
+
+using Content = decltype(Value::content);
+
+// The whole text as a number, if it is one. `how` is the base, or the format.
+template <class Number, class How>
+std::optional<Number> number(std::string_view text, How how) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, how);
+  if (error == std::errc::invalid_argument || end != text.data() + text.size()) return {};
+  if (error != std::errc{}) {
+    throw Error(fmt::format("the number {} cannot be held", text),
+                "write a smaller one, or put it in quotes if it is a text");
+  }
+  return value;
+}
+
+// What a text without quotes means: the rules of YAML 1.2's core schema.
+Content resolve(const std::string& text) {
+  const auto is_one_of = [](std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (is_one_of(text, {"true", "True", "TRUE"})) return true;
+  if (is_one_of(text, {"false", "False", "FALSE"})) return false;
+  if (is_one_of(text, {".nan", ".NaN", ".NAN"})) return std::numeric_limits<double>::quiet_NaN();
+  const bool has_sign = text.starts_with('-') || text.starts_with('+');
+  const std::string_view digits = std::string_view(text).substr(has_sign ? 1 : 0);
+  if (is_one_of(digits, {".inf", ".Inf", ".INF"})) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    return text.starts_with('-') ? -infinity : infinity;
+  }
+  if (text.starts_with("0x") || text.starts_with("0o")) {
+    const bool has_digits = std::isxdigit(static_cast<unsigned char>(text[2])) != 0;
+    const auto value = number<std::int64_t>(digits.substr(2), text[1] == 'x' ? 16 : 8);
+    return has_digits && value ? Content(*value) : Content(text);
+  }
+  // from_chars knows more words for infinity, and a second sign.
+  if (digits.empty() || (std::isdigit(static_cast<unsigned char>(digits[0])) == 0 &&
+                         !digits.starts_with('.'))) {
+    return text;
+  }
+  const std::string_view without_plus = text.starts_with('+') ? digits : std::string_view(text);
+  if (const auto value = number<std::int64_t>(without_plus, 10)) return *value;
+  if (const auto value = number<double>(without_plus, std::chars_format::general)) return *value;
+  return text;
+}
+
+class Handler : public YAML::EventHandler {
+ public:
+  using Mark = YAML::Mark;
+  using Anchor = YAML::anchor_t;
+
+  explicit Handler(Errors& errors) : errors_(errors), builder_(errors) {}
+
+  Value take_root() { return builder_.take_root(); }
+
+  void OnDocumentStart(const Mark& mark) override {
+    // What does not fit to the lines above, as a map that follows a list, begins a document too.
+    if (++documents_ == 2) {
+      errors_.fail(line(mark), "what stands above does not go on here",
+                   "mend the indentation; a file is one document, without a second '---'");
+    }
+  }
+  void OnDocumentEnd() override {}
+
+  void OnNull(const Mark& mark, Anchor anchor) override {
+    require_value(mark, "a key is empty");
+    remember(anchor, builder_.add({.line = line(mark)}));
+  }
+  void OnAlias(const Mark& mark, Anchor anchor) override {
+    require_value(mark, "an alias stands for a key");
+    const auto target = anchors_.find(anchor);
+    if (target == anchors_.end()) {
+      errors_.fail(line(mark), "this alias stands for something that it lies in itself",
+                   "write out what is meant");
+    }
+    Value value = target->second;
+    value.line = line(mark);
+    builder_.add(std::move(value));
+  }
+  void OnScalar(const Mark& mark, const std::string& tag, Anchor anchor,
+                const std::string& text) override {
+    const bool is_plain = tag == "?";
+    if (!is_plain && tag != "tag:yaml.org,2002:str") check_tag(mark, tag);
+    if (builder_.wants_key()) return builder_.key(text, line(mark));
+    Value value{.line = line(mark), .content = text};
+    errors_.passes(value.line, [&] {
+      if (is_plain) value.content = resolve(text);
+    });
+    remember(anchor, builder_.add(std::move(value)));
+  }
+  void OnSequenceStart(const Mark& mark, const std::string& tag, Anchor anchor,
+                       YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, List());
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapStart(const Mark& mark, const std::string& tag, Anchor anchor,
+                  YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, Map());
+  }
+  void OnMapEnd() override { close(); }
+
+ private:
+  static int line(const Mark& mark) { return mark.line + 1; }
+
+  void require_value(const Mark& mark, const std::string& what) const {
+    if (builder_.wants_key()) errors_.fail(line(mark), what, "write a word before the ':'");
+  }
+  void check_tag(const Mark& mark, const std::string& tag) const {
+    if (tag.empty() || tag == "?" || tag == "!") return;
+    errors_.fail(line(mark), fmt::format("the tag '{}' means nothing here", tag), "leave it out");
+  }
+  void open(const Mark& mark, const std::string& tag, Anchor anchor, Content content) {
+    check_tag(mark, tag);
+    require_value(mark, "a list or a map stands for a key");
+    builder_.open({.line = line(mark), .content = std::move(content)});
+    open_anchors_.push_back(anchor);
+  }
+  void close() {
+    const Anchor anchor = open_anchors_.back();
+    open_anchors_.pop_back();
+    remember(anchor, builder_.close());
+  }
+  void remember(Anchor anchor, const Value& value) {
+    if (anchor == YAML::NullAnchor) return;
+    builder_.account_for(value);
+    anchors_[anchor] = value;
+  }
+
+  Errors& errors_;
+  Builder builder_;
+  int documents_ = 0;
+  std::vector<Anchor> open_anchors_;  // of the containers that are open
+  std::map<Anchor, Value> anchors_;   // of what is complete
+};
+
+[[noreturn]] void fail(const YAML::Exception& exception, const std::string& text,
+                       const Errors& errors) {
+  const int last_line = 1 + static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  const int line = std::min(exception.mark.line + 1, last_line);
+  std::istringstream lines(text);
+  std::string content;
+  for (int i = 0; i < line; ++i) std::getline(lines, content);
+  if (content.substr(0, content.find_first_not_of(" \t")).find('\t') != std::string::npos) {
+    errors.fail(line, "a tab stands in the indentation", "indent with blanks");
+  }
+  if (exception.msg == YAML::ErrorMsg::DOC_IN_SCALAR) {
+    errors.fail(line, "a text in quotes does not end", "close the quotes");
+  }
+  errors.fail(line, exception.msg, "mend the indentation, the brackets or the quotes here");
+}
+
+}  // namespace
+
+Value parse_yaml(const std::string& text, Errors& errors) {
+  // Without a mark at the end, yaml-cpp takes a text in quotes that is cut off for complete.
+  std::istringstream stream(text + "\n...\n");
+  Handler handler(errors);
+  try {
+    YAML::Parser parser(stream);
+    while (parser.HandleNextDocument(handler)) {
+    }
+  } catch (const YAML::Exception& exception) {
+    fail(exception, text, errors);
+  }
+  return handler.take_root();
+}
+
+}  // namespace takt::document

@@ -1,0 +1,201 @@
+// Nodes, groups and entities that come and go. Run for every executor under
+// every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
+// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/conformance.hpp"
+
+namespace takt::conformance {
+namespace {
+
+class ConformanceGraph : public Conformance {};
+
+// #2067: what came after spin was seen at the next wake-up, if ever.
+TEST_P(ConformanceGraph, WhatIsAddedWhileSpinningRuns) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  std::atomic<int> ran{0};
+  executor->add_node(node);
+  SpinThread spin(*executor);
+  ASSERT_TRUE(eventually([&] { return executor->is_spinning(); }));
+  if (is_frozen()) {
+    ASSERT_TRUE(eventually([&] {
+      try {
+        executor->add_node(make_node(Clock::steady(), "late"));
+        return false;
+      } catch (const Error&) {
+        return true;
+      }
+    }));
+    EXPECT_THROW(auto guard = node->create_guard_condition("late", [] {}), Error);
+    return;
+  }
+  const auto group = node->create_callback_group("late", CallbackGroupType::MutuallyExclusive);
+  const auto guard = node->create_guard_condition(
+      "guard", [&] { ++ran; }, group);
+  guard->trigger();
+  EXPECT_TRUE(eventually([&] { return ran == 1; }));
+  const auto other = make_node(Clock::steady(), "other");
+  const auto subscription =
+      other->create_subscription<Number>("late", 5, [&](const Number&) { ++ran; });
+  const auto publisher = node->create_publisher<Number>("late", 5);
+  publisher->publish(Number{});  // before it is added: it waits
+  executor->add_node(other);
+  EXPECT_TRUE(eventually([&] { return ran == 2; }));
+  const auto timer = node->create_timer("timer", 1ms, [&] { ++ran; });
+  EXPECT_TRUE(eventually([&] { return ran >= 4; }));
+}
+
+TEST_P(ConformanceGraph, ANodeCanBeAddedFromACallback) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto second = make_node(Clock::steady(), "second");
+  const auto timer = second->create_timer("timer", 1ms, [&] { executor->cancel(); });
+  const auto guard = node->create_guard_condition("guard", [&] { executor->add_node(second); });
+  executor->add_node(node);
+  guard->trigger();
+  executor->spin();
+}
+
+// #2664, #2403, #272: use after free when entities went while the executor spun.
+TEST_P(ConformanceGraph, EntitiesComeAndGoWhileMessagesArrive) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto source = make_node(Clock::steady(), "source");
+  const auto publisher = source->create_publisher<Number>("topic", 5);
+  std::atomic<bool> stop{false};
+  std::atomic<int> received{0};
+  if (!is_frozen()) executor->add_node(node);
+  SpinThread spin(*executor);
+  std::thread flood([&] {
+    while (!stop) publisher->publish(Number{1});
+  });
+  for (int round = 0; round < 200; ++round) {
+    auto data = std::make_unique<int>(0);
+    auto subscription = node->create_subscription<Number>("topic", 5, [&](const Number& number) {
+      *data += number.value;  // a use after free if it runs after the handle went
+      ++received;
+    });
+    const auto timer = node->create_timer("timer", 100us, [&] { *data += 1; });
+    if (round % 4 == 0) std::this_thread::yield();
+  }
+  stop = true;
+  flood.join();
+  EXPECT_TRUE(is_frozen() || received > 0);
+}
+
+TEST_P(ConformanceGraph, RemovingWaitsForTheRunningCallback) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  std::latch entered(1);
+  std::atomic<bool> finished{false};
+  const auto guard = node->create_guard_condition("guard", [&] {
+    entered.count_down();
+    std::this_thread::sleep_for(20ms);
+    finished = true;
+  });
+  executor->add_node(node);
+  SpinThread spin(*executor);
+  guard->trigger();
+  entered.wait();
+  executor->remove_node(node);
+  EXPECT_TRUE(finished);
+  EXPECT_THROW(executor->remove_node(node), Error);  // #3186: twice is defined
+  guard->trigger();                                  // reaches nobody
+  executor->add_node(node);
+  EXPECT_TRUE(eventually([&] { return guard->ready_count() == 0; }));  // it waited, and runs
+}
+
+TEST_P(ConformanceGraph, ACallbackMayDropItsOwnEntity) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  std::atomic<int> ran{0};
+  std::shared_ptr<Timer> timer;
+  timer = node->create_timer("timer", 1ms, [&] {
+    timer.reset();
+    ++ran;
+  });
+  const auto guard = node->create_guard_condition("guard", [&] { ++ran; });
+  executor->add_node(node);
+  SpinThread spin(*executor);
+  ASSERT_TRUE(eventually([&] { return ran == 1; }));
+  guard->trigger();
+  EXPECT_TRUE(eventually([&] { return ran == 2; }));
+}
+
+TEST_P(ConformanceGraph, ANodeOrGroupBelongsToOneExecutor) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
+  const auto first = make(Clock::steady());
+  const auto second = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto apart =
+      node->create_callback_group("apart", CallbackGroupType::MutuallyExclusive, false);
+  int ran = 0;
+  const auto guard = node->create_guard_condition(
+      "guard", [&] { ++ran; }, apart);
+  first->add_node(node);
+  EXPECT_THROW(second->add_node(node), Error);
+  guard->trigger();
+  first->spin_some();
+  EXPECT_EQ(ran, 0) << "the group was not to be added with its node";
+  second->add_callback_group(apart, node);
+  EXPECT_THROW(first->add_callback_group(apart, node), Error);
+  second->spin_some();
+  EXPECT_EQ(ran, 1);
+  second->remove_callback_group(apart, node);
+  first->add_callback_group(apart, node);
+  guard->trigger();
+  first->spin_some();
+  EXPECT_EQ(ran, 2);
+}
+
+TEST_P(ConformanceGraph, AnExecutorMayGoBeforeItsNodesAndAfterThem) {
+  const auto node = make_node(Clock::steady());
+  int ran = 0;
+  auto guard = node->create_guard_condition("guard", [&] { ++ran; });
+  {
+    const auto executor = make(Clock::steady());
+    executor->add_node(node);
+    guard->trigger();
+    executor->spin_some();
+  }
+  EXPECT_EQ(ran, 1);
+  guard->trigger();  // nobody listens
+  guard.reset();
+  const auto executor = make(Clock::steady());
+  {
+    const auto short_lived = make_node(Clock::steady(), "short_lived");
+    const auto timer = short_lived->create_timer("timer", 1ms, [&] { ++ran; });
+    executor->add_node(short_lived);
+    executor->spin_some();
+  }
+  executor->spin_some();
+  EXPECT_TRUE(executor->statistics().empty());
+  EXPECT_EQ(ran, 1);
+}
+
+// #3222 and the blocking constructor of component containers: a node that is made slowly, on
+// another thread, does not hold up those that run.
+TEST_P(ConformanceGraph, NodesThatAreBuiltElsewhereHoldUpNobody) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto running = make_node(Clock::steady(), "running");
+  std::atomic<int> ticks{0};
+  const auto timer = running->create_timer("timer", 500us, [&] { ++ticks; });
+  executor->add_node(running);
+  SpinThread spin(*executor);
+  std::vector<std::shared_ptr<void>> parts;
+  for (int i = 0; i < 20; ++i) {
+    const auto node = make_node(Clock::steady(), "loaded_" + std::to_string(i));
+    const int before = ticks;
+    ASSERT_TRUE(eventually([&] { return ticks > before; }));  // "constructing"
+    parts.push_back(node->create_timer("timer", 1ms, [] {}));
+    parts.push_back(node);
+    executor->add_node(node);
+  }
+}
+
+TAKT_INSTANTIATE_CONFORMANCE(ConformanceGraph);
+
+}  // namespace
+}  // namespace takt::conformance

@@ -1,0 +1,135 @@
+// Tests of locked memory and touched stacks.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/sched/memory_lock.hpp"
+
+#include <fstream>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/realtime_scope.hpp"
+
+namespace takt {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLocksNothing = true;
+#else
+constexpr bool kLocksNothing = false;
+#endif
+constexpr const char* kSanitizer = "sanitizers make mlockall do nothing";
+
+enum class Rights { as_they_are, none };
+
+// Locking is for the whole process, so each test locks in a child and reads what it says.
+std::string in_child(Rights rights, const std::function<std::string()>& body) {
+  int channel[2];
+  EXPECT_EQ(pipe(channel), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    close(channel[0]);
+    bool ready = true;
+    if (rights == Rights::none) {
+      const rlimit none{0, 0};
+      ready = setrlimit(RLIMIT_MEMLOCK, &none) == 0 && (getuid() != 0 || setuid(65534) == 0);
+    }
+    const std::string text = ready ? body() : "cannot drop rights";
+    const bool sent = write(channel[1], text.data(), text.size()) >= 0;
+    _exit(sent ? 0 : 1);
+  }
+  close(channel[1]);
+  std::string text;
+  char buffer[256];
+  for (ssize_t size; (size = read(channel[0], buffer, sizeof buffer)) > 0;) {
+    text.append(buffer, static_cast<std::size_t>(size));
+  }
+  close(channel[0]);
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
+  return text;
+}
+constexpr const char* kCannotDrop = "cannot drop rights";
+
+long locked_kilobytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmLck:")) return std::stol(line.substr(6));
+  }
+  return -1;
+}
+
+TEST(LockMemory, DoesNothingWhenRealtimeIsOff) {
+  EXPECT_EQ(
+      in_child(Rights::none,
+               [] { return lock_memory(Realtime::off) + std::to_string(locked_kilobytes()); }),
+      "0");
+}
+
+TEST(LockMemory, LocksWhatTheProcessHasAndWillHave) {
+  if (kLocksNothing) GTEST_SKIP() << kSanitizer;
+  const std::string text = in_child(Rights::as_they_are, [] {
+    const std::string refused = lock_memory(Realtime::prefer);
+    if (!refused.empty()) return refused;
+    const long before = locked_kilobytes();
+    const std::string later(8 << 20, 'x');
+    const bool grew = locked_kilobytes() >= before + (8 << 10);
+    return std::string(before > 0 && grew ? "locked" : "not locked");
+  });
+  if (text.starts_with("memory lock: ")) GTEST_SKIP() << text;
+  EXPECT_EQ(text, "locked");
+}
+
+TEST(LockMemory, TellsWhyItWasRefusedWhenPreferred) {
+  if (kLocksNothing) GTEST_SKIP() << kSanitizer;
+  const std::string text = in_child(Rights::none, [] { return lock_memory(Realtime::prefer); });
+  if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
+  EXPECT_THAT(text, StartsWith("memory lock: "));
+  EXPECT_THAT(text, HasSubstr("RLIMIT_MEMLOCK is 0 bytes; give the user memlock"));
+}
+
+TEST(LockMemory, ThrowsWhenRequiredAndRefused) {
+  if (kLocksNothing) GTEST_SKIP() << kSanitizer;
+  const std::string text = in_child(Rights::none, [] {
+    try {
+      return "no error: " + lock_memory(Realtime::require);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+  });
+  if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
+  EXPECT_THAT(text, StartsWith("memory lock: "));
+  EXPECT_THAT(text, HasSubstr("grant it, or write `realtime: prefer` to go on without"));
+}
+
+[[gnu::noinline]] void use_stack() {
+  volatile char memory[100 * 1024];
+  for (std::size_t i = 0; i < sizeof memory; i += 1024) memory[i] = 1;
+}
+
+TEST(PrefaultStack, LeavesNoPageFaultForLaterCalls) {
+  // Under a sanitizer the frames lie elsewhere, and its shadow memory faults too.
+  if (kLocksNothing) GTEST_SKIP() << "a sanitizer uses the stack in its own way";
+  use_stack();  // its code is in memory now
+  std::uint64_t faults = 1;
+  std::thread([&] {
+    prefault_stack();
+    const RealtimeScope scope;
+    use_stack();
+    faults = scope.so_far().minor_faults;
+  }).join();
+  EXPECT_EQ(faults, 0u);
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,318 @@
+// Tests of delivery inside the process: matching, order, counts, joining and leaving.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/intra_process.hpp"
+
+#include <atomic>
+#include <latch>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/base/manual_clock.hpp"
+#include "takt/base/realtime_scope.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+struct Number {
+  int value = 0;
+};
+TAKT_MESSAGE(Number, "test_msgs/msg/Number", value);
+struct Text {
+  std::string value;
+};
+TAKT_MESSAGE(Text, "test_msgs/msg/Text", value);
+struct OtherNumber {
+  int value = 0;
+  int scale = 1;
+};
+TAKT_MESSAGE(OtherNumber, "test_msgs/msg/Number", value, scale);
+
+template <class T = Number>
+Endpoint on(std::string topic, const QoS& qos = {}) {
+  return {std::move(topic), &message_type<T>(), qos};
+}
+
+class Reader final : public IntraProcessReader {
+ public:
+  explicit Reader(Endpoint endpoint) : IntraProcessReader(std::move(endpoint)) { join(); }
+  ~Reader() override { leave(); }
+
+  MessageBlock* take() {
+    bool more;
+    return IntraProcessReader::take(more);
+  }
+  std::vector<int> take_values() {
+    std::vector<int> values;
+    while (MessageBlock* message = take()) {
+      values.push_back(static_cast<const Number*>(message->payload())->value);
+      message->release();
+    }
+    return values;
+  }
+  std::atomic<int> arrivals{0};
+
+ private:
+  void on_message(const Arrival&) noexcept override { arrivals.fetch_add(1); }
+};
+
+class IntraProcessTest : public testing::Test {
+ protected:
+  static constexpr std::size_t kLoans = 64;
+  using Block = LoanedBlock<Number>;
+
+  ~IntraProcessTest() override { EXPECT_EQ(loans_at_home(), kLoans); }
+
+  void write(IntraProcessWriter& writer, int value) {
+    Block* block = loans_->acquire();
+    ASSERT_NE(block, nullptr);
+    block->message.value = value;
+    writer.write(*block);
+  }
+  std::size_t loans_at_home() {
+    std::vector<Block*> blocks;
+    while (Block* block = loans_->acquire()) blocks.push_back(block);
+    for (Block* block : blocks) Pool<Block>::recycle(*block);
+    return blocks.size();
+  }
+
+  ManualClock clock_{TimePoint(1h)};
+  PoolPtr<Block> loans_{
+      Pool<Block>::create(kLoans, [](std::uint32_t) { return std::make_unique<Block>(Number{}); })};
+};
+
+TEST_F(IntraProcessTest, DeliversToEveryReaderOfTheTopicAndToNoOther) {
+  Reader early(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  Reader late(on("/a"));
+  Reader elsewhere(on("/b"));
+  EXPECT_EQ(writer.reader_count(), 2u);
+  write(writer, 1);
+  write(writer, 2);
+  EXPECT_EQ(early.arrivals, 2);
+  EXPECT_EQ(elsewhere.arrivals, 0);
+  EXPECT_THAT(early.take_values(), ElementsAre(1, 2));
+  EXPECT_THAT(late.take_values(), ElementsAre(1, 2));
+  EXPECT_THAT(elsewhere.take_values(), ElementsAre());
+}
+
+TEST_F(IntraProcessTest, DeliversFromEveryWriterOfTheTopic) {
+  Reader reader(on("/a"));
+  IntraProcessWriter first(on("/a"), clock_), second(on("/a"), clock_);
+  write(first, 1);
+  write(second, 2);
+  write(first, 3);
+  EXPECT_THAT(reader.take_values(), ElementsAre(1, 2, 3));
+}
+
+TEST_F(IntraProcessTest, HandsOutOneMessageToAllReadersWithoutCopies) {
+  Reader first(on("/a")), second(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  write(writer, 1);
+  MessageBlock* of_first = first.take();
+  MessageBlock* of_second = second.take();
+  EXPECT_EQ(of_first, of_second);
+  of_first->release();
+  EXPECT_EQ(loans_at_home(), kLoans - 1);
+  of_second->release();
+}
+
+TEST_F(IntraProcessTest, TakesBackAMessageThatNobodyWants) {
+  IntraProcessWriter writer(on("/a"), clock_);
+  EXPECT_EQ(writer.reader_count(), 0u);
+  write(writer, 1);
+  EXPECT_EQ(loans_at_home(), kLoans);
+}
+
+TEST_F(IntraProcessTest, DeliversNothingToAReaderThatLeft) {
+  Reader stays(on("/a"));
+  Reader leaves(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  leaves.leave();
+  EXPECT_EQ(writer.reader_count(), 1u);
+  write(writer, 1);
+  EXPECT_EQ(leaves.arrivals, 0);
+  EXPECT_THAT(stays.take_values(), ElementsAre(1));
+  leaves.leave();  // again: nothing happens
+  leaves.join();
+  write(writer, 2);
+  EXPECT_THAT(leaves.take_values(), ElementsAre(2));
+}
+
+TEST_F(IntraProcessTest, ReleasesWhatAReaderNeverTook) {
+  IntraProcessWriter writer(on("/a"), clock_);
+  {
+    Reader reader(on("/a"));
+    write(writer, 1);
+    write(writer, 2);
+    EXPECT_EQ(loans_at_home(), kLoans - 2);
+  }
+  EXPECT_EQ(loans_at_home(), kLoans);
+}
+
+TEST_F(IntraProcessTest, LeavesMessagesWithTheReaderWhenTheWriterGoes) {
+  Reader reader(on("/a"));
+  {
+    IntraProcessWriter writer(on("/a"), clock_);
+    write(writer, 1);
+  }
+  EXPECT_THAT(reader.take_values(), ElementsAre(1));
+}
+
+TEST_F(IntraProcessTest, CountsExactlyWhatWasExpectedAndDropped) {
+  IntraProcessWriter first(on("/a"), clock_);
+  write(first, 0);  // before the reader came
+  Reader reader(on("/a", 3));
+  EXPECT_EQ(reader.expected(), 0u);
+  auto second = std::make_unique<IntraProcessWriter>(on("/a"), clock_);
+  for (int i = 1; i <= 4; ++i) write(first, i);
+  write(*second, 5);
+  second.reset();
+  EXPECT_EQ(reader.expected(), 5u);
+  EXPECT_EQ(reader.dropped(), 2u);
+  EXPECT_THAT(reader.take_values(), ElementsAre(3, 4, 5));
+  write(first, 6);
+  EXPECT_EQ(reader.expected(), 6u);
+  EXPECT_EQ(reader.dropped(), 2u);
+}
+
+TEST_F(IntraProcessTest, NumbersMessagesInOrderOfPublicationOverAllTopics) {
+  Reader reader_a(on("/a")), reader_b(on("/b"));
+  IntraProcessWriter a(on("/a"), clock_), b(on("/b"), clock_);
+  write(a, 1);
+  write(b, 2);
+  MessageBlock* first = reader_a.take();
+  MessageBlock* second = reader_b.take();
+  EXPECT_GT(first->envelope.sequence, 0u);
+  EXPECT_LT(first->envelope.sequence, second->envelope.sequence);
+  first->release();
+  second->release();
+}
+
+TEST_F(IntraProcessTest, StampsMessagesOnlyWhenAReaderWantsTheTime) {
+  Reader wants(on("/a")), does_not(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  const auto publish_time = [&] {
+    write(writer, 1);
+    MessageBlock* message = wants.take();
+    const TimePoint time = message->envelope.publish_time;
+    message->release();
+    does_not.take()->release();
+    return time;
+  };
+  EXPECT_EQ(publish_time(), TimePoint{});
+  wants.set_wants_time(true);
+  EXPECT_EQ(publish_time(), clock_.now());
+  wants.set_wants_time(false);
+  EXPECT_EQ(publish_time(), TimePoint{});
+}
+
+TEST_F(IntraProcessTest, RefusesAnotherTypeOnTheTopicAndNamesBoth) {
+  Reader reader(on<Number>("/a"));
+  const auto error = ThrowsMessage<Error>(
+      AllOf(HasSubstr("topic '/a' carries test_msgs/msg/Number"),
+            HasSubstr("not test_msgs/msg/Text"), HasSubstr("give the topic another name")));
+  EXPECT_THAT([&] { IntraProcessWriter(on<Text>("/a"), clock_); }, error);
+  EXPECT_THAT([&] { Reader(on<Text>("/a")); }, error);
+  IntraProcessWriter writer(on<Number>("/a"), clock_);
+  EXPECT_EQ(writer.reader_count(), 1u);  // nothing is left of those that were refused
+}
+
+TEST_F(IntraProcessTest, RefusesAnotherLayoutOfATypeOfTheSameName) {
+  IntraProcessWriter writer(on<Number>("/a"), clock_);
+  EXPECT_THAT([&] { Reader(on<OtherNumber>("/a")); },
+              ThrowsMessage<Error>(HasSubstr("build both sides from one definition of the type")));
+}
+
+TEST_F(IntraProcessTest, ForgetsTheTypeOfATopicThatNobodyUses) {
+  { Reader reader(on<Number>("/a")); }
+  { IntraProcessWriter writer(on<Text>("/a"), clock_); }
+  EXPECT_NO_THROW(Reader(on<Number>("/a")));
+}
+
+TEST_F(IntraProcessTest, RefusesADepthThatCannotBeKept) {
+  EXPECT_THROW(Reader(on("/a", 0)), Error);
+  EXPECT_THROW(IntraProcessWriter(on("/a", 100'000), clock_), Error);
+}
+
+TEST_F(IntraProcessTest, DoesNotMatchABestEffortWriterWithAReliableReaderAndSaysSo) {
+  std::vector<std::string> lines;
+  Logger::instance().set_writer([&](LogLevel, std::string_view text) { lines.emplace_back(text); });
+  {
+    Reader reliable(on("/a", QoS().reliable()));
+    IntraProcessWriter writer(on("/a", QoS().best_effort()), clock_);
+    Reader best_effort(on("/a", QoS().best_effort()));
+    EXPECT_EQ(writer.reader_count(), 1u);
+    write(writer, 1);
+    EXPECT_EQ(reliable.arrivals, 0);
+    EXPECT_EQ(reliable.expected(), 0u);
+    EXPECT_EQ(best_effort.arrivals, 1);
+  }
+  Logger::instance().flush();
+  Logger::instance().set_writer({});
+  EXPECT_THAT(lines,
+              ElementsAre("/a: a best-effort publisher does not serve a reliable subscription"));
+}
+
+TEST_F(IntraProcessTest, WritesAndTakesWithoutAllocating) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  Reader reader(on("/a", 2)), other(on("/a", 5));
+  IntraProcessWriter writer(on("/a"), clock_);
+  write(writer, 0);  // this thread's first read section allocates
+  const RealtimeScope scope;
+  for (int i = 0; i < 10; ++i) write(writer, i);
+  MessageBlock* message = reader.take();
+  message->release();
+  EXPECT_EQ(scope.so_far().allocations, 0u);
+}
+
+// The test's destructor sees that every message came back, the counts that none came twice.
+TEST_F(IntraProcessTest, LosesNoMessageWhileReadersComeAndGo) {
+  constexpr int kWriters = 2;
+  Reader stays(on("/a", 2));
+  std::atomic<bool> stop{false};
+  std::atomic<std::uint64_t> written{0};
+  std::latch started(kWriters);
+  std::vector<std::thread> writers;
+  for (int i = 0; i < kWriters; ++i) {
+    writers.emplace_back([&] {
+      IntraProcessWriter writer(on("/a"), clock_);
+      started.count_down();
+      while (!stop.load()) {
+        if (Block* block = loans_->acquire()) {
+          writer.write(*block);
+          written.fetch_add(1);
+        }
+      }
+    });
+  }
+  started.wait();
+  for (int round = 0; round < 100; ++round) {
+    Reader guest(on("/a", 3));
+    if (MessageBlock* message = guest.take()) message->release();
+    guest.leave();
+    const int arrivals = guest.arrivals;
+    if (MessageBlock* message = stays.take()) message->release();
+    EXPECT_EQ(guest.arrivals, arrivals);
+    EXPECT_EQ(guest.expected(), static_cast<std::uint64_t>(arrivals));
+  }
+  stop.store(true);
+  for (std::thread& writer : writers) writer.join();
+  EXPECT_EQ(stays.expected(), written);
+  EXPECT_EQ(static_cast<std::uint64_t>(stays.arrivals), written);
+}
+
+}  // namespace
+}  // namespace takt
