@@ -25,9 +25,11 @@ ThreadCounters ThreadCounters::now() noexcept {
 bool allocations_are_counted() noexcept {
   static const bool counted = [] {
     const std::uint64_t before = allocations_of_thread;
-    // Volatile: the compiler must not see that the block is never used.
+    // The compiler believes that it knows malloc: it must not see that the block is never used,
+    // nor believe that the counter stays as it is.
     void* volatile block = std::malloc(1);
     std::free(block);
+    asm volatile("" ::: "memory");
     return allocations_of_thread != before;
   }();
   return counted;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/document.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
@@ -10,17 +8,29 @@
 #include <map>
 #include <numeric>
 
+#include <fmt/format.h>
+
 namespace takt::document {
 namespace {
 
 constexpr std::size_t kMaxBytes = 4 << 20;
 constexpr std::size_t kMaxDepth = 64;
 
+constexpr std::size_t kMaxErrors = 100;
+
 // Texts of the file get into errors, and an error is one line on somebody's terminal.
 std::string printable(std::string message) {
   std::replace_if(
       message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
-  return message;
+  constexpr std::size_t kMaxLength = 2000;
+  if (message.size() <= kMaxLength) return message;
+  // The middle goes: where it is stands first, what to do last. No character is cut in two.
+  std::size_t begin = kMaxLength / 2;
+  std::size_t end = message.size() - kMaxLength / 2;
+  const auto is_inside = [&](std::size_t at) { return (message[at] & 0xc0) == 0x80; };
+  while (is_inside(begin)) --begin;
+  while (is_inside(end)) ++end;
+  return message.replace(begin, end - begin, " ... ");
 }
 
 // The length of the UTF-8 character that the text begins with; 0 when it is none.
@@ -87,6 +97,9 @@ const std::vector<Value>* values_in(const Value& container) {
 
 void Errors::add(int line, const std::string& what, const std::string& what_to_do) {
   errors_.emplace_back(line, printable(Error(what, what_to_do, where(line)).what()));
+  if (errors_.size() < kMaxErrors) return;
+  errors_.emplace_back(line, where(line) + ": more errors follow; mend these first");
+  throw_if_any();
 }
 
 bool Errors::passes(int line, const std::function<void()>& check) {
@@ -136,7 +149,9 @@ bool Builder::wants_key() const {
   return !open_.empty() && std::holds_alternative<Map>(open_.back().content) && !key_;
 }
 
-void Builder::key(std::string name, int line) { key_ = Key{std::move(name), line}; }
+void Builder::key(std::string name, int line) {
+  key_ = Key{std::move(name), line};
+}
 
 void Builder::open(Value container) {
   name(container);
@@ -151,13 +166,14 @@ void Builder::open(Value container) {
 const Value& Builder::close() {
   Value container = std::move(open_.back());
   open_.pop_back();
-  if (const Map* map = std::get_if<Map>(&container.content)) report_duplicates(*map);
+  if (Map* map = std::get_if<Map>(&container.content)) drop_duplicates(*map);
   return put(std::move(container));
 }
 
 const Value& Builder::add(Value value) {
   name(value);
   account_for(value);
+  if (const auto* text = std::get_if<std::string>(&value.content)) check_text(*text, value.line);
   return put(std::move(value));
 }
 
@@ -169,13 +185,20 @@ void Builder::account_for(const Value& value) {
   }
 }
 
+// Escapes can write a zero, at which names in the system end.
+void Builder::check_text(std::string_view text, int line) const {
+  if (text.find('\0') == std::string_view::npos) return;
+  errors_.fail(line, "this text contains a zero byte", "leave it out");
+}
+
 void Builder::name(Value& value) {
   if (key_) {
     value.name = std::move(key_->name);
     value.line = key_->line;
     key_.reset();
   } else if (!open_.empty()) {
-    value.name = open_.back().name;
+    const auto& list = std::get<List>(open_.back().content);
+    value.name = fmt::format("{}[{}]", open_.back().name, list.size());
   }
 }
 
@@ -186,27 +209,35 @@ const Value& Builder::put(Value value) {
   return values.emplace_back(std::move(value));
 }
 
-void Builder::report_duplicates(const Map& map) {
-  std::map<std::string_view, int> lines;
-  for (const Value& value : map.values) {
+void Builder::drop_duplicates(Map& map) {
+  std::map<std::string, int, std::less<>> lines;
+  std::erase_if(map.values, [&](const Value& value) {
     const auto [first, is_new] = lines.try_emplace(value.name, value.line);
-    if (is_new) continue;
-    errors_.add(value.line, fmt::format("'{}' stands in line {} already", value.name, first->second),
+    if (is_new) return false;
+    errors_.add(value.line,
+                fmt::format("'{}' stands in line {} already", value.name, first->second),
                 "leave out one of the two");
-  }
+    return true;
+  });
 }
 
 // ---- Files ----
 
-bool is_json(std::string_view path) { return path.ends_with(".json"); }
+bool is_json(std::string_view path) {
+  return path.ends_with(".json");
+}
 
 Value read(const std::string& path, Errors& errors) {
   const std::string text = load(path, errors);
   check_text(text, errors);
-  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+  Value root;
+  if (text.find_first_not_of(" \t\r\n") != std::string::npos) {
+    root = is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
+  }
+  if (std::holds_alternative<std::monostate>(root.content)) {
     errors.fail(1, "the file is empty", "describe a system in it");
   }
-  return is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
+  return root;
 }
 
 }  // namespace takt::document

@@ -32,6 +32,7 @@ class Errors {
   [[noreturn]] void fail(int line, const std::string& what, const std::string& what_to_do) const;
   /// Throws a ConfigurationError of all errors in the order of their lines, if there are any.
   void throw_if_any() const;
+  std::size_t size() const { return errors_.size(); }
 
   SourceLine where(int line) const { return file_ + ":" + std::to_string(line); }
 
@@ -48,7 +49,7 @@ struct Map {
 
 /// One value with all that lies in it.
 struct Value {
-  std::string name;  // the key it stands under; in a list, the list's
+  std::string name;  // the key it stands under; in a list, "affinity[0]"
   int line = 1;      // where it begins, with its key if it has one
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Map> content;
 };
@@ -62,7 +63,7 @@ std::size_t count(const Value& value);
 inline constexpr std::size_t kMaxValues = 100'000;
 
 /// Puts a tree together from a parser's events, within limits: depth and number of values, so that
-/// whoever walks the tree may recurse. Keys that stand twice become errors.
+/// whoever walks the tree may recurse. A key that stands twice is an error, and then counts once.
 /// Thread safety: none.
 /// Real-time: no.
 class Builder {
@@ -88,9 +89,10 @@ class Builder {
     int line;
   };
 
+  void check_text(std::string_view text, int line) const;
   void name(Value& value);
   const Value& put(Value value);
-  void report_duplicates(const Map& map);
+  void drop_duplicates(Map& map);
 
   Errors& errors_;
   std::vector<Value> open_;  // the containers around what comes next, the innermost last

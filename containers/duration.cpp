@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/duration.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
+
+#include <fmt/format.h>
 
 #include "takt/base/error.hpp"
 
@@ -30,17 +30,17 @@ constexpr std::array<Unit, 6> kUnits{
 
 Nanoseconds parse_duration(std::string_view text) {
   double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number,
-                                            std::chars_format::fixed);
+  const auto [end, error] =
+      std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
   // from_chars would also take a sign, "inf" and "nan".
   if (error != std::errc{} || std::isdigit(static_cast<unsigned char>(text[0])) == 0) {
     refuse(text, "is not a duration");
   }
   const std::string_view unit_name = text.substr(static_cast<std::size_t>(end - text.data()));
   if (unit_name.empty()) refuse(text, "has no unit");
-  const auto* const unit =
-      std::find_if(kUnits.begin(), kUnits.end(),
-                   [&](const Unit& candidate) { return candidate.name == unit_name; });
+  const auto* const unit = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& candidate) {
+    return candidate.name == unit_name;
+  });
   if (unit == kUnits.end()) refuse(text, fmt::format("has the unknown unit '{}'", unit_name));
   const double nanoseconds = number * unit->nanoseconds;
   constexpr double kTooLong = 9.2e18;  // just below what Nanoseconds can hold, 292 years

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/duration.hpp"
 
-#include <gtest/gtest.h>
-
 #include <string>
+
+#include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
 

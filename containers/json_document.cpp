@@ -1,11 +1,11 @@
 // JSON by nlohmann's events. They come without lines, so the parser reads through an iterator that
 // tells how far it has come.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
 #include <cstddef>
 #include <iterator>
 #include <limits>
+
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "takt/containers/document.hpp"
@@ -55,7 +55,8 @@ class Handler {
   bool number_integer(std::int64_t value) { return add(value); }
   bool number_unsigned(std::uint64_t value) {
     if (value > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
-      errors_.add(line(), fmt::format("the number {} cannot be held", value), "write a smaller one");
+      errors_.add(line(), fmt::format("the number {} cannot be held", value),
+                  "write a smaller one");
     }
     return add(static_cast<std::int64_t>(value));
   }

@@ -1,17 +1,19 @@
 // YAML by yaml-cpp's events. Its tree of nodes would lose the difference between 5 and "5" and the
 // lines of keys, and would follow an alias into the very container that it stands in.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-#include <yaml-cpp/eventhandler.h>
-#include <yaml-cpp/exceptions.h>
-#include <yaml-cpp/parser.h>
-
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
+
+#include <fmt/format.h>
+#include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
 
 #include "takt/containers/document.hpp"
 
@@ -53,8 +55,8 @@ Content resolve(const std::string& text) {
     return has_digits && value ? Content(*value) : Content(text);
   }
   // from_chars knows more words for infinity, and a second sign.
-  if (digits.empty() || (std::isdigit(static_cast<unsigned char>(digits[0])) == 0 &&
-                         !digits.starts_with('.'))) {
+  if (digits.empty() ||
+      (std::isdigit(static_cast<unsigned char>(digits[0])) == 0 && !digits.starts_with('.'))) {
     return text;
   }
   const std::string_view without_plus = text.starts_with('+') ? digits : std::string_view(text);
@@ -70,23 +72,27 @@ class Handler : public YAML::EventHandler {
 
   explicit Handler(Errors& errors) : errors_(errors), builder_(errors) {}
 
-  Value take_root() { return builder_.take_root(); }
+  /// After the last document.
+  Value take_root() {
+    if (key_error_) errors_.fail(key_error_->first, key_error_->second, "write a word before the ':'");
+    return builder_.take_root();
+  }
 
   void OnDocumentStart(const Mark& mark) override {
     // What does not fit to the lines above, as a map that follows a list, begins a document too.
     if (++documents_ == 2) {
       errors_.fail(line(mark), "what stands above does not go on here",
-                   "mend the indentation; a file is one document, without a second '---'");
+                   "mend the indentation, or leave out '---': a file is one document");
     }
   }
   void OnDocumentEnd() override {}
 
   void OnNull(const Mark& mark, Anchor anchor) override {
-    require_value(mark, "a key is empty");
+    if (!is_value(mark, "a key is empty")) return;
     remember(anchor, builder_.add({.line = line(mark)}));
   }
   void OnAlias(const Mark& mark, Anchor anchor) override {
-    require_value(mark, "an alias stands for a key");
+    if (!is_value(mark, "an alias stands for a key")) return;
     const auto target = anchors_.find(anchor);
     if (target == anchors_.end()) {
       errors_.fail(line(mark), "this alias stands for something that it lies in itself",
@@ -98,8 +104,9 @@ class Handler : public YAML::EventHandler {
   }
   void OnScalar(const Mark& mark, const std::string& tag, Anchor anchor,
                 const std::string& text) override {
+    if (key_error_) return;
     const bool is_plain = tag == "?";
-    if (!is_plain && tag != "tag:yaml.org,2002:str") check_tag(mark, tag);
+    if (tag != "tag:yaml.org,2002:str") check_tag(mark, tag);
     if (builder_.wants_key()) return builder_.key(text, line(mark));
     Value value{.line = line(mark), .content = text};
     errors_.passes(value.line, [&] {
@@ -121,20 +128,24 @@ class Handler : public YAML::EventHandler {
  private:
   static int line(const Mark& mark) { return mark.line + 1; }
 
-  void require_value(const Mark& mark, const std::string& what) const {
-    if (builder_.wants_key()) errors_.fail(line(mark), what, "write a word before the ':'");
+  // Whether this is no key. A strange key is often only what the parser makes of an open bracket,
+  // about which it complains better later; until then no event counts.
+  bool is_value(const Mark& mark, const std::string& what) {
+    if (!key_error_ && builder_.wants_key()) key_error_.emplace(line(mark), what);
+    return !key_error_;
   }
   void check_tag(const Mark& mark, const std::string& tag) const {
     if (tag.empty() || tag == "?" || tag == "!") return;
     errors_.fail(line(mark), fmt::format("the tag '{}' means nothing here", tag), "leave it out");
   }
   void open(const Mark& mark, const std::string& tag, Anchor anchor, Content content) {
+    if (!is_value(mark, "a list or a map stands for a key")) return;
     check_tag(mark, tag);
-    require_value(mark, "a list or a map stands for a key");
     builder_.open({.line = line(mark), .content = std::move(content)});
     open_anchors_.push_back(anchor);
   }
   void close() {
+    if (key_error_) return;
     const Anchor anchor = open_anchors_.back();
     open_anchors_.pop_back();
     remember(anchor, builder_.close());
@@ -148,13 +159,16 @@ class Handler : public YAML::EventHandler {
   Errors& errors_;
   Builder builder_;
   int documents_ = 0;
-  std::vector<Anchor> open_anchors_;  // of the containers that are open
-  std::map<Anchor, Value> anchors_;   // of what is complete
+  std::optional<std::pair<int, std::string>> key_error_;  // its line, and what is wrong
+  std::vector<Anchor> open_anchors_;                      // of the containers that are open
+  std::map<Anchor, Value> anchors_;                       // of what is complete
 };
 
 [[noreturn]] void fail(const YAML::Exception& exception, const std::string& text,
                        const Errors& errors) {
-  const int last_line = 1 + static_cast<int>(std::count(text.begin(), text.end(), '\n'));
+  // Where the file ends too early, its last line is meant, not the empty ones after it.
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(text.find_last_not_of(" \t\r\n"));
+  const int last_line = 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
   const int line = std::min(exception.mark.line + 1, last_line);
   std::istringstream lines(text);
   std::string content;
@@ -165,7 +179,11 @@ class Handler : public YAML::EventHandler {
   if (exception.msg == YAML::ErrorMsg::DOC_IN_SCALAR) {
     errors.fail(line, "a text in quotes does not end", "close the quotes");
   }
-  errors.fail(line, exception.msg, "mend the indentation, the brackets or the quotes here");
+  if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
+    errors.fail(line, "this is nested too deeply", "nest less");
+  }
+  errors.fail(line, exception.msg,
+              "write valid YAML here: look at indentation, brackets, quotes and anchors");
 }
 
 }  // namespace

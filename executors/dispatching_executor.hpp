@@ -51,6 +51,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return spinning_.load(); }
+  std::size_t max_threads() const noexcept override { return traits_.max_threads; }
   void stop_timers() noexcept override { ready_.stop_timers(); }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;

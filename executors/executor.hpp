@@ -60,6 +60,13 @@ struct ThreadStatistics {
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
+
+  /// Of one CPU.
+  double cpu_percent() const noexcept {
+    return wall_time == Nanoseconds::zero() ? 0
+                                            : 100.0 * static_cast<double>(cpu_time.count()) /
+                                                  static_cast<double>(wall_time.count());
+  }
 };
 
 enum class FutureReturnCode { SUCCESS, INTERRUPTED, TIMEOUT };
@@ -121,6 +128,9 @@ class Executor {
   virtual void cancel() noexcept = 0;
   /// True until spin has returned, also after cancel.
   virtual bool is_spinning() const noexcept = 0;
+
+  /// How many of ExecutorOptions::threads it can use.
+  virtual std::size_t max_threads() const noexcept = 0;
 
   /// No timer is released any more: how a run is brought to its end without losing a message.
   virtual void stop_timers() noexcept = 0;

@@ -38,6 +38,7 @@ class IsolatedExecutor final : public Executor, private Wakeable {
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return spinning_.load(); }
+  std::size_t max_threads() const noexcept override { return SIZE_MAX; }
   void stop_timers() noexcept override;
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;

@@ -1,0 +1,42 @@
+// What a run of a system has shown.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_RESULT_HPP_
+#define TAKT_CONTAINERS_RESULT_HPP_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "takt/executors/executor.hpp"
+
+namespace takt {
+
+/// One process of a run: its callbacks and threads, each with the executor that they belong to.
+struct ProcessResult {
+  struct Callback {
+    std::string executor;
+    CallbackStatistics statistics;
+    /// Sent to it, and neither received nor dropped. 0 unless something is wrong.
+    std::uint64_t lost() const noexcept {
+      return statistics.expected - statistics.received - statistics.dropped;
+    }
+  };
+  struct Thread {
+    std::string executor;
+    ThreadStatistics statistics;
+  };
+
+  std::string name;
+  std::vector<Callback> callbacks;
+  std::vector<Thread> threads;
+  double duration_s = 0;
+  double cpu_percent = 0;  // of one CPU
+  std::uint64_t pss_kb = 0;
+  std::uint64_t allocations_while_spinning = 0;  // on executor threads
+  bool allocations_counted = false;
+  std::vector<std::string> notes;  // what was refused, ignored or left undone
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_RESULT_HPP_

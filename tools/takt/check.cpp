@@ -1,0 +1,33 @@
+// takt check: is the file right? Nothing is constructed or run.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "takt/containers/system_description.hpp"
+
+namespace takt::tools {
+
+void add_check(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "check", "Validates files without running them; every error as FILE:LINE: what; what to do");
+  const auto files = std::make_shared<std::vector<std::string>>();
+  command->add_option("FILE", *files, "Configuration files, or workloads in the iRobot JSON format")
+      ->required();
+  command->footer("Example:\n  takt check robot.yaml\n");
+  command->callback([files] {
+    std::vector<std::string> errors;
+    for (const std::string& file : *files) {
+      try {
+        const SystemDescription system = read_system(file);
+        for (const std::string& note : system.notes) fmt::print(stderr, "note: {}\n", note);
+        fmt::print("{}: right: {} components, {} executors, {} threads\n", file,
+                   system.components.size(), system.executors.size(), system.threads.size());
+      } catch (const ConfigurationError& error) {
+        errors.insert(errors.end(), error.errors().begin(), error.errors().end());
+      }
+    }
+    if (!errors.empty()) throw ConfigurationError(errors);
+  });
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,22 @@
+// The subcommands: each adds itself to the command line, one file each.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_COMMANDS_HPP_
+#define TAKT_TOOLS_TAKT_COMMANDS_HPP_
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace takt::tools {
+
+/// Exit statuses of the program.
+inline constexpr int kBadUsage = 2;
+
+void add_list(CLI::App& app);
+void add_check(CLI::App& app);
+void add_run(CLI::App& app);
+void add_compare(CLI::App& app);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_COMMANDS_HPP_

@@ -1,0 +1,36 @@
+// takt: runs systems that a file describes, and compares executors on them.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "takt/containers/system_description.hpp"
+
+int main(int argc, char** argv) {
+  using namespace takt;
+  CLI::App app("Takt: real-time executors with swappable schedulers", "takt");
+  app.set_version_flag("--version", TAKT_VERSION);
+  app.require_subcommand(1);
+  app.failure_message(CLI::FailureMessage::simple);
+  app.footer(
+      "Example:\n"
+      "  takt compare robot.yaml --executors all --duration 5s\n");
+  tools::add_list(app);
+  tools::add_check(app);
+  tools::add_run(app);
+  tools::add_compare(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : tools::kBadUsage;
+  } catch (const ConfigurationError& error) {
+    for (const std::string& line : error.errors()) fmt::print(stderr, "{}\n", line);
+    return tools::kBadUsage;
+  } catch (const Error& error) {
+    fmt::print(stderr, "takt: {}\n", error.what());
+    return tools::kBadUsage;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "takt: {}\n", error.what());
+    return 1;
+  }
+}
