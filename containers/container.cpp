@@ -192,6 +192,7 @@ void Container::start(std::function<void()> on_failure) {
   Logger::instance().start([this] { apply(thread("log"), description_.realtime); });
   note(apply(thread("main"), description_.realtime).refused);
   for (const auto& running : executors_) {
+    running->executor->release_timers(false);
     running->thread = std::thread([&executor = *running, on_failure] {
       try {
         apply({.name = executor.name}, Realtime::off);  // what the file gives comes on top
@@ -214,6 +215,7 @@ void Container::start(std::function<void()> on_failure) {
       if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();
     }
   }
+  for (const auto& running : executors_) running->executor->release_timers(true);
   started_ = Clock::steady().now();
   cpu_time_ = process_cpu_time();
 }
@@ -234,7 +236,7 @@ bool Container::drain() {
 }
 
 void Container::stop() {
-  for (const auto& running : executors_) running->executor->stop_timers();
+  for (const auto& running : executors_) running->executor->release_timers(false);
   stopped_ = Clock::steady().now();
   cpu_time_ = process_cpu_time() - cpu_time_;
   pss_kb_ = proportional_set_size_kb();

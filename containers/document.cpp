@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 4 << 20;
 constexpr std::size_t kMaxDepth = 64;
-
 constexpr std::size_t kMaxErrors = 100;
 
 // Texts of the file get into errors, and an error is one line on somebody's terminal.
@@ -150,6 +149,7 @@ bool Builder::wants_key() const {
 }
 
 void Builder::key(std::string name, int line) {
+  check_text(name, line);
   key_ = Key{std::move(name), line};
 }
 

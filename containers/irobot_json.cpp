@@ -120,7 +120,7 @@ class WorkloadReader : private SystemReader {
   static ComponentDescription copy(const ComponentDescription& node, int number) {
     ComponentDescription result = node;
     const std::string suffix = fmt::format("_{}", number);
-    result.name += suffix;
+    if (!node.name.empty()) result.name += suffix;  // else it is missing, which is known
     if (!node.name_space.empty()) result.name_space += suffix;
     return result;
   }
@@ -239,7 +239,8 @@ class WorkloadReader : private SystemReader {
     return [this, words, built](const Value& value) {
       const std::size_t chosen = choose(value, words);
       if (chosen < built || chosen == words.size()) return;
-      errors_.add(value.line, fmt::format("{} '{}' is not built yet", value.name, words[chosen]),
+      errors_.add(value.line,
+                  fmt::format("'{}' of '{}' is not built yet", value.name, words[chosen]),
                   fmt::format("choose '{}'", words[0]));
     };
   }
@@ -255,7 +256,7 @@ class WorkloadReader : private SystemReader {
       if (std::find(types.begin(), types.end(), type) != types.end()) {
         target = type;
       } else {
-        errors_.add(value.line, fmt::format("{} cannot be '{}'", value.name, type),
+        errors_.add(value.line, fmt::format("'{}' cannot be '{}'", value.name, type),
                     suggest(type, types));
       }
     };

@@ -70,11 +70,14 @@ class Handler : public YAML::EventHandler {
   using Mark = YAML::Mark;
   using Anchor = YAML::anchor_t;
 
-  explicit Handler(Errors& errors) : errors_(errors), builder_(errors) {}
+  Handler(std::string_view text, Errors& errors)
+      : text_(text), errors_(errors), builder_(errors) {}
 
   /// After the last document.
   Value take_root() {
-    if (key_error_) errors_.fail(key_error_->first, key_error_->second, "write a word before the ':'");
+    if (key_error_) {
+      errors_.fail(key_error_->first, key_error_->second, "write a word before the ':'");
+    }
     return builder_.take_root();
   }
 
@@ -89,7 +92,11 @@ class Handler : public YAML::EventHandler {
 
   void OnNull(const Mark& mark, Anchor anchor) override {
     if (!is_value(mark, "a key is empty")) return;
-    remember(anchor, builder_.add({.line = line(mark)}));
+    // The mark of what is left empty is that of what follows, maybe lines below.
+    const std::string_view before = text_.substr(0, static_cast<std::size_t>(mark.pos));
+    const std::string_view gap = before.substr(before.find_last_not_of(" \t\r\n") + 1);
+    const auto lines_too_far = static_cast<int>(std::count(gap.begin(), gap.end(), '\n'));
+    remember(anchor, builder_.add({.line = line(mark) - lines_too_far}));
   }
   void OnAlias(const Mark& mark, Anchor anchor) override {
     if (!is_value(mark, "an alias stands for a key")) return;
@@ -156,6 +163,7 @@ class Handler : public YAML::EventHandler {
     anchors_[anchor] = value;
   }
 
+  const std::string_view text_;
   Errors& errors_;
   Builder builder_;
   int documents_ = 0;
@@ -190,8 +198,9 @@ class Handler : public YAML::EventHandler {
 
 Value parse_yaml(const std::string& text, Errors& errors) {
   // Without a mark at the end, yaml-cpp takes a text in quotes that is cut off for complete.
-  std::istringstream stream(text + "\n...\n");
-  Handler handler(errors);
+  const std::string ended = text + "\n...\n";
+  std::istringstream stream(ended);
+  Handler handler(ended, errors);
   try {
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(handler)) {

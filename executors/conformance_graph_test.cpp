@@ -76,11 +76,14 @@ TEST_P(ConformanceGraph, EntitiesComeAndGoWhileMessagesArrive) {
       ++received;
     });
     const auto timer = node->create_timer("timer", 100us, [&] { *data += 1; });
-    if (round % 4 == 0) std::this_thread::yield();
+    // Most go at once, some in the middle of the flood.
+    const int before = received;
+    if (round % 10 == 0 && !is_frozen()) {
+      ASSERT_TRUE(eventually([&] { return received > before; }));
+    }
   }
   stop = true;
   flood.join();
-  EXPECT_TRUE(is_frozen() || received > 0);
 }
 
 TEST_P(ConformanceGraph, RemovingWaitsForTheRunningCallback) {

@@ -344,7 +344,7 @@ void DispatchingExecutor::free_what_is_gone() noexcept {
   }
   std::erase_if(removed_records_, [](const auto& record) {
     return record->gone.load() == 1 && !record->entity->is_attached() && !record->queued.load() &&
-           !record->changed.load();
+           !record->held.load() && !record->changed.load();
   });
 }
 
@@ -637,7 +637,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   for (const auto& record : records_) {
     // In this order: who sees that a message was taken sees that its callback executes.
     if ((!record->is_timer() && record->entity->ready_count() != 0) ||
-        record->executing.load() != 0 || record->queued.load()) {
+        record->executing.load() != 0 || record->held.load() || record->queued.load()) {
       ++count;
     }
   }

@@ -52,7 +52,10 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return spinning_.load(); }
   std::size_t max_threads() const noexcept override { return traits_.max_threads; }
-  void stop_timers() noexcept override { ready_.stop_timers(); }
+  void release_timers(bool released) noexcept override {
+    ready_.release_timers(released);
+    wake();  // who keeps time must look anew
+  }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
   std::vector<ThreadStatistics> thread_statistics() const override;

@@ -132,8 +132,9 @@ class Executor {
   /// How many of ExecutorOptions::threads it can use.
   virtual std::size_t max_threads() const noexcept = 0;
 
-  /// No timer is released any more: how a run is brought to its end without losing a message.
-  virtual void stop_timers() noexcept = 0;
+  /// False: timers come due and nothing happens, until true. A run begins and ends so: all threads
+  /// are there before the first release, and no message is lost after the last.
+  virtual void release_timers(bool released) noexcept = 0;
   /// How many callbacks are ready or running; 0 when everything that was sent is done.
   virtual std::size_t pending() const noexcept = 0;
 

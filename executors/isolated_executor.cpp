@@ -237,8 +237,8 @@ FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nano
 
 // ---- Observing ----
 
-void IsolatedExecutor::stop_timers() noexcept {
-  for (const auto& child : children()) child->executor.stop_timers();
+void IsolatedExecutor::release_timers(bool released) noexcept {
+  for (const auto& child : children()) child->executor.release_timers(released);
 }
 
 std::size_t IsolatedExecutor::pending() const noexcept {

@@ -39,7 +39,7 @@ class IsolatedExecutor final : public Executor, private Wakeable {
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return spinning_.load(); }
   std::size_t max_threads() const noexcept override { return SIZE_MAX; }
-  void stop_timers() noexcept override;
+  void release_timers(bool released) noexcept override;
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
   std::vector<ThreadStatistics> thread_statistics() const override;

@@ -52,14 +52,18 @@ void ReadySet::drain_inbox() noexcept {
     if (record->is_timer()) {
       // Cleared before the release time is read: who changes it again announces again.
       record->changed.store(false);
-      if (!record->removed && !record->queued.load()) {
+      if (!record->removed && !record->held.load(std::memory_order_relaxed)) {
         disarm(*record);
         arm(*record);
       }
+    } else if (record->held.load(std::memory_order_relaxed)) {
+      record->drained = true;
     } else if (record->removed) {
       record->queued.store(false);  // our last touch of it
     } else {
-      push(*record);
+      record->drained = true;
+      record->arrived(record->announced);
+      hold(*record);
     }
     record = next;
   }
@@ -72,10 +76,8 @@ void ReadySet::release_due_timers() noexcept {
     auto [due, record] = timers_.front();
     std::pop_heap(timers_.begin(), timers_.end(), due_later);
     timers_.pop_back();
-    record->queued.store(true);
-    record->sequence = next_sequence();
-    record->ready_time = due;
-    push(*record);
+    record->arrived({next_sequence(), due});
+    hold(*record);
   }
 }
 
@@ -97,8 +99,7 @@ void ReadySet::disarm(CallbackRecord& record) noexcept {
 
 void ReadySet::restore_deferred() noexcept {
   while (deferred_ != nullptr) {
-    CallbackRecord* record = std::exchange(deferred_, deferred_->inbox_next);
-    hand_back(record);
+    hand_back(std::exchange(deferred_, deferred_->next));
   }
 }
 

@@ -37,9 +37,15 @@ struct CallbackRecord : ReadyCallback, Sink {
   bool removed = false;
   std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
 
-  // From the announcement until the last message was taken (exclusive groups: until its callback
-  // returned) the record is in the inbox, in the scheduler, parked or executing: once, in all.
+  // The scheduler, a parking place or a worker has the record: once, in all. It is given back when
+  // the last message was taken (exclusive groups: when its callback has returned). Written
+  // serialised; read by pending(), and by who waits to free a removed record.
+  std::atomic<bool> held{false};
+  // Announced through the inbox, by any thread, and not yet answered.
   std::atomic<bool> queued{false};
+  Arrival announced{};           // by whom: written by the thread that has set `queued`
+  bool drained = false;          // `queued`, and out of the inbox: settling answers it
+  bool announced_again = false;  // from a callback of the only worker, while it was held
   // A timer's record stands in the inbox because its release time has changed.
   std::atomic<bool> changed{false};
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
@@ -48,6 +54,11 @@ struct CallbackRecord : ReadyCallback, Sink {
   void arrived(const Arrival& arrival) noexcept {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
+  }
+  /// The last touch of a removed record: whoever waits to free it may do so.
+  void let_go() noexcept {
+    if (drained) queued.store(false);
+    held.store(false, std::memory_order_release);  // pairs with the load of who frees it
   }
   bool is_timer() const noexcept { return description.kind == EntityKind::timer; }
   bool is_reentrant() const noexcept { return group->type() == CallbackGroupType::Reentrant; }
@@ -82,20 +93,21 @@ class ReadySet {
   bool announce(CallbackRecord& record, const Arrival& arrival) noexcept {
     // Most announcements of a busy callback end here. Sequentially consistent: see settle().
     if (record.queued.load() || record.queued.exchange(true)) return false;
-    record.arrived(arrival);
+    record.announced = arrival;
     inbox_.push(record);
     return true;
   }
-  /// The same on the thread of the only worker, from a callback: events go straight to the
-  /// scheduler, without the inbox. Nobody has to be woken.
+  /// The same from a callback, on the thread of the only worker: nobody has to be woken. No other
+  /// thread can be at the scheduler, so an event goes there without any atomic operation.
   void announce_from_callback(CallbackRecord& record, const Arrival& arrival) noexcept {
-    if (record.queued.load() || record.queued.exchange(true)) return;
-    record.arrived(arrival);
     if (is_wait_set()) {
-      inbox_.push(record);
-    } else {
-      push(record);
-    }
+      announce(record, arrival);
+    } else if (record.held.load(std::memory_order_relaxed)) {
+      record.announced_again = true;
+    } else if (!record.queued.load(std::memory_order_relaxed)) {
+      record.arrived(arrival);
+      hold(record);
+    }  // else it is in the inbox, and what is taken out of there looks at all messages
   }
   /// A timer's release time has changed.
   bool announce_change(CallbackRecord& record) noexcept {
@@ -133,7 +145,7 @@ class ReadySet {
   TimePoint next_release() const noexcept {
     return timers_.empty() || timers_stopped_.load() ? kNever : timers_.front().first;
   }
-  void stop_timers() noexcept { timers_stopped_.store(true); }
+  void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
 
   /// The time as of the last reading, for those who just read the clock (full statistics).
   void set_now(TimePoint now) noexcept { now_ = now; }
@@ -141,6 +153,7 @@ class ReadySet {
   void read_clock() noexcept { now_ = clock_.now(); }
 
  private:
+  void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more) noexcept;
@@ -155,7 +168,7 @@ class ReadySet {
   Inbox<CallbackRecord> inbox_;
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
-  CallbackRecord* deferred_ = nullptr;                         // linked by inbox_next
+  ReadyCallback* deferred_ = nullptr;                          // linked by next
   std::size_t waiting_ = 0;                                    // in the scheduler
   std::uint64_t window_ = 0;
   std::uint32_t dispatches_ = 0;
@@ -190,6 +203,11 @@ inline void ReadySet::poll() noexcept {
   }
 }
 
+inline void ReadySet::hold(CallbackRecord& record) noexcept {
+  record.held.store(true, std::memory_order_relaxed);
+  push(record);
+}
+
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
   for (;;) {
     if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) poll();
@@ -200,10 +218,11 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
     if (record.window > window_) window_ = record.window;
     if (record.removed) {
       hand_back(record.group->unpark());
-      record.queued.store(false);  // our last touch of it
+      record.let_go();
     } else if (record.sequence > limits.last_sequence) {
-      record.inbox_next = std::exchange(deferred_, &record);
+      record.next = std::exchange(deferred_, &record);
     } else if (record.group->admit(record)) {
+      record.announced_again = false;  // what was sent so far, take sees
       // Relaxed: made visible by the swap that takes the message, see pending().
       record.executing.store(record.executing.load(std::memory_order_relaxed) + 1,
                              std::memory_order_relaxed);
@@ -212,31 +231,39 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
   }
 }
 
-// The record is at nobody's now: queue it again if more is there, else let it be announced. Both
-// sides are sequentially consistent: the publisher writes its message and then reads `queued`, we
-// write `queued` and then look for messages, so one of the two sees the other.
+// The record has been served: it is given back, or goes to the scheduler again if more is there.
+// Announcements from other threads are answered so that none is lost: the publisher writes its
+// message and then reads `queued`, we write `queued` and then look for messages, both sequentially
+// consistent, so one of the two sees the other.
 inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
-  if (record.removed) {
-    record.queued.store(false);
-    return;
-  }
+  if (record.removed) return record.let_go();
   if (record.is_timer()) {
-    record.queued.store(false);
-    disarm(record);  // it may have been armed by a reset meanwhile
-    arm(record);
-    return;
+    record.held.store(false, std::memory_order_relaxed);
+    return arm(record);
   }
-  if (!more) {
+  if (!more && record.drained) {
+    record.drained = false;
     record.queued.store(false);
-    if (record.entity->ready_count() == 0 || record.queued.exchange(true)) return;
+    more = record.entity->ready_count() != 0;
+  }
+  if (!more && !record.announced_again) {
+    record.held.store(false, std::memory_order_relaxed);
+    return;
   }
   Arrival arrival{next_sequence(), now_};
   record.entity->front(arrival);
-  record.arrived(arrival);
-  if (is_wait_set()) {
-    inbox_.push(record);  // for the next snapshot
-  } else {
+  if (!is_wait_set()) {
+    record.arrived(arrival);
     push(record);
+    return;
+  }
+  // Into the next snapshot, with the announcement that was not answered or a new one.
+  record.held.store(false, std::memory_order_relaxed);
+  if (std::exchange(record.drained, false)) {
+    record.announced = arrival;
+    inbox_.push(record);
+  } else {
+    announce(record, arrival);
   }
 }
 

@@ -1,11 +1,10 @@
-// Tests of locked memory and touched stacks.
+// Tests of locked memory.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/memory_lock.hpp"
 
 #include <fstream>
 #include <functional>
 #include <string>
-#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,7 +13,6 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
-#include "takt/base/realtime_scope.hpp"
 
 namespace takt {
 namespace {
@@ -110,25 +108,6 @@ TEST(LockMemory, ThrowsWhenRequiredAndRefused) {
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
   EXPECT_THAT(text, StartsWith("memory lock: "));
   EXPECT_THAT(text, HasSubstr("grant it, or write `realtime: prefer` to go on without"));
-}
-
-[[gnu::noinline]] void use_stack() {
-  volatile char memory[100 * 1024];
-  for (std::size_t i = 0; i < sizeof memory; i += 1024) memory[i] = 1;
-}
-
-TEST(PrefaultStack, LeavesNoPageFaultForLaterCalls) {
-  // Under a sanitizer the frames lie elsewhere, and its shadow memory faults too.
-  if (kLocksNothing) GTEST_SKIP() << "a sanitizer uses the stack in its own way";
-  use_stack();  // its code is in memory now
-  std::uint64_t faults = 1;
-  std::thread([&] {
-    prefault_stack();
-    const RealtimeScope scope;
-    use_stack();
-    faults = scope.so_far().minor_faults;
-  }).join();
-  EXPECT_EQ(faults, 0u);
 }
 
 }  // namespace
