@@ -5,6 +5,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <functional>
 #include <limits>
@@ -49,6 +51,10 @@ class Explorer {
 
   /// An access to shared memory is about to happen.
   static void point() {
+    if (++steps > kMaxSteps) {
+      std::fputs("an operation does not come to an end\n", stderr);
+      std::abort();
+    }
     if (running != nullptr) running->may_switch();
   }
 
@@ -58,8 +64,10 @@ class Explorer {
   };
   static constexpr std::size_t kStackBytes = 128 * 1024;
   static constexpr std::size_t kMaxBodies = 4;
+  static constexpr int kMaxSteps = 100'000;
 
   void run(int preemptions) {
+    steps = 0;
     preemptions_left_ = preemptions;
     position_ = 0;
     unfinished_.clear();
@@ -116,6 +124,7 @@ class Explorer {
   }
 
   static inline Explorer* running = nullptr;
+  static inline int steps = 0;  // of this run
 
   Bodies bodies_;
   std::vector<std::size_t> unfinished_;

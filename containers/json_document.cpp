@@ -1,5 +1,4 @@
-// JSON by nlohmann's events. They come without lines, so the parser reads through an iterator that
-// tells how far it has come.
+// JSON as a tree, by nlohmann's events.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstddef>
 #include <iterator>
@@ -13,7 +12,7 @@
 namespace takt::document {
 namespace {
 
-/// Tells `position` what has been read.
+// The events come without lines, so the parser reads through this, which tells how far it is.
 class TrackingIterator {
  public:
   using iterator_category = std::input_iterator_tag;

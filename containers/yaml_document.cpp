@@ -1,5 +1,4 @@
-// YAML by yaml-cpp's events. Its tree of nodes would lose the difference between 5 and "5" and the
-// lines of keys, and would follow an alias into the very container that it stands in.
+// YAML as a tree, by yaml-cpp's events.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cctype>
@@ -65,13 +64,14 @@ Content resolve(const std::string& text) {
   return text;
 }
 
+// Events, and not yaml-cpp's own tree, which would expand every alias, follow one into the very
+// container that it stands in, and not know the lines of keys.
 class Handler : public YAML::EventHandler {
  public:
   using Mark = YAML::Mark;
   using Anchor = YAML::anchor_t;
 
-  Handler(std::string_view text, Errors& errors)
-      : text_(text), errors_(errors), builder_(errors) {}
+  Handler(std::string_view text, Errors& errors) : text_(text), errors_(errors), builder_(errors) {}
 
   /// After the last document.
   Value take_root() {

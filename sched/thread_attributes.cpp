@@ -32,6 +32,17 @@ constexpr std::array<PolicyName, 5> kPolicies{{{ThreadPolicy::other, SCHED_OTHER
 
 int number_of(ThreadPolicy policy) { return kPolicies[static_cast<std::size_t>(policy)].number; }
 
+std::vector<int> affinity_of_this_thread() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  std::vector<int> cpus;
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (CPU_ISSET(cpu, &set)) cpus.push_back(cpu);
+  }
+  return cpus;
+}
+
 bool has_priority(ThreadPolicy policy) {
   return policy == ThreadPolicy::fifo || policy == ThreadPolicy::rr;
 }
@@ -61,17 +72,12 @@ ThreadPolicy thread_policy(std::string_view name) {
   throw Error(fmt::format("there is no thread policy '{}'", name), suggest(name, valid));
 }
 
-std::vector<int> available_cpus() {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  // Of process 1 of this cgroup we know nothing; our main thread's mask is what we may use.
-  sched_getaffinity(getpid(), sizeof set, &set);
-  std::vector<int> cpus;
-  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (CPU_ISSET(cpu, &set)) cpus.push_back(cpu);
-  }
+const std::vector<int>& available_cpus() {
+  static const std::vector<int> cpus = affinity_of_this_thread();
   return cpus;
 }
+// Asked when the library is loaded, before any thread has narrowed its own affinity.
+[[maybe_unused]] static const std::size_t kAskedEarly = available_cpus().size();
 
 void ThreadAttributes::check() const {
   if (has_priority(policy)) {
@@ -116,12 +122,7 @@ ThreadState this_thread_state() {
   state.priority = parameters.sched_priority;
   // The system call, not getpriority(): the kernel's nice value belongs to the thread.
   state.nice = getpriority(PRIO_PROCESS, static_cast<id_t>(state.tid));
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  sched_getaffinity(0, sizeof set, &set);
-  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (CPU_ISSET(cpu, &set)) state.affinity.push_back(cpu);
-  }
+  state.affinity = affinity_of_this_thread();
   return state;
 }
 

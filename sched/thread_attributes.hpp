@@ -55,8 +55,8 @@ std::string_view to_string(ThreadPolicy policy) noexcept;
 /// Throws an Error that lists the valid names.
 ThreadPolicy thread_policy(std::string_view name);
 
-/// The CPUs that this process may use.
-std::vector<int> available_cpus();
+/// The CPUs that this process was given when it started.
+const std::vector<int>& available_cpus();
 
 }  // namespace takt
 
