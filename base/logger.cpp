@@ -39,7 +39,7 @@ void Logger::start(const std::function<void()>& prepare) {
   const std::lock_guard lock(mutex);
   if (started_.load()) return;
   thread_ = std::thread([this, prepare] {
-    pthread_setname_np(pthread_self(), "takt-log");
+    pthread_setname_np(pthread_self(), "log");
     if (prepare) prepare();
     write_until_stopped();
   });

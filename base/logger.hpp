@@ -21,7 +21,7 @@ namespace takt {
 enum class LogLevel { debug, info, warn, error };
 
 /// A bounded logger: a line is formatted into a record of a fixed pool and handed to the thread
-/// `takt-log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
+/// `log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
 /// the count is written as soon as there is room. The thread starts with the first line and sleeps
 /// on a futex while there is nothing to write.
 ///

@@ -87,7 +87,7 @@ TEST_F(LoggerTest, WritesInAThreadOfItsOwnWithAName) {
   });
   log(LogLevel::info, "who writes?");
   logger_.flush();
-  EXPECT_STREQ(name.data(), "takt-log");
+  EXPECT_STREQ(name.data(), "log");
   EXPECT_NE(writing_thread, std::this_thread::get_id());
 }
 

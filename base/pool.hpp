@@ -70,10 +70,12 @@ class Pool final : ClosedPool {
     if (index == kNone) {
       // Acquire: pairs with push in recycle; the chain and its objects are ours now.
       std::uint64_t old = returned_.load(std::memory_order_relaxed);
-      while (!returned_.compare_exchange_weak(old, next_tag(old) | kNone, std::memory_order_acquire)) {
-      }
+      do {
+        // A lender who waits for a free object must not take the cache line from the returner.
+        if (static_cast<std::uint32_t>(old) == kNone) return nullptr;
+      } while (!returned_.compare_exchange_weak(old, next_tag(old) | kNone,
+                                                std::memory_order_acquire));
       index = static_cast<std::uint32_t>(old);
-      if (index == kNone) return nullptr;
       const std::uint32_t first = next_[index].load(std::memory_order_relaxed);
       if (first != kNone) {
         std::uint32_t last = first;

@@ -93,7 +93,14 @@ void Container::make_executors() {
   };
   if (overrides_.executor.empty()) {
     for (const ExecutorDescription& executor : description_.executors) make(executor);
-    make({.name = kDefaultExecutor});
+    const auto is_default = [](const auto& executor) { return executor.name == kDefaultExecutor; };
+    if (std::none_of(description_.executors.begin(), description_.executors.end(), is_default) &&
+        std::any_of(description_.components.begin(), description_.components.end(),
+                    [](const auto& component) {
+                      return component.executor.empty() || component.executor == kDefaultExecutor;
+                    })) {
+      make({.name = kDefaultExecutor});
+    }
     return;
   }
   // One executor for all, on the threads of the file in order of appearance.
@@ -209,7 +216,8 @@ void Container::start(std::function<void()> on_failure) {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
   }
-  // Timers were made one by one, some time ago; now that all threads are there, they start together.
+  // Timers were made one by one, some time ago; now that all threads are there, they start
+  // together.
   for (const auto& component : components_) {
     for (const auto& entity : component->node->entities()) {
       if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();

@@ -53,8 +53,8 @@ struct ComponentDescription {
   std::map<std::string, SourceLine, std::less<>> parameter_lines, remap_lines;
 };
 
-/// A whole file: one container. An executor called "default" (single_threaded) is always there for
-/// components that name none.
+/// A whole file: one container. Components that name no executor are under one called "default"
+/// (single_threaded unless the file describes it).
 struct SystemDescription {
   std::string file;
   std::string name = "takt";  // of the container

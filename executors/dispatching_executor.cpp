@@ -660,8 +660,7 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
     statistics.topic = report.topic;
     statistics.dropped = report.dropped;
     statistics.overruns = report.missed;
-    statistics.expected =
-        record->is_timer() ? statistics.received + report.missed : report.expected;
+    statistics.expected = record->is_timer() ? statistics.received : report.expected;
     result.push_back(std::move(statistics));
   }
   return result;

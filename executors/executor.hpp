@@ -45,7 +45,7 @@ struct CallbackStatistics {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
   std::uint64_t received = 0;  // executions
-  std::uint64_t expected = 0;  // messages sent to it, or timer releases
+  std::uint64_t expected = 0;  // messages sent to it; timers: received
   std::uint64_t dropped = 0;   // overwritten before they were taken
   std::uint64_t late = 0, too_late = 0;
   std::uint64_t deadline_misses = 0;

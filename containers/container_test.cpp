@@ -1,0 +1,178 @@
+// A container from description to result: placement, threads, counts.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/container.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+struct Tick {
+  int number = 0;
+};
+TAKT_MESSAGE(Tick, "test/msg/Tick", number);
+
+/// Publishes each millisecond, and receives in a group of its own.
+class Ticker : public Node {
+ public:
+  explicit Ticker(const NodeOptions& options) : Node("ticker", options) {
+    if (declare_parameter("throws", false)) throw std::runtime_error("as you wish");
+    const auto group = create_callback_group("apart", CallbackGroupType::MutuallyExclusive);
+    publisher_ = create_publisher<Tick>("ticks", 10, {.loans = 32});
+    timer_ = create_timer("timer", 1ms,
+                          [this] { publisher_->publish(publisher_->borrow_loaned_message()); });
+    subscription_ = create_subscription<Tick>(
+        "ticks", 10, [](const Tick&) {}, group);
+  }
+
+ private:
+  std::shared_ptr<Publisher<Tick>> publisher_;
+  std::shared_ptr<Timer> timer_;
+  std::shared_ptr<Subscription<Tick>> subscription_;
+};
+
+SystemDescription one_ticker() {
+  SystemDescription system;
+  system.file = "test.yaml";
+  system.components.push_back({.type = "takt::test::Ticker", .where = "test.yaml:3"});
+  return system;
+}
+
+ProcessResult run(const SystemDescription& system, const ContainerOverrides& overrides = {}) {
+  Container container(system, overrides);
+  container.start();
+  std::this_thread::sleep_for(100ms);
+  container.stop();
+  return container.result();
+}
+
+TEST(Container, DeliversEverythingUnderEveryExecutorAndAllocatesNothing) {
+  for (const std::string& executor : executors().names()) {
+    const ProcessResult result = run(one_ticker(), {.executor = executor});
+    std::uint64_t received = 0;
+    for (const auto& callback : result.callbacks) {
+      EXPECT_EQ(callback.lost(), 0u) << executor;
+      EXPECT_EQ(callback.statistics.dropped, 0u) << executor;
+      received += callback.statistics.received;
+    }
+    EXPECT_GT(received, 20u) << executor;
+    EXPECT_EQ(result.allocations_while_spinning, 0u) << executor;
+    EXPECT_GT(result.pss_kb, 0u);
+  }
+}
+
+TEST(Container, PutsAGroupUnderTheExecutorThatTheFileNames) {
+  SystemDescription system = one_ticker();
+  system.executors = {{.name = "fast", .type = "events"},
+                      {.name = "slow", .type = "single_threaded"}};
+  system.components[0].executor = "fast";
+  system.components[0].callback_groups["apart"] = {.executor = "slow", .where = "test.yaml:5"};
+  for (const auto& callback : run(system).callbacks) {
+    EXPECT_EQ(callback.executor, callback.statistics.group == "apart" ? "slow" : "fast");
+  }
+  // Under one executor for all there is nothing to choose, and the result says so.
+  const ProcessResult overridden = run(system, {.executor = "events"});
+  ASSERT_EQ(overridden.notes.size(), 1u);
+  EXPECT_THAT(overridden.notes[0], HasSubstr("test.yaml:5"));
+}
+
+/// Exits with 0 when the threads of this process are called so, each once.
+[[noreturn]] void run_and_check_thread_names(const SystemDescription& system,
+                                             const std::set<std::string>& expected) {
+  Container container(system);
+  container.start();
+  std::this_thread::sleep_for(20ms);
+  std::set<std::string> names;
+  bool each_once = true;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream file(task.path() / "comm");
+    std::string name;
+    std::getline(file, name);
+    each_once = names.insert(name).second && each_once;
+  }
+  container.stop();
+  std::_Exit(each_once && names == expected ? 0 : 1);
+}
+
+TEST(Container, EveryThreadHasANameThatTheFileCanGiveAttributes) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the thread sanitizer has a thread of its own";
+#endif
+  SystemDescription system = one_ticker();
+  const std::vector<int> cpu{available_cpus().back()};
+  for (const char* name : {"main", "log", "mine"}) {
+    system.threads.push_back(
+        {.attributes = {.name = name, .policy = ThreadPolicy::batch, .affinity = cpu}});
+  }
+  system.executors = {{.name = "only", .type = "events", .threads = {"mine"}}};
+  system.components[0].executor = "only";
+  // In a fresh process, because a test program has threads of its own.
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(run_and_check_thread_names(system, {"main", "log", "mine"}),
+              ::testing::ExitedWithCode(0), "");
+}
+
+TEST(Container, ErrorsOfConstructorsCarryTheirLine) {
+  SystemDescription system = one_ticker();
+  system.components[0].parameters["throws"] = true;
+  try {
+    Container container(system);
+    FAIL() << "it was made";
+  } catch (const ConfigurationError& error) {
+    ASSERT_EQ(error.errors().size(), 1u);
+    EXPECT_EQ(error.errors()[0],
+              "test.yaml:3: component 'takt::test::Ticker' could not be made: as you wish");
+  }
+}
+
+TEST(Container, NamesThatOnlyConstructorsMakeAreCheckedBeforeTheFirstCallback) {
+  SystemDescription system = one_ticker();
+  system.components[0].parameters["speed"] = 3.0;
+  system.components[0].parameter_lines["speed"] = "test.yaml:4";
+  system.components[0].remap["tocks"] = "/ticks";
+  system.components[0].remap_lines["tocks"] = "test.yaml:5";
+  system.components[0].callback_groups["aparte"] = {.where = "test.yaml:6"};
+  try {
+    Container container(system);
+    FAIL() << "it was made";
+  } catch (const ConfigurationError& error) {
+    EXPECT_THAT(error.errors(),
+                ::testing::ElementsAre(
+                    HasSubstr("test.yaml:4"), HasSubstr("test.yaml:5"),
+                    ::testing::AllOf(HasSubstr("test.yaml:6"), HasSubstr("did you mean 'apart'"))));
+  }
+}
+
+TEST(Container, AnExceptionOfACallbackEndsTheRun) {
+  struct Bomb : Node {
+    explicit Bomb(const NodeOptions& options) : Node("bomb", options) {}
+    std::shared_ptr<Timer> timer =
+        create_timer("timer", 1ms, [] { throw std::runtime_error("boom"); });
+  };
+  components().add("test::Bomb", "throws", [](const NodeOptions& options) {
+    return std::make_unique<Component>(std::make_shared<Bomb>(options));
+  });
+  SystemDescription system;
+  system.components.push_back({.type = "test::Bomb"});
+  Container container(system);
+  std::atomic<bool> failed{false};
+  container.start([&] {
+    failed = true;
+    failed.notify_one();
+  });
+  failed.wait(false);
+  EXPECT_THROW(container.stop(), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::Ticker, "ticks")
