@@ -6,6 +6,7 @@
 #include <atomic>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "takt/sched/scheduler.hpp"
 
@@ -54,8 +55,20 @@ class CallbackGroup {
   void release(const void* owner) noexcept;
   bool belongs_to(const void* owner) const noexcept { return owner_.load() == owner; }
 
-  /// Gives the group its parking place; what is parked moves there, the old one is returned.
-  std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking) noexcept;
+  /// Gives the group its parking place; what is parked and may stay (`keep(callback)`) moves there.
+  /// The old one is returned.
+  template <class Keep>
+  std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking, Keep&& keep) noexcept {
+    std::size_t kept = 0;
+    for (; parked_ != 0; --parked_) {
+      ReadyCallback* parked = parking_->pop();
+      if (!keep(*parked)) continue;
+      parking->push(*parked);
+      ++kept;
+    }
+    parked_ = kept;
+    return std::exchange(parking_, std::move(parking));
+  }
   /// True: the callback may run now, and the group is left with `leave`. False: it is parked.
   bool admit(ReadyCallback& callback) noexcept {
     if (type_ == CallbackGroupType::Reentrant) return true;

@@ -13,6 +13,8 @@
 namespace takt {
 namespace {
 
+constexpr auto keep_all = [](const ReadyCallback&) { return true; };
+
 class CallbackGroupTest : public testing::Test {
  protected:
   static constexpr std::size_t kCallbacks = 4;
@@ -25,8 +27,8 @@ class CallbackGroupTest : public testing::Test {
       callbacks_[i].info = &infos_[i];
       callbacks_[i].sequence = i + 1;
     }
-    exclusive_.set_parking(scheduler("fifo"));
-    reentrant_.set_parking(scheduler("fifo"));
+    exclusive_.set_parking(scheduler("fifo"), keep_all);
+    reentrant_.set_parking(scheduler("fifo"), keep_all);
   }
   std::unique_ptr<Scheduler> scheduler(std::string_view name) const {
     auto result = schedulers().make(name);
@@ -108,7 +110,7 @@ TEST_F(CallbackGroupTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
 }
 
 TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
-  exclusive_.set_parking(scheduler("fixed_priority"));
+  exclusive_.set_parking(scheduler("fixed_priority"), keep_all);
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u, 3u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
   EXPECT_EQ(exclusive_.leave(), &callbacks_[3]);
@@ -117,7 +119,7 @@ TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
 TEST_F(CallbackGroupTest, TakesWhatIsParkedAlongToANewParkingPlace) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
-  const std::unique_ptr<Scheduler> old = exclusive_.set_parking(scheduler("fixed_priority"));
+  const std::unique_ptr<Scheduler> old = exclusive_.set_parking(scheduler("fixed_priority"), keep_all);
   ASSERT_NE(old, nullptr);
   EXPECT_EQ(old->pop(), nullptr);
   EXPECT_EQ(exclusive_.leave(), &callbacks_[2]);

@@ -21,14 +21,14 @@ ComponentRegistry& components();
 
 // Two steps, because __COUNTER__ must be expanded before it is pasted.
 #define TAKT_CONCATENATE(a, b) a##b
-#define TAKT_REGISTER_COMPONENT_AS(Class, description, id)                                   \
-  namespace {                                                                                \
-  [[maybe_unused]] const bool TAKT_CONCATENATE(takt_component_, id) = [] {                   \
-    ::takt::components().add(#Class, description, [](const ::takt::NodeOptions& options) {   \
-      return std::make_unique<::takt::Component>(std::make_shared<Class>(options));          \
-    });                                                                                      \
-    return true;                                                                             \
-  }();                                                                                       \
+#define TAKT_REGISTER_COMPONENT_AS(Class, description, id)                                 \
+  namespace {                                                                              \
+  [[maybe_unused]] const bool TAKT_CONCATENATE(takt_component_, id) = [] {                 \
+    ::takt::components().add(#Class, description, [](const ::takt::NodeOptions& options) { \
+      return std::make_unique<::takt::Component>(std::make_shared<Class>(options));        \
+    });                                                                                    \
+    return true;                                                                           \
+  }();                                                                                     \
   }
 
 /// At global scope in a .cpp file: makes `Class`, a Node whose constructor takes

@@ -69,6 +69,11 @@ Container::~Container() {
   if (dma_latency_file_ >= 0) close(dma_latency_file_);
 }
 
+bool Container::has_thread(const std::string& name) const {
+  return std::any_of(description_.threads.begin(), description_.threads.end(),
+                     [&](const auto& entry) { return entry.attributes.name == name; });
+}
+
 ThreadAttributes Container::thread(const std::string& name) const {
   const auto found = std::find_if(description_.threads.begin(), description_.threads.end(),
                                   [&](const auto& entry) { return entry.attributes.name == name; });
@@ -97,7 +102,14 @@ void Container::make_executors() {
     if (std::none_of(description_.executors.begin(), description_.executors.end(), is_default) &&
         std::any_of(description_.components.begin(), description_.components.end(),
                     [](const auto& component) {
-                      return component.executor.empty() || component.executor == kDefaultExecutor;
+                      const auto is = [](const std::string& name) {
+                        return name.empty() || name == kDefaultExecutor;
+                      };
+                      return is(component.executor) ||
+                             std::any_of(component.callback_groups.begin(),
+                                         component.callback_groups.end(), [](const auto& group) {
+                                           return group.second.executor == kDefaultExecutor;
+                                         });
                     })) {
       make({.name = kDefaultExecutor});
     }
@@ -196,8 +208,11 @@ void Container::start(std::function<void()> on_failure) {
       note(refused);
     }
   }
-  Logger::instance().start([this] { apply(thread("log"), description_.realtime); });
-  note(apply(thread("main"), description_.realtime).refused);
+  // A log thread without its attributes is no reason to stop.
+  Logger::instance().start([this] {
+    if (has_thread("log")) apply(thread("log"), std::min(description_.realtime, Realtime::prefer));
+  });
+  if (has_thread("main")) note(apply(thread("main"), description_.realtime).refused);
   for (const auto& running : executors_) {
     running->executor->release_timers(false);
     running->thread = std::thread([&executor = *running, on_failure] {

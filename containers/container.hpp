@@ -56,6 +56,7 @@ class Container {
   void place(const ComponentDescription& component, const std::shared_ptr<Node>& node);
   void check_names(const ComponentDescription& component, const Node& node);
   Executor& executor_for(const std::string& name);
+  bool has_thread(const std::string& name) const;
   ThreadAttributes thread(const std::string& name) const;
   bool drain();
 

@@ -18,7 +18,10 @@ struct ProcessResult {
     CallbackStatistics statistics;
     /// Sent to it, and neither received nor dropped. 0 unless something is wrong.
     std::uint64_t lost() const noexcept {
-      return statistics.expected - statistics.received - statistics.dropped;
+      const std::uint64_t served = statistics.received + statistics.dropped;
+      return statistics.kind != EntityKind::subscription || served > statistics.expected
+                 ? 0
+                 : statistics.expected - served;
     }
   };
   struct Thread {

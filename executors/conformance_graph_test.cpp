@@ -152,6 +152,39 @@ TEST_P(ConformanceGraph, ANodeOrGroupBelongsToOneExecutor) {
   EXPECT_EQ(ran, 2);
 }
 
+// The group kept callbacks of an executor that had been cancelled while they were parked, and then
+// destroyed; the next executor ran into their freed records.
+TEST_P(ConformanceGraph, ParkedCallbacksFollowTheirNodeToTheNextExecutor) {
+  const auto node = make_node(Clock::steady());
+  std::latch entered(1), leave(1);
+  int ran = 0;
+  const auto blocker = node->create_guard_condition("blocker", [&] {
+    entered.count_down();
+    leave.wait();
+  });
+  const auto a = node->create_guard_condition("a", [&] { ++ran; });
+  const auto b = node->create_guard_condition("b", [&] { ++ran; });
+  {
+    const auto first = make(Clock::steady());
+    first->add_node(node);
+    SpinThread spin(*first);
+    blocker->trigger();
+    entered.wait();
+    a->trigger();
+    b->trigger();
+    first->cancel();
+    leave.count_down();
+    spin.join();
+  }
+  ran = 0;
+  a->trigger();
+  b->trigger();
+  const auto second = make(Clock::steady());
+  second->add_node(node);
+  second->spin_all();
+  EXPECT_EQ(ran, 2);
+}
+
 TEST_P(ConformanceGraph, AnExecutorMayGoBeforeItsNodesAndAfterThem) {
   const auto node = make_node(Clock::steady());
   int ran = 0;

@@ -44,6 +44,7 @@ std::uint32_t id_of(std::vector<std::pair<const void*, std::uint32_t>>& ids, con
 struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   DispatchingExecutor& executor;
+  bool detached = false;  // guarded by control_mutex_: nobody announces any more
 
   void announce(const Arrival& arrival) noexcept override {
     if (worker_of == &executor && !executor.shared_) {
@@ -120,8 +121,6 @@ DispatchingExecutor::~DispatchingExecutor() {
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
       node->remove_listener(*this);
-      node->release(this);
-      for (const auto& group : node->groups()) group->release(static_cast<NodeListener*>(this));
     }
   }
   std::vector<Record*> mine;
@@ -137,8 +136,14 @@ DispatchingExecutor::~DispatchingExecutor() {
   }
   for (Record* record : mine) remove(*record);
   for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) {
+      for (const auto& group : node->groups()) group->release(static_cast<NodeListener*>(this));
+      node->release(this);
+    }
+  }
   delete plan_.load();
-  free_what_is_gone();
+  take_what_is_gone();
 }
 
 // ---- Adding and removing: control threads ----
@@ -158,7 +163,7 @@ void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
     throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
                 "remove it there first");
   }
-  nodes_.push_back(node);
+  remember(node);
   node->add_listener(*this);
   for (const auto& group : node->groups()) {
     if (group->automatically_add_to_executor() && group->claim(static_cast<NodeListener*>(this))) {
@@ -180,9 +185,15 @@ void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup
                             group->name(), node->fully_qualified_name()),
                 "remove it there first");
   }
-  nodes_.push_back(node);
+  remember(node);
   node->add_listener(*this);
   add_group(group, *node);
+}
+
+void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
+  const std::lock_guard lock(control_mutex_);
+  std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  nodes_.push_back(node);
 }
 
 void DispatchingExecutor::add_group(const std::shared_ptr<CallbackGroup>& group, Node& node) {
@@ -204,8 +215,9 @@ void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>
 }
 
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
+  std::vector<std::unique_ptr<Record>> gone;
   const std::lock_guard lock(control_mutex_);
-  free_what_is_gone();
+  gone = take_what_is_gone();
   auto record = std::make_unique<Record>(*this);
   record->entity = entity;
   record->group = entity->group();
@@ -286,13 +298,19 @@ void DispatchingExecutor::remove(Record& record) noexcept {
   const Dispatch* dispatch = Dispatch::current();
   if (dispatch == nullptr || dispatch->callback != &record.description) record.gone.wait(0);
   record.entity->detach();
+  std::vector<std::unique_ptr<Record>> gone;
+  {
+    const std::lock_guard lock(control_mutex_);
+    record.detached = true;
+    gone = take_what_is_gone();
+  }
+  gone.clear();
   if (expected_removals_.fetch_sub(1) == 1) expected_removals_.notify_all();
 }
 
 // With control_mutex_ held. What an earlier plan, not yet installed, would have changed is taken
 // along.
 void DispatchingExecutor::hand_plan_over() {
-  free_what_is_gone();
   auto plan = std::make_unique<ReadyPlan>();
   plan->added = std::exchange(changes_.added, {});
   plan->removed = std::exchange(changes_.removed, {});
@@ -300,21 +318,21 @@ void DispatchingExecutor::hand_plan_over() {
     plan->added.insert(plan->added.begin(), earlier->added.begin(), earlier->added.end());
     plan->removed.insert(plan->removed.begin(), earlier->removed.begin(), earlier->removed.end());
   }
-  // Records that were removed may still stand in the scheduler, and move with the rest.
-  std::vector<const Record*> all;
-  for (const auto& record : records_) all.push_back(record.get());
-  for (const auto& record : removed_records_) all.push_back(record.get());
-
   std::vector<CallbackInfo> infos;
   std::vector<std::pair<CallbackGroup*, std::vector<CallbackInfo>>> groups;
-  for (const Record* record : all) {
+  const auto members_of = [&groups](const CallbackRecord& record) -> std::vector<CallbackInfo>& {
+    CallbackGroup* group = record.group.get();
+    for (auto& known : groups) {
+      if (known.first == group) return known.second;
+    }
+    return groups.emplace_back(group, std::vector<CallbackInfo>{}).second;
+  };
+  // A group whose last callback goes gets an empty parking place instead of the one with its
+  // records.
+  for (const CallbackRecord* record : plan->removed) members_of(*record);
+  for (const auto& record : records_) {
     infos.push_back(record->description);
-    if (record->is_reentrant()) continue;
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& known) {
-      return known.first == record->group.get();
-    });
-    if (group == groups.end()) group = groups.insert(group, {record->group.get(), {}});
-    group->second.push_back(record->description);
+    members_of(*record).push_back(record->description);
   }
   plan->scheduler = schedulers().make(scheduler_);
   plan->scheduler->configure(infos);
@@ -337,15 +355,23 @@ void DispatchingExecutor::install_plan() noexcept {
   }
 }
 
-void DispatchingExecutor::free_what_is_gone() noexcept {
+// With control_mutex_ held; the caller destroys them after it is released, because what a user's
+// callback holds goes with them, and may be another entity of ours.
+std::vector<std::unique_ptr<DispatchingExecutor::Record>>
+DispatchingExecutor::take_what_is_gone() noexcept {
   for (ReadyPlan* plan = used_plans_.take_all(); plan != nullptr;) {
     const std::unique_ptr<ReadyPlan> used(plan);
     plan = plan->inbox_next;
   }
-  std::erase_if(removed_records_, [](const auto& record) {
-    return record->gone.load() == 1 && !record->entity->is_attached() && !record->queued.load() &&
-           !record->held.load() && !record->changed.load();
-  });
+  std::vector<std::unique_ptr<Record>> gone;
+  for (auto& record : removed_records_) {
+    if (record->gone.load() == 1 && record->detached && !record->queued.load() &&
+        !record->held.load() && !record->changed.load()) {
+      gone.push_back(std::move(record));
+    }
+  }
+  std::erase(removed_records_, nullptr);
+  return gone;
 }
 
 // ---- Sleeping and waking ----

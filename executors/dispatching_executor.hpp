@@ -87,7 +87,8 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void release_group(CallbackGroup& group, const Node& node) noexcept;
   void remove(Record& record) noexcept;
   void hand_plan_over();
-  void free_what_is_gone() noexcept;
+  std::vector<std::unique_ptr<Record>> take_what_is_gone() noexcept;
+  void remember(const std::shared_ptr<Node>& node);
 
   // Workers.
   void lock() noexcept {

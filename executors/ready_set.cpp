@@ -16,16 +16,34 @@ constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
 
 }  // namespace
 
+// Removed records stay behind: the plan has no room for them.
 void ReadySet::install(ReadyPlan& plan) noexcept {
-  if (scheduler_ != nullptr) {
-    while (ReadyCallback* waiting = scheduler_->pop()) plan.scheduler->push(*waiting);
+  for (CallbackRecord* record : plan.removed) record->removed = true;
+  const auto keep = [](ReadyCallback& callback) noexcept {
+    auto& record = static_cast<CallbackRecord&>(callback);
+    if (record.removed) record.let_go();
+    return !record.removed;
+  };
+  waiting_ = 0;
+  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
+    if (!keep(*callback)) continue;
+    plan.scheduler->push(*callback);
+    ++waiting_;
   }
   scheduler_.swap(plan.scheduler);
-  for (auto& [group, parking] : plan.parking) parking = group->set_parking(std::move(parking));
-  plan.timers.assign(timers_.begin(), timers_.end());  // within what was reserved
+  for (auto& [group, parking] : plan.parking) {
+    parking = group->set_parking(std::move(parking), keep);
+    hand_back(group->unpark());  // the one that was handed back before may have been removed
+  }
+  plan.timers.clear();
+  for (const auto& timer : timers_) {  // within what was reserved
+    if (!timer.second->removed) plan.timers.push_back(timer);
+  }
   timers_.swap(plan.timers);
+  std::make_heap(timers_.begin(), timers_.end(), due_later);
 
   for (CallbackRecord* record : plan.added) {
+    if (record->removed) continue;
     record->entity->attach(*record);
     if (record->is_timer()) {
       arm(*record);
@@ -36,8 +54,6 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     }
   }
   for (CallbackRecord* record : plan.removed) {
-    record->removed = true;
-    if (record->is_timer()) disarm(*record);
     if (record->executing.load() == 0) {
       record->gone.store(1);
       record->gone.notify_all();
@@ -50,9 +66,11 @@ void ReadySet::drain_inbox() noexcept {
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
     if (record->is_timer()) {
-      // Cleared before the release time is read: who changes it again announces again.
+      // Cleared before the release time is read: who changes it again announces again. Of a
+      // removed record this is our last touch.
+      const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
       record->changed.store(false);
-      if (!record->removed && !record->held.load(std::memory_order_relaxed)) {
+      if (is_idle) {
         disarm(*record);
         arm(*record);
       }
@@ -99,7 +117,13 @@ void ReadySet::disarm(CallbackRecord& record) noexcept {
 
 void ReadySet::restore_deferred() noexcept {
   while (deferred_ != nullptr) {
-    hand_back(std::exchange(deferred_, deferred_->next));
+    ReadyCallback* callback = std::exchange(deferred_, deferred_->next);
+    auto& record = static_cast<CallbackRecord&>(*callback);
+    if (record.removed) {
+      record.let_go();
+    } else {
+      hand_back(callback);
+    }
   }
 }
 

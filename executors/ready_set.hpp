@@ -216,10 +216,7 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
     --waiting_;
     auto& record = static_cast<CallbackRecord&>(*first);
     if (record.window > window_) window_ = record.window;
-    if (record.removed) {
-      hand_back(record.group->unpark());
-      record.let_go();
-    } else if (record.sequence > limits.last_sequence) {
+    if (record.sequence > limits.last_sequence) {
       record.next = std::exchange(deferred_, &record);
     } else if (record.group->admit(record)) {
       record.announced_again = false;  // what was sent so far, take sees

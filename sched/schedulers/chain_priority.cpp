@@ -17,7 +17,8 @@ struct MoreUrgentInChain {
     if (first_in_chain != second_in_chain) return first_in_chain;
     if (first.criticality != second.criticality) return first.criticality > second.criticality;
     if (first.priority != second.priority) return first.priority > second.priority;
-    if (first.chain == second.chain && first.chain_position != second.chain_position) {
+    if (first.chain != second.chain) return first.chain < second.chain;
+    if (first.chain_position != second.chain_position) {
       return first.chain_position > second.chain_position;
     }
     return a.sequence < b.sequence;
