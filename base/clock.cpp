@@ -24,7 +24,9 @@ Clock& Clock::steady() noexcept {
   return clock;
 }
 
-Nanoseconds thread_cpu_time() noexcept { return read(CLOCK_THREAD_CPUTIME_ID); }
+Nanoseconds thread_cpu_time() noexcept {
+  return read(CLOCK_THREAD_CPUTIME_ID);
+}
 
 void burn_cpu(Nanoseconds amount) noexcept {
   const Nanoseconds end = thread_cpu_time() + amount;

@@ -10,6 +10,11 @@
 namespace takt {
 namespace {
 
+// Capitals count as small letters: who writes INFO for info has made one mistake, not four.
+char small(char letter) {
+  return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
+}
+
 // Levenshtein's edit distance, one row at a time.
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -17,7 +22,7 @@ std::size_t distance(std::string_view a, std::string_view b) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     std::size_t diagonal = std::exchange(row[0], i + 1);
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] != b[j] ? 1 : 0);
+      const std::size_t substituted = diagonal + (small(a[i]) != small(b[j]) ? 1 : 0);
       diagonal = row[j + 1];
       row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
     }
@@ -25,17 +30,34 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// The word that was meant; nullptr when that is a guess, and a wrong guess misleads.
+const std::string* meant(std::string_view name, std::span<const std::string> valid) {
+  // Nobody mistypes a word that is longer, and comparing costs the product of the lengths.
+  constexpr std::size_t kLongest = 100;
+  if (name.size() > kLongest) return nullptr;
+  constexpr std::size_t kShortestBeginning = 3;  // "prio" is short for one word only
+  const auto begins = [&](const std::string& word) { return word.starts_with(name); };
+  if (name.size() >= kShortestBeginning && std::count_if(valid.begin(), valid.end(), begins) == 1) {
+    return &*std::find_if(valid.begin(), valid.end(), begins);
+  }
+  const std::string* closest = nullptr;
+  std::size_t bound = 2 + name.size() / 3;  // a third of the word and one letter may be wrong
+  for (const std::string& word : valid) {
+    const auto [shorter, longer] = std::minmax({name.size(), word.size()});
+    if (longer - shorter >= bound) continue;  // it is at least so far away
+    const std::size_t away = distance(name, word);
+    if (away >= bound) continue;
+    bound = away;
+    closest = &word;
+  }
+  return closest;
+}
+
 }  // namespace
 
 std::string suggest(std::string_view name, std::span<const std::string> valid) {
   std::string result;
-  const auto closest = std::min_element(
-      valid.begin(), valid.end(),
-      [&](const auto& a, const auto& b) { return distance(name, a) < distance(name, b); });
-  // Beyond a third of the word it is a guess, and a wrong guess misleads.
-  if (closest != valid.end() && distance(name, *closest) <= 1 + name.size() / 3) {
-    result = "did you mean '" + *closest + "'? ";
-  }
+  if (const std::string* word = meant(name, valid)) result = "did you mean '" + *word + "'? ";
   result += "valid: ";
   for (std::size_t i = 0; i < valid.size(); ++i) result += (i == 0 ? "" : ", ") + valid[i];
   return result;

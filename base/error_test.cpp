@@ -40,6 +40,23 @@ TEST(Suggest, DoesNotGuessWhenNothingIsClose) {
   EXPECT_EQ(suggest("rate_monotonic", kSchedulers), "valid: chain_priority, fifo, ros");
 }
 
+TEST(Suggest, CountsCapitalsAsSmallLetters) {
+  EXPECT_EQ(suggest("FIFO", kSchedulers), "did you mean 'fifo'? valid: chain_priority, fifo, ros");
+}
+
+// "prio" was taken for "period", which is two letters away.
+TEST(Suggest, TakesABeginningForTheOnlyWordThatBeginsSo) {
+  const std::vector<std::string> valid{"period", "priority"};
+  EXPECT_EQ(suggest("prio", valid), "did you mean 'priority'? valid: period, priority");
+  EXPECT_EQ(suggest("p", valid), "valid: period, priority");
+}
+
+// Two names of a megabyte in a configuration file took hours to compare.
+TEST(Suggest, DoesNotCompareWordsThatNobodyTypes) {
+  const std::vector<std::string> valid{std::string(1 << 20, 'x')};
+  EXPECT_EQ(suggest(std::string(1 << 20, 'y'), valid), "valid: " + valid[0]);
+}
+
 TEST(Suggest, BearsEmptyListsAndWords) {
   EXPECT_EQ(suggest("fifo", {}), "valid: ");
   EXPECT_EQ(suggest("", kSchedulers), "valid: chain_priority, fifo, ros");

@@ -29,8 +29,8 @@ Nanoseconds Histogram::mean() const noexcept {
 
 Nanoseconds Histogram::percentile(double fraction) const noexcept {
   if (count_ == 0) return Nanoseconds::zero();
-  const auto wanted = static_cast<std::uint64_t>(
-      std::clamp(std::ceil(fraction * static_cast<double>(count_)), 1.0, static_cast<double>(count_)));
+  const auto wanted = static_cast<std::uint64_t>(std::clamp(
+      std::ceil(fraction * static_cast<double>(count_)), 1.0, static_cast<double>(count_)));
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < kBuckets; ++i) {
     seen += counts_[i];

@@ -18,8 +18,14 @@ namespace takt {
 ///    with one compare-and-swap; what stood there is the item that it overwrote.
 /// 2. A taker looks at the cell of the head's ticket and swaps it for the same ticket without a
 ///    pointer. It never looks at an item before it owns it, so an item may be freed at any time.
+///    Beside the word the cell tells the whole ticket. If that is the head's, the taker needs no
+///    look at the tail to know that it was not overtaken, and leaves that cache line to the
+///    publishers. Of the tail it keeps a copy, good for as long as that says that there is more.
 /// 3. A publisher that was preempted between its ticket and its swap holds up nobody: the taker
 ///    stamps the cell with the ticket, the swap fails, and the publisher draws another ticket.
+///    So does one that finds at its return that the tail is too far ahead to compare tickets.
+///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
+///    later: then its item takes the place of a newer one, which is given back. None is lost.)
 /// docs/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread; the destructor frees no items.
@@ -44,8 +50,9 @@ class KeepLastRing {
       const std::uint64_t ticket = tail_.fetch_add(1);
       Cell& cell = cell_of(ticket);
       std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with the swaps
-      while (age(word, ticket) > 0) {
-        // Relaxed: only a hint for the order of service, see front().
+      while (age(word, ticket) > 0 && !is_far(ticket)) {
+        // Relaxed: published by the swap; one who fails to swap leaves a wrong hint there.
+        cell.ticket.store(ticket, std::memory_order_relaxed);
         cell.sequence.store(sequence, std::memory_order_relaxed);
         cell.time_ns.store(time_ns, std::memory_order_relaxed);
         if (cell.word.compare_exchange_weak(word, pack(ticket, item))) return pointer(word);
@@ -63,45 +70,36 @@ class KeepLastRing {
   /// overwritten by publishers who have not finished yet. `more` tells whether there was more.
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
-    std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint; the cells decide
-    for (;;) {
-      const std::uint64_t tail = tail_.load();
-      if (tail - ticket > depth_) ticket = tail - depth_;
-      if (ticket == tail) break;
-      Cell& cell = cell_of(ticket);
-      std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with push's swap
-      const int cell_age = age(word, ticket);
-      if (cell_age < 0 || (cell_age == 0 && pointer(word) == nullptr)) {
-        ++ticket;  // overwritten, or already taken
-      } else if (cell.word.compare_exchange_strong(word, pack(ticket, nullptr))) {
-        if (cell_age == 0) {
-          head_.store(ticket + 1, std::memory_order_relaxed);
-          more = ticket + 1 != tail;
-          return pointer(word);
-        }
-        if (pointer(word) != nullptr) dropped(pointer(word));
-      }
+    const std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint
+    Cell& cell = cell_of(ticket);
+    std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with push's swap
+    if (!cell.holds(word, ticket)) return search(dropped, more);
+    more = known_tail_.load(std::memory_order_relaxed) > ticket + 1 || look_at_tail() > ticket + 1;
+    if (!cell.word.compare_exchange_strong(word, pack(ticket, nullptr))) {
+      return search(dropped, more);
     }
-    head_.store(ticket, std::memory_order_relaxed);
-    more = false;
-    return nullptr;
+    head_.store(ticket + 1, std::memory_order_relaxed);
+    return pointer(word);
   }
 
   /// What push was told of the oldest item; false when there is none, or its publisher has not
   /// finished. While publishers overwrite, it may tell of the item that took its place.
   bool front(std::uint64_t& sequence, std::int64_t& time_ns) const noexcept {
-    std::uint64_t ticket = head_.load(std::memory_order_relaxed);
-    for (;; ++ticket) {
-      const std::uint64_t tail = tail_.load();
-      if (tail - ticket > depth_) ticket = tail - depth_;
-      if (ticket == tail) return false;
+    for (std::uint64_t ticket = head_.load(std::memory_order_relaxed);; ++ticket) {
       const Cell& cell = cell_of(ticket);
       const std::uint64_t word = cell.word.load(std::memory_order_acquire);
-      if (age(word, ticket) > 0) return false;
-      if (age(word, ticket) < 0 || pointer(word) == nullptr) continue;
-      sequence = cell.sequence.load(std::memory_order_relaxed);
-      time_ns = cell.time_ns.load(std::memory_order_relaxed);
-      return true;
+      if (cell.holds(word, ticket)) {
+        sequence = cell.sequence.load(std::memory_order_relaxed);
+        time_ns = cell.time_ns.load(std::memory_order_relaxed);
+        return true;
+      }
+      const std::uint64_t tail = tail_.load();
+      if (ticket == tail) return false;
+      if (tail - ticket > depth_) {
+        ticket = tail - depth_ - 1;  // overtaken
+      } else if (age(word, ticket) > 0) {
+        return false;
+      }
     }
   }
 
@@ -119,8 +117,14 @@ class KeepLastRing {
  private:
   struct Cell {
     std::atomic<std::uint64_t> word{0};
-    std::atomic<std::uint64_t> sequence{0};
+    std::atomic<std::uint64_t> ticket{0}, sequence{0};  // of who swapped last, or is about to
     std::atomic<std::int64_t> time_ns{0};
+
+    /// True: the item of just this ticket is in the word, which was loaded before.
+    bool holds(std::uint64_t loaded, std::uint64_t of_ticket) const noexcept {
+      const std::uint64_t item = loaded ^ pack(of_ticket, nullptr);
+      return item - 1 < kPointerMask && ticket.load(std::memory_order_relaxed) == of_ticket;
+    }
   };
 
   static constexpr std::uint64_t kPointerMask = (std::uint64_t{1} << 48) - 1;
@@ -136,8 +140,45 @@ class KeepLastRing {
     return static_cast<std::int16_t>(static_cast<std::uint16_t>(ticket) -
                                      static_cast<std::uint16_t>(word >> 48));
   }
+  /// Asked after the word was loaded: true when `age` may err, because its caller was preempted
+  /// for so long that the word may be of a ticket out of the range that 16 bits tell.
+  bool is_far(std::uint64_t ticket) const noexcept { return tail_.load() - ticket > 32768; }
+  std::uint64_t look_at_tail() noexcept {
+    const std::uint64_t tail = tail_.load();
+    known_tail_.store(tail, std::memory_order_relaxed);
+    return tail;
+  }
   Cell& cell_of(std::uint64_t ticket) const noexcept {
     return cells_[is_power_of_two_ ? ticket & (depth_ - 1) : ticket % depth_];
+  }
+
+  // When the head's cell does not hold its ticket's item: the ring is empty, or publishers have
+  // overtaken the head, or one of them has not finished. Not inline: the usual case needs no loop.
+  template <class Dropped>
+  [[gnu::noinline]] T* search(Dropped&& dropped, bool& more) noexcept {
+    std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint; the cells decide
+    for (;;) {
+      const std::uint64_t tail = look_at_tail();
+      if (tail - ticket > depth_) ticket = tail - depth_;
+      if (ticket == tail) break;
+      Cell& cell = cell_of(ticket);
+      std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with push's swap
+      if (is_far(ticket)) continue;
+      const int cell_age = age(word, ticket);
+      if (cell_age < 0 || (cell_age == 0 && pointer(word) == nullptr)) {
+        ++ticket;  // overwritten, or already taken
+      } else if (cell.word.compare_exchange_strong(word, pack(ticket, nullptr))) {
+        if (cell_age == 0) {
+          head_.store(ticket + 1, std::memory_order_relaxed);
+          more = ticket + 1 != tail;
+          return pointer(word);
+        }
+        if (pointer(word) != nullptr) dropped(pointer(word));
+      }
+    }
+    head_.store(ticket, std::memory_order_relaxed);
+    more = false;
+    return nullptr;
   }
 
   const std::size_t depth_;
@@ -146,6 +187,7 @@ class KeepLastRing {
   alignas(64) std::atomic<std::uint64_t> tail_{0};  // publishers write it
   std::atomic<std::uint64_t> lost_tickets_{0};      // see 3.
   alignas(64) std::atomic<std::uint64_t> head_{0};  // takers write it
+  std::atomic<std::uint64_t> known_tail_{0};        // a copy for takers, as of some time ago
 };
 
 }  // namespace takt

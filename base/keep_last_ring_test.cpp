@@ -11,6 +11,8 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <pthread.h>
+#include <sched.h>
 
 #include "takt/base/realtime_scope.hpp"
 
@@ -327,6 +329,36 @@ TEST(KeepLastRingStress, ManyPublishersLeaveExactlyDepthItemsBehind) {
     while (take_one(ring, ledger, watcher)) ++left;
     EXPECT_EQ(left, depth);
     ledger.expect_one_end_each(kPublishers);
+  }
+}
+
+// On one CPU a thread is often preempted between two steps of push or pop, and for as long as it
+// takes the others to wrap the 16 bits of a ticket that a cell tells.
+TEST(KeepLastRingStress, LosesNothingWhenAThreadIsAwayForTensOfThousandsOfTickets) {
+  constexpr int kRounds = 200, kPublishers = 2;
+  constexpr std::uint64_t kPushes = 300'000;
+  const int cpu = sched_getcpu();
+  for (int round = 0; round < kRounds; ++round) {
+    KeepLastRing<int> ring(2);
+    int item = 0;
+    bool more = true;
+    std::atomic<std::uint64_t> ended{0};  // taken or given back
+    const auto publish = [&] {
+      cpu_set_t cpus;
+      CPU_ZERO(&cpus);
+      CPU_SET(cpu, &cpus);
+      EXPECT_EQ(pthread_setaffinity_np(pthread_self(), sizeof cpus, &cpus), 0);
+      for (std::uint64_t i = 0; i < kPushes; ++i) {
+        if (ring.push(&item, 0, 0) != nullptr) ++ended;
+      }
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kPublishers; ++i) threads.emplace_back(publish);
+    for (std::thread& thread : threads) thread.join();
+    while (more) {
+      if (ring.pop([&](int*) { ++ended; }, more) != nullptr) ++ended;
+    }
+    ASSERT_EQ(ended, kPublishers * kPushes) << "in round " << round;
   }
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/logger.hpp"
 
-#include <pthread.h>
-
 #include <cstdio>
 #include <mutex>
+
+#include <pthread.h>
+
+#include "takt/base/clock.hpp"
 
 namespace takt {
 namespace {
@@ -16,15 +18,26 @@ void write_to_stderr(LogLevel level, std::string_view line) {
 
 }  // namespace
 
+std::optional<std::uint64_t> LogThrottle::may_log() noexcept {
+  const std::int64_t now_ns = Clock::steady().now().time_since_epoch().count();
+  std::int64_t last_ns = last_ns_.load();
+  if (now_ns - last_ns < 1'000'000'000 || !last_ns_.compare_exchange_strong(last_ns, now_ns)) {
+    left_out_.fetch_add(1);
+    return std::nullopt;
+  }
+  return left_out_.exchange(0);
+}
+
 Logger& Logger::instance() {
   static Logger logger;
   return logger;
 }
 
 Logger::Logger()
-    : records_(Pool<Record>::create(kRecords,
-                                    [](std::uint32_t) { return std::make_unique<Record>(); })),
-      writer_(write_to_stderr) {}
+    : records_(
+          Pool<Record>::create(kRecords, [](std::uint32_t) { return std::make_unique<Record>(); })),
+      writer_(write_to_stderr) {
+}
 
 Logger::~Logger() {
   stop_.store(true);
@@ -33,17 +46,26 @@ Logger::~Logger() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Logger::start(const std::function<void()>& prepare) {
+void Logger::start() {
   if (started_.load(std::memory_order_acquire)) return;  // pairs with the store below
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (started_.load()) return;
-  thread_ = std::thread([this, prepare] {
+  thread_ = std::thread([this] {
     pthread_setname_np(pthread_self(), "log");
-    if (prepare) prepare();
     write_until_stopped();
   });
   started_.store(true, std::memory_order_release);
+}
+
+void Logger::run_in_thread(const std::function<void()>& function) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  start();
+  function_.store(&function);
+  work_.fetch_add(1);
+  work_.notify_one();
+  function_.wait(&function);
 }
 
 void Logger::hand_over(Record& record) noexcept {
@@ -58,6 +80,11 @@ void Logger::write_until_stopped() {
   for (;;) {
     const std::uint32_t seen = work_.load();
     const bool stopping = stop_.load();
+    if (const auto* function = function_.load()) {
+      (*function)();
+      function_.store(nullptr);
+      function_.notify_one();
+    }
     for (Record* record = inbox_.take_all(); record != nullptr;) {
       Record* next = record->inbox_next;
       writer_(record->level, std::string_view(record->text, record->size));

@@ -3,15 +3,16 @@
 #ifndef TAKT_BASE_LOGGER_HPP_
 #define TAKT_BASE_LOGGER_HPP_
 
-#include <fmt/format.h>
-
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <thread>
+
+#include <fmt/format.h>
 
 #include "takt/base/inbox.hpp"
 #include "takt/base/pool.hpp"
@@ -27,7 +28,7 @@ enum class LogLevel { debug, info, warn, error };
 ///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: `log` neither blocks nor allocates, except for the very first line of a process
-/// (call `start` before spin) and for arguments whose formatting allocates.
+/// (call `run_in_thread` before spin) and for arguments whose formatting allocates.
 class Logger {
  public:
   static constexpr std::size_t kRecords = 256;
@@ -35,12 +36,17 @@ class Logger {
 
   static Logger& instance();
 
-  /// Starts the writing thread; `prepare` runs in it first (the container gives it attributes).
-  void start(const std::function<void()>& prepare = {});
+  /// Calls `function` in the writing thread, which starts if it has not yet, and returns
+  /// afterwards: so the container gives the thread its attributes.
+  void run_in_thread(const std::function<void()>& function);
 
   template <class... Arguments>
   void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    if (level < level_.load(std::memory_order_relaxed)) return;
+    if (level >= this->level()) write(level, format, std::forward<Arguments>(arguments)...);
+  }
+  /// As log, for who has a level of its own.
+  template <class... Arguments>
+  void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     start();
     Record* record = records_->acquire();
     if (record == nullptr) {
@@ -48,12 +54,13 @@ class Logger {
       return;
     }
     record->level = level;
-    const auto end = fmt::format_to_n(record->text, kLineBytes, format,
-                                      std::forward<Arguments>(arguments)...);
+    const auto end =
+        fmt::format_to_n(record->text, kLineBytes, format, std::forward<Arguments>(arguments)...);
     record->size = end.size < kLineBytes ? end.size : kLineBytes;
     hand_over(*record);
   }
 
+  LogLevel level() const noexcept { return level_.load(std::memory_order_relaxed); }
   void set_level(LogLevel level) noexcept { level_.store(level, std::memory_order_relaxed); }
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   /// Returns when everything that was logged before the call is written.
@@ -71,6 +78,7 @@ class Logger {
 
   Logger();
   ~Logger();
+  void start();
   void hand_over(Record& record) noexcept;
   void write_until_stopped();
 
@@ -81,8 +89,21 @@ class Logger {
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> handed_over_{0}, written_{0};
   std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
+  std::atomic<const std::function<void()>*> function_{nullptr};  // to call in the thread
   std::atomic<bool> stop_{false}, started_{false};
   std::thread thread_;
+};
+
+/// For what may happen a thousand times a second: says yes once a second at the most.
+/// Thread safety: from any thread.
+class LogThrottle {
+ public:
+  /// How often it has said no since the last yes; nothing: not now.
+  std::optional<std::uint64_t> may_log() noexcept;
+
+ private:
+  std::atomic<std::int64_t> last_ns_{INT64_MIN / 2};
+  std::atomic<std::uint64_t> left_out_{0};
 };
 
 template <class... Arguments>

@@ -23,6 +23,11 @@ namespace takt {
 ///    blocks again, in `wait` or in `work`; when none can run, time jumps to the next wake-up.
 /// 3. `advance` returns when the target is reached and every participant is blocked.
 ///
+/// With CPUs, participants also compete for them as threads do: whoever is awake or in `work` needs
+/// one of those that it may use, and the less urgent stands still meanwhile. So a preemptive
+/// arrangement can be simulated: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger
+/// priority first, equal ones in order of waking up. Without, there is a CPU for everybody.
+///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; for tests and simulation only.
 class ManualClock final : public Clock {
@@ -36,6 +41,10 @@ class ManualClock final : public Clock {
 
     /// Of those who can run at the same time, the smaller rank runs first.
     std::pair<std::uint64_t, std::uint64_t> rank;
+    /// How urgent the thread is: its relative deadline (0: none), its priority (0: none).
+    Nanoseconds deadline{0};
+    int priority = 0;
+    std::vector<int> cpus;  // that it may use; empty: all
 
    private:
     friend class ManualClock;
@@ -44,10 +53,16 @@ class ManualClock final : public Clock {
     TimePoint wake_time_ = kNever;
     bool token_ = false;     // a wake-up that has not been consumed
     bool wakeable_ = false;  // blocked in wait(), not in work()
+    // With CPUs: whether it needs one, since when, for how long yet, and whether it has it.
+    bool is_awake_ = false;
+    TimePoint awake_since_{};
+    Nanoseconds remaining_{0};
+    bool has_cpu_ = false;
     std::condition_variable released_;
   };
 
-  explicit ManualClock(TimePoint start = TimePoint{}) : now_(start) {}
+  explicit ManualClock(TimePoint start = TimePoint{}, std::vector<int> cpus = {})
+      : now_(start), cpus_(std::move(cpus)) {}
 
   TimePoint now() const noexcept override;
   ManualClock* as_manual() noexcept override { return this; }
@@ -73,10 +88,12 @@ class ManualClock final : public Clock {
  private:
   void block(Participant& self, std::unique_lock<std::mutex>& lock) noexcept;
   Participant* next_due(TimePoint limit) noexcept;
+  void share_cpus();
 
   mutable std::mutex mutex_;
   std::condition_variable baton_back_;
   TimePoint now_;
+  const std::vector<int> cpus_;
   std::vector<Participant*> participants_;  // by rank
   Participant* running_ = nullptr;
 };

@@ -67,25 +67,8 @@ class Pool final : ClosedPool {
   /// nullptr when all are out.
   T* acquire() noexcept {
     std::uint32_t index = pop(lendable_);
-    if (index == kNone) {
-      // Acquire: pairs with push in recycle; the chain and its objects are ours now.
-      std::uint64_t old = returned_.load(std::memory_order_relaxed);
-      do {
-        // A lender who waits for a free object must not take the cache line from the returner.
-        if (static_cast<std::uint32_t>(old) == kNone) return nullptr;
-      } while (!returned_.compare_exchange_weak(old, next_tag(old) | kNone,
-                                                std::memory_order_acquire));
-      index = static_cast<std::uint32_t>(old);
-      const std::uint32_t first = next_[index].load(std::memory_order_relaxed);
-      if (first != kNone) {
-        std::uint32_t last = first;
-        for (std::uint32_t next; (next = next_[last].load(std::memory_order_relaxed)) != kNone;) {
-          last = next;
-        }
-        push(lendable_, first, last);
-      }
-    }
-    return objects_[index].get();
+    if (index == kNone) index = take_over();
+    return index != kNone ? objects_[index].get() : nullptr;
   }
 
   /// Gives an object back to the pool it came from.
@@ -106,9 +89,7 @@ class Pool final : ClosedPool {
         next_(new std::atomic<std::uint32_t>[capacity]) {}
 
   // A list head is {change count, index of the first}: the count makes a stale swap fail (ABA).
-  static std::uint64_t next_tag(std::uint64_t head) noexcept {
-    return ((head >> 32) + 1) << 32;
-  }
+  static std::uint64_t next_tag(std::uint64_t head) noexcept { return ((head >> 32) + 1) << 32; }
 
   void push(std::atomic<std::uint64_t>& list, std::uint32_t first, std::uint32_t last) noexcept {
     std::uint64_t old = list.load(std::memory_order_relaxed);
@@ -131,6 +112,28 @@ class Pool final : ClosedPool {
     }
   }
 
+  // Makes what was returned lendable, but for the first, which it gives to the caller. Not inline:
+  // once a batch it may cost a call, and the other times it must not cost registers.
+  [[gnu::noinline]] std::uint32_t take_over() noexcept {
+    // Acquire: pairs with push in recycle; the chain and its objects are ours now.
+    std::uint64_t old = returned_.load(std::memory_order_relaxed);
+    do {
+      // A lender who waits for a free object must not take the cache line from the returner.
+      if (static_cast<std::uint32_t>(old) == kNone) return kNone;
+    } while (
+        !returned_.compare_exchange_weak(old, next_tag(old) | kNone, std::memory_order_acquire));
+    const auto index = static_cast<std::uint32_t>(old);
+    const std::uint32_t first = next_[index].load(std::memory_order_relaxed);
+    if (first != kNone) {
+      std::uint32_t last = first;
+      for (std::uint32_t next; (next = next_[last].load(std::memory_order_relaxed)) != kNone;) {
+        last = next;
+      }
+      push(lendable_, first, last);
+    }
+    return index;
+  }
+
   bool all_home() noexcept override {
     while (pop(lendable_) != kNone) ++home_;
     while (pop(returned_) != kNone) ++home_;
@@ -140,7 +143,7 @@ class Pool final : ClosedPool {
   const std::size_t capacity_;
   const std::unique_ptr<std::unique_ptr<T>[]> objects_;
   const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
-  std::size_t home_ = 0;  // after close(): guarded by sweep
+  std::size_t home_ = 0;                                    // after close(): guarded by sweep
   alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
   alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
 };

@@ -41,9 +41,10 @@ struct ReadSection::Registration {
   Reader* mine = nullptr;
 };
 
-ReadSection::Reader* ReadSection::register_thread() noexcept {
+ReadSection::Reader& ReadSection::register_thread() noexcept {
   thread_local Registration registration;
-  return this_reader = registration.mine;
+  this_reader = registration.mine;
+  return *this_reader;
 }
 
 void wait_for_readers() noexcept {

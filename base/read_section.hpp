@@ -23,15 +23,13 @@ namespace takt {
 /// allocates. Executor threads do that before their first callback.
 class ReadSection {
  public:
-  ReadSection() noexcept {
-    Reader* reader = this_reader ? this_reader : register_thread();
-    if (reader->depth++ == 0) reader->entered.exchange(reader->entered.load() + 1);
+  ReadSection() noexcept : reader_(this_reader ? *this_reader : register_thread()) {
+    if (reader_.depth++ == 0) reader_.entered.exchange(reader_.entered.load() + 1);
   }
   ~ReadSection() {
-    Reader* reader = this_reader;
-    if (--reader->depth == 0) {
+    if (--reader_.depth == 0) {
       // Release: pairs with the acquire in wait_for_readers; our reads end before it continues.
-      reader->entered.store(reader->entered.load() + 1, std::memory_order_release);
+      reader_.entered.store(reader_.entered.load() + 1, std::memory_order_release);
     }
   }
   ReadSection(const ReadSection&) = delete;
@@ -48,8 +46,10 @@ class ReadSection {
   struct Registration;
   struct Readers;
   static Readers& readers() noexcept;
-  static Reader* register_thread() noexcept;
+  static Reader& register_thread() noexcept;
   [[gnu::tls_model("initial-exec")]] static thread_local constinit Reader* this_reader;
+
+  Reader& reader_;
 };
 
 /// Returns when every read section that was open at the call has been closed. For control threads:

@@ -1,25 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/realtime_scope.hpp"
 
-#include <sys/resource.h>
-
 #include <atomic>
 #include <cstdlib>
 #include <utility>
+
+#include <sys/resource.h>
 
 namespace takt {
 namespace {
 // Initial-exec, because a lazily allocated thread-local would call malloc from inside malloc.
 [[gnu::tls_model("initial-exec")]] thread_local constinit std::uint64_t allocations_of_thread = 0;
+[[gnu::tls_model("initial-exec")]] thread_local constinit std::uint64_t foreign_of_thread = 0;
+[[gnu::tls_model("initial-exec")]] thread_local constinit bool in_foreign_code = false;
 }  // namespace
 
-void count_allocation() noexcept { ++allocations_of_thread; }
+void count_allocation() noexcept {
+  ++(in_foreign_code ? foreign_of_thread : allocations_of_thread);
+}
+
+ForeignCode::ForeignCode() noexcept : outer_(std::exchange(in_foreign_code, true)) {
+}
+ForeignCode::~ForeignCode() {
+  in_foreign_code = outer_;
+}
 
 ThreadCounters ThreadCounters::now() noexcept {
   rusage usage;
   getrusage(RUSAGE_THREAD, &usage);
-  return {allocations_of_thread, static_cast<std::uint64_t>(usage.ru_minflt),
-          static_cast<std::uint64_t>(usage.ru_majflt), static_cast<std::uint64_t>(usage.ru_nvcsw),
+  return {allocations_of_thread,
+          foreign_of_thread,
+          static_cast<std::uint64_t>(usage.ru_minflt),
+          static_cast<std::uint64_t>(usage.ru_majflt),
+          static_cast<std::uint64_t>(usage.ru_nvcsw),
           static_cast<std::uint64_t>(usage.ru_nivcsw)};
 }
 

@@ -9,7 +9,8 @@ namespace takt {
 
 /// What the calling thread has done so far, or between two points.
 struct ThreadCounters {
-  std::uint64_t allocations = 0;  // only where allocations_are_counted()
+  std::uint64_t allocations = 0;          // only where allocations_are_counted()
+  std::uint64_t foreign_allocations = 0;  // the same, inside ForeignCode
   std::uint64_t minor_faults = 0;
   std::uint64_t major_faults = 0;
   std::uint64_t voluntary_switches = 0;    // it slept
@@ -17,11 +18,21 @@ struct ThreadCounters {
 
   friend ThreadCounters operator-(ThreadCounters a, const ThreadCounters& b) noexcept {
     a.allocations -= b.allocations;
+    a.foreign_allocations -= b.foreign_allocations;
     a.minor_faults -= b.minor_faults;
     a.major_faults -= b.major_faults;
     a.voluntary_switches -= b.voluntary_switches;
     a.involuntary_switches -= b.involuntary_switches;
     return a;
+  }
+  ThreadCounters& operator+=(const ThreadCounters& other) noexcept {
+    allocations += other.allocations;
+    foreign_allocations += other.foreign_allocations;
+    minor_faults += other.minor_faults;
+    major_faults += other.major_faults;
+    voluntary_switches += other.voluntary_switches;
+    involuntary_switches += other.involuntary_switches;
+    return *this;
   }
   static ThreadCounters now() noexcept;
 };
@@ -40,6 +51,19 @@ class RealtimeScope {
 
  private:
   const ThreadCounters start_;
+};
+
+/// While the object lives, its thread is inside a library that is known to allocate (Cyclone DDS):
+/// that is counted apart.
+class ForeignCode {
+ public:
+  ForeignCode() noexcept;
+  ~ForeignCode();
+  ForeignCode(const ForeignCode&) = delete;
+  ForeignCode& operator=(const ForeignCode&) = delete;
+
+ private:
+  const bool outer_;
 };
 
 /// For allocation_counter.cpp only: the calling thread allocated once more.

@@ -95,15 +95,29 @@ TEST(RealtimeScope, CountsTheFirstTouchOfAPage) {
   munmap(memory, kPages * page);
 }
 
+TEST(ForeignCode, IsCountedApart) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const RealtimeScope scope;
+  {
+    const ForeignCode library;
+    ::operator delete(::operator new(10));
+  }
+  ::operator delete(::operator new(10));
+  const ThreadCounters counters = scope.so_far();
+  EXPECT_EQ(counters.allocations, 1u);
+  EXPECT_EQ(counters.foreign_allocations, 1u);
+}
+
 TEST(ThreadCounters, SubtractFieldByField) {
-  const ThreadCounters later{10, 20, 30, 40, 50};
-  const ThreadCounters earlier{1, 2, 3, 4, 5};
+  const ThreadCounters later{10, 20, 30, 40, 50, 60};
+  const ThreadCounters earlier{1, 2, 3, 4, 5, 6};
   const ThreadCounters difference = later - earlier;
   EXPECT_EQ(difference.allocations, 9u);
-  EXPECT_EQ(difference.minor_faults, 18u);
-  EXPECT_EQ(difference.major_faults, 27u);
-  EXPECT_EQ(difference.voluntary_switches, 36u);
-  EXPECT_EQ(difference.involuntary_switches, 45u);
+  EXPECT_EQ(difference.foreign_allocations, 18u);
+  EXPECT_EQ(difference.minor_faults, 27u);
+  EXPECT_EQ(difference.major_faults, 36u);
+  EXPECT_EQ(difference.voluntary_switches, 45u);
+  EXPECT_EQ(difference.involuntary_switches, 54u);
 }
 
 }  // namespace

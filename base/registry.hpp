@@ -13,6 +13,12 @@
 
 #include "takt/base/error.hpp"
 
+// A name that stands once in a file, for the macros that register: several files may be compiled as
+// one. Two steps, because __COUNTER__ must be expanded before it is pasted.
+#define TAKT_CONCATENATE(a, b) a##b
+#define TAKT_CONCATENATE_EXPANDED(a, b) TAKT_CONCATENATE(a, b)
+#define TAKT_UNIQUE(name) TAKT_CONCATENATE_EXPANDED(name, __COUNTER__)
+
 namespace takt {
 
 /// Makes `Product`s by name. One registry for each product in the whole process: it lives in

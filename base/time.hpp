@@ -4,6 +4,7 @@
 #define TAKT_BASE_TIME_HPP_
 
 #include <chrono>
+#include <string>
 
 namespace takt {
 
@@ -13,6 +14,9 @@ using TimePoint = std::chrono::time_point<std::chrono::steady_clock, Nanoseconds
 
 /// "Never": a wait until here only ends by a wake-up.
 inline constexpr TimePoint kNever = TimePoint::max();
+
+/// In the largest unit in which it is a whole number, as configuration files write it: "1500us".
+std::string to_string(Nanoseconds duration);
 
 }  // namespace takt
 

@@ -6,9 +6,9 @@
 // A second thread is alive throughout, because glibc and libstdc++ leave atomics out of programs
 // that have only one.
 // SPDX-License-Identifier: Apache-2.0
-#include <benchmark/benchmark.h>
-
 #include <thread>
+
+#include <benchmark/benchmark.h>
 
 #include "takt/base/inbox.hpp"
 #include "takt/base/keep_last_ring.hpp"
@@ -41,10 +41,12 @@ class SecondThread {
 
 // ---- The floor ----
 
-/// A player of the bare game: every object and operation that a message meets on its way, without
-/// entities, groups, a scheduler, statistics or a place to sleep.
+/// A player of the bare game: every atomic operation that a message meets on its way from one
+/// thread to another, loads and stores included, without entities, groups, a scheduler, statistics
+/// or a place to sleep.
 struct BarePlayer : PoolNode<BarePlayer> {
   struct Message : PoolNode<Message> {
+    std::atomic<std::uint32_t> references{0};
     std::uint64_t sequence = 0;
     Ball ball{};
   };
@@ -52,31 +54,48 @@ struct BarePlayer : PoolNode<BarePlayer> {
   virtual void on_message(const Message& message) = 0;
 
   KeepLastRing<Message> ring{8};
-  std::atomic<bool> queued{false};
+  std::atomic<bool> wants_time{false};
+  std::atomic<BarePlayer*> listener{this};
+  std::atomic<bool> queued{false}, held{false};
+  std::atomic<std::uint32_t> executing{0};
   BarePlayer* inbox_next = nullptr;
 };
 
 class BareGame {
  public:
-  void send(BarePlayer& to) {
+  void send(std::atomic<BarePlayer*>& matched) {
     BarePlayer::Message* message = pool_->acquire();
     ++message->ball.count;
     const ReadSection section;
+    BarePlayer& to = *matched.load();
+    benchmark::DoNotOptimize(to.wants_time.load(std::memory_order_relaxed));
     message->sequence = next_sequence();
+    message->references.store(1, std::memory_order_relaxed);
     to.ring.push(message, message->sequence, 0);
-    if (!to.queued.load() && !to.queued.exchange(true)) inbox_.push(to);
+    BarePlayer& listener = *to.listener.load();
+    if (!listener.queued.load() && !listener.queued.exchange(true)) inbox_.push(listener);
     benchmark::DoNotOptimize(sleepers_.load());
   }
 
   void run(std::uint64_t callbacks) {
-    while (callbacks != 0) {
+    while (callbacks != 0 && !cancelled_.load() &&
+           plan_.load(std::memory_order_relaxed) == nullptr) {
       for (BarePlayer* player = inbox_.take_all(); player != nullptr && callbacks != 0;) {
         BarePlayer* next = player->inbox_next;
+        player->held.store(true, std::memory_order_relaxed);
+        player->executing.store(1, std::memory_order_relaxed);
         bool more;
         BarePlayer::Message* message = player->ring.pop([](BarePlayer::Message*) {}, more);
         player->on_message(*message);
-        Pool<BarePlayer::Message>::recycle(*message);
-        if (!more) player->queued.store(false);
+        if (message->references.load(std::memory_order_acquire) == 1) {
+          Pool<BarePlayer::Message>::recycle(*message);
+        }
+        if (!more) {
+          player->queued.store(false);
+          benchmark::DoNotOptimize(player->ring.size());
+        }
+        player->held.store(false, std::memory_order_relaxed);
+        player->executing.store(0, std::memory_order_release);
         --callbacks;
         player = next;
       }
@@ -88,6 +107,8 @@ class BareGame {
       16, [](std::uint32_t) { return std::make_unique<BarePlayer::Message>(); })};
   Inbox<BarePlayer> inbox_;
   std::atomic<std::size_t> sleepers_{0};
+  std::atomic<bool> cancelled_{false};
+  std::atomic<void*> plan_{nullptr};
 };
 
 void bare(benchmark::State& state) {
@@ -95,15 +116,15 @@ void bare(benchmark::State& state) {
   BareGame game;
   struct Player final : BarePlayer {
     BareGame* game = nullptr;
-    BarePlayer* other = nullptr;
-    void on_message(const Message&) override { game->send(*other); }
+    std::atomic<BarePlayer*> other{nullptr};
+    void on_message(const Message&) override { game->send(other); }
   };
   Player ping, pong;
   ping.game = pong.game = &game;
   ping.other = &pong;
   pong.other = &ping;
   constexpr std::int64_t kBatch = 100'000;
-  game.send(ping);
+  game.send(pong.other);
   while (state.KeepRunningBatch(kBatch)) game.run(kBatch);
 }
 BENCHMARK(bare);
@@ -114,6 +135,7 @@ struct Setup {
   std::string executor;
   StatisticsLevel statistics;
   std::size_t threads;
+  bool traced = false;
 };
 
 void ping_pong(benchmark::State& state, const Setup& setup) {
@@ -122,6 +144,7 @@ void ping_pong(benchmark::State& state, const Setup& setup) {
   ExecutorOptions options;
   options.statistics = setup.statistics;
   options.threads.resize(setup.threads);
+  options.trace_events = setup.traced ? 4096 : 0;
   const auto executor = executors().make(setup.executor, options);
 
   std::int64_t left = 0;
@@ -154,18 +177,21 @@ void ping_pong(benchmark::State& state, const Setup& setup) {
 }
 
 void register_all() {
-  for (const Setup& setup :
-       {Setup{"events", StatisticsLevel::count, 1}, {"events", StatisticsLevel::full, 1},
-        {"events", StatisticsLevel::count, 2}, {"chain_aware", StatisticsLevel::count, 1},
-        {"single_threaded", StatisticsLevel::count, 1},
-        {"single_threaded", StatisticsLevel::full, 1},
-        {"static_single_threaded", StatisticsLevel::count, 1},
-        {"multi_threaded", StatisticsLevel::count, 1}, {"multi_threaded", StatisticsLevel::count, 2},
-        {"multi_threaded", StatisticsLevel::full, 2}}) {
+  for (const Setup& setup : {Setup{"events", StatisticsLevel::count, 1},
+                             {"events", StatisticsLevel::full, 1},
+                             {"events", StatisticsLevel::full, 1, true},
+                             {"events", StatisticsLevel::count, 2},
+                             {"chain_aware", StatisticsLevel::count, 1},
+                             {"single_threaded", StatisticsLevel::count, 1},
+                             {"single_threaded", StatisticsLevel::full, 1},
+                             {"static_single_threaded", StatisticsLevel::count, 1},
+                             {"multi_threaded", StatisticsLevel::count, 1},
+                             {"multi_threaded", StatisticsLevel::count, 2},
+                             {"multi_threaded", StatisticsLevel::full, 2}}) {
     const std::string name =
         "ping_pong/" + setup.executor + "/threads:" + std::to_string(setup.threads) +
         (setup.statistics == StatisticsLevel::full ? "/statistics:full" : "/statistics:count") +
-        "/nodes";
+        (setup.traced ? "/traced" : "") + "/nodes";
     benchmark::RegisterBenchmark(name.c_str(),
                                  [setup](benchmark::State& state) { ping_pong(state, setup); })
         ->Arg(2)

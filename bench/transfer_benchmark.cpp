@@ -3,13 +3,13 @@
 // single-producer ring on Boost's spsc_queue? `hand_over`: how long from publish to the callback of
 // a thread that sleeps, beside a bare futex, alternated within the run?
 // SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
 #include <benchmark/benchmark.h>
+#include <boost/lockfree/spsc_queue.hpp>
 #include <linux/futex.h>
 #include <sys/syscall.h>
 #include <unistd.h>
-
-#include <boost/lockfree/spsc_queue.hpp>
-#include <thread>
 
 #include "takt/base/histogram.hpp"
 #include "takt/entities/node.hpp"
@@ -80,7 +80,8 @@ void stream(benchmark::State& state, const std::string& executor_name) {
   const auto executor = executors().make(executor_name, options);
   const auto sender = std::make_shared<Node>("sender");
   const auto receiver = std::make_shared<Node>("receiver");
-  const auto publisher = sender->create_publisher<Parcel>("parcels", kInFlight, {.loans = kInFlight});
+  const auto publisher =
+      sender->create_publisher<Parcel>("parcels", kInFlight, {.loans = kInFlight});
   std::int64_t left = 0;
   std::uint64_t last = 0, lost = 0;
   const auto subscription =
@@ -148,9 +149,9 @@ void hand_over(benchmark::State& state, const std::string& executor_name) {
   const auto executor = executors().make(executor_name, options);
   const auto node = std::make_shared<Node>("node");
   const auto publisher = node->create_publisher<Parcel>("parcels", 8, {.loans = 8});
-  const auto subscription = node->create_subscription<Parcel>("parcels", 8, [&](const Parcel& parcel) {
-    through_executor.record(Clock::steady().now() - parcel.sent);
-  });
+  const auto subscription = node->create_subscription<Parcel>(
+      "parcels", 8,
+      [&](const Parcel& parcel) { through_executor.record(Clock::steady().now() - parcel.sent); });
   executor->add_node(node);
   std::jthread spinner([&] {
     stay_on(1);

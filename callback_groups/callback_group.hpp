@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "takt/callback_groups/callback_parameters.hpp"
 #include "takt/sched/scheduler.hpp"
 
 namespace takt {
@@ -15,12 +16,6 @@ namespace takt {
 enum class CallbackGroupType {
   MutuallyExclusive,  // one callback of the group at a time
   Reentrant,          // any number at a time, of one entity too
-};
-
-/// What the scheduler is told of a group's callbacks.
-struct CallbackParameters {
-  int priority = 0;         // larger is more urgent
-  Nanoseconds deadline{0};  // relative to release or publication; 0: none
 };
 
 /// A set of callbacks with one rule about running at the same time. An entity points to its
@@ -44,8 +39,12 @@ class CallbackGroup {
   /// Whether `Executor::add_node` takes the group along.
   bool automatically_add_to_executor() const noexcept { return automatically_add_to_executor_; }
 
-  /// Set before the executor spins for the first time.
-  void set_parameters(const CallbackParameters& parameters) noexcept { parameters_ = parameters; }
+  /// Before an executor has the group; afterwards see Node::set_callback_parameters. Throws Error
+  /// when they cannot be.
+  void set_parameters(const CallbackParameters& parameters) {
+    parameters.check();
+    parameters_ = parameters;
+  }
   const CallbackParameters& parameters() const noexcept { return parameters_; }
 
   // For executors.
@@ -55,26 +54,29 @@ class CallbackGroup {
   void release(const void* owner) noexcept;
   bool belongs_to(const void* owner) const noexcept { return owner_.load() == owner; }
 
-  /// Gives the group its parking place; what is parked and may stay (`keep(callback)`) moves there.
-  /// The old one is returned.
-  template <class Keep>
-  std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking, Keep&& keep) noexcept {
-    std::size_t kept = 0;
-    for (; parked_ != 0; --parked_) {
-      ReadyCallback* parked = parking_->pop();
-      if (!keep(*parked)) continue;
-      parking->push(*parked);
-      ++kept;
+  /// Empties the parking place: what was parked, linked by `next`, in its order.
+  ReadyCallback* take_parked() noexcept {
+    ReadyCallback* first = nullptr;
+    for (ReadyCallback** end = &first; parked_ != 0; --parked_) {
+      *end = parking_->pop();
+      (*end)->next = nullptr;
+      end = &(*end)->next;
     }
-    parked_ = kept;
+    return first;
+  }
+  /// Gives the group, whose parking place is empty, another one. The old one is returned.
+  std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking) noexcept {
     return std::exchange(parking_, std::move(parking));
+  }
+  void park(ReadyCallback& callback) noexcept {
+    parking_->push(callback);
+    ++parked_;
   }
   /// True: the callback may run now, and the group is left with `leave`. False: it is parked.
   bool admit(ReadyCallback& callback) noexcept {
     if (type_ == CallbackGroupType::Reentrant) return true;
     if (busy_) {
-      parking_->push(callback);
-      ++parked_;
+      park(callback);
       return false;
     }
     return busy_ = true;

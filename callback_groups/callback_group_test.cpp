@@ -13,8 +13,6 @@
 namespace takt {
 namespace {
 
-constexpr auto keep_all = [](const ReadyCallback&) { return true; };
-
 class CallbackGroupTest : public testing::Test {
  protected:
   static constexpr std::size_t kCallbacks = 4;
@@ -27,8 +25,8 @@ class CallbackGroupTest : public testing::Test {
       callbacks_[i].info = &infos_[i];
       callbacks_[i].sequence = i + 1;
     }
-    exclusive_.set_parking(scheduler("fifo"), keep_all);
-    reentrant_.set_parking(scheduler("fifo"), keep_all);
+    exclusive_.set_parking(scheduler("fifo"));
+    reentrant_.set_parking(scheduler("fifo"));
   }
   std::unique_ptr<Scheduler> scheduler(std::string_view name) const {
     auto result = schedulers().make(name);
@@ -47,7 +45,7 @@ TEST_F(CallbackGroupTest, KeepsItsNameTypeAndParameters) {
   EXPECT_EQ(exclusive_.type(), CallbackGroupType::MutuallyExclusive);
   EXPECT_TRUE(exclusive_.automatically_add_to_executor());
   EXPECT_FALSE(reentrant_.automatically_add_to_executor());
-  EXPECT_EQ(exclusive_.parameters().priority, 0);
+  EXPECT_FALSE(exclusive_.parameters().priority.has_value());
   exclusive_.set_parameters({.priority = 7, .deadline = Nanoseconds(9)});
   EXPECT_EQ(exclusive_.parameters().priority, 7);
   EXPECT_EQ(exclusive_.parameters().deadline, Nanoseconds(9));
@@ -110,7 +108,7 @@ TEST_F(CallbackGroupTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
 }
 
 TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
-  exclusive_.set_parking(scheduler("fixed_priority"), keep_all);
+  exclusive_.set_parking(scheduler("fixed_priority"));
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u, 3u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
   EXPECT_EQ(exclusive_.leave(), &callbacks_[3]);
@@ -119,9 +117,15 @@ TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
 TEST_F(CallbackGroupTest, TakesWhatIsParkedAlongToANewParkingPlace) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
-  const std::unique_ptr<Scheduler> old = exclusive_.set_parking(scheduler("fixed_priority"), keep_all);
+  ReadyCallback* parked = exclusive_.take_parked();
+  ASSERT_EQ(parked, &callbacks_[1]);
+  ASSERT_EQ(parked->next, &callbacks_[2]);
+  EXPECT_EQ(parked->next->next, nullptr);
+  const std::unique_ptr<Scheduler> old = exclusive_.set_parking(scheduler("fixed_priority"));
   ASSERT_NE(old, nullptr);
   EXPECT_EQ(old->pop(), nullptr);
+  exclusive_.park(callbacks_[1]);
+  exclusive_.park(callbacks_[2]);
   EXPECT_EQ(exclusive_.leave(), &callbacks_[2]);
   EXPECT_EQ(exclusive_.unpark(), &callbacks_[1]);
   EXPECT_EQ(exclusive_.unpark(), nullptr);

@@ -22,7 +22,6 @@ function(takt_module)
   target_link_libraries(takt PRIVATE ${ARG_LIBRARIES})
   target_include_directories(
     takt PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include/${ARG_NAME}>)
-  install(DIRECTORY ${folder}/ DESTINATION include/takt/${ARG_NAME} FILES_MATCHING PATTERN "*.hpp")
 
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp)
   if(tests)
@@ -30,15 +29,17 @@ function(takt_module)
   endif()
 endfunction()
 
-# takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program, each test known to ctest.
+# takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program. It is one test for ctest, as to
+# start a process for each of its cases would take longer than the cases.
 function(takt_test name)
-  if(NOT BUILD_TESTING)
+  if(NOT TAKT_BUILD_TESTS)
     return()
   endif()
   add_executable(${name} ${ARGN})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         GTest::gtest_main GTest::gmock)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 120)
+  add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 1800)
 endfunction()
 
 # takt_program(name a.cpp): an executable in bin/.

@@ -1,11 +1,152 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
 
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include "takt/base/library.hpp"
+
 namespace takt {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kNoun = "component";
+constexpr const char* kIndexFolder = "share/takt/components";
+
+// Those of the environment, then the folders above libtakt.so: which of them is the prefix depends
+// on the system's name for its folder of libraries.
+std::vector<fs::path> prefixes() {
+  std::vector<fs::path> result;
+  if (const char* path = std::getenv("TAKT_COMPONENT_PATH")) {
+    std::istringstream parts(path);
+    for (std::string part; std::getline(parts, part, ':');) {
+      if (!part.empty()) result.emplace_back(part);
+    }
+  }
+  Dl_info own{};
+  if (dladdr(reinterpret_cast<const void*>(&components), &own) != 0 && own.dli_fname != nullptr) {
+    std::error_code ignored;
+    fs::path folder = fs::canonical(own.dli_fname, ignored).parent_path();
+    for (int i = 0; i < 2 && folder.has_relative_path(); ++i) {
+      folder = folder.parent_path();
+      result.push_back(folder);
+    }
+  }
+  return result;
+}
+
+void read_index(const fs::path& file, const fs::path& prefix,
+                std::vector<IndexedComponent>& index) {
+  std::ifstream lines(file);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.empty()) continue;
+    const std::size_t end = line.find(';');
+    if (end == std::string::npos || end == 0 || end + 1 == line.size()) {
+      throw Error(fmt::format("{}:{}: '{}' is no entry of the component index", file.string(),
+                              number, line),
+                  "write 'namespace::Class;lib/libname.so', or delete the file");
+    }
+    const std::string name = line.substr(0, end);
+    const auto is_namesake = [&](const auto& known) { return known.name == name; };
+    if (std::any_of(index.begin(), index.end(), is_namesake)) continue;
+    index.push_back({name, prefix / line.substr(end + 1)});
+  }
+}
+
+bool is_registered(const std::string& name) {
+  const std::vector<std::string> names = components().names();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// All or nothing.
+void add_all(std::vector<Registration>& registrations, const std::string& name,
+             const std::string& library) {
+  std::vector<std::string> names;
+  std::vector<Registration*> fresh;
+  for (Registration& registration : registrations) {
+    if (registration.noun != kNoun) continue;
+    names.push_back(registration.name);
+    if (!registration.is_added) fresh.push_back(&registration);
+  }
+  if (names.empty()) {
+    throw Error(fmt::format("library '{}' registers no component", library),
+                fmt::format("say TAKT_REGISTER_COMPONENT({}) in it", name));
+  }
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw Error(fmt::format("library '{}' registers no component '{}'", library, name),
+                suggest(name, names));
+  }
+  for (const Registration* registration : fresh) {
+    if (is_registered(registration->name) ||
+        std::count(names.begin(), names.end(), registration->name) > 1) {
+      throw Error(fmt::format("library '{}' registers component '{}', and there is one already",
+                              library, registration->name),
+                  "give each class its own name, or load only one of the two libraries");
+    }
+  }
+  for (Registration* registration : fresh) {
+    components().add(registration->name, registration->description,
+                     std::any_cast<ComponentRegistry::Factory>(registration->factory));
+    registration->is_added = true;
+  }
+}
+
+}  // namespace
 
 ComponentRegistry& components() {
-  static ComponentRegistry registry("component");
+  static ComponentRegistry registry(kNoun);
   return registry;
+}
+
+std::vector<IndexedComponent> component_index() {
+  std::vector<IndexedComponent> index;
+  for (const fs::path& prefix : prefixes()) {
+    std::vector<fs::path> files;
+    std::error_code none;
+    for (const auto& file : fs::directory_iterator(prefix / kIndexFolder, none)) {
+      files.push_back(file.path());
+    }
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) read_index(file, prefix, index);
+  }
+  return index;
+}
+
+void find_component(const std::string& name, const std::string& library) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (!library.empty()) return add_all(load_library(library), name, library);
+  if (is_registered(name)) return;
+  std::vector<std::string> names = components().names();
+  for (const IndexedComponent& indexed : component_index()) {
+    if (indexed.name == name) {
+      return add_all(load_library(indexed.library), name, indexed.library);
+    }
+    names.push_back(indexed.name);
+  }
+  throw Error(
+      fmt::format("no component is called '{}'", name),
+      suggest(name, names) +
+          "; others are in libraries: name it with 'library', or the prefix of its index in "
+          "TAKT_COMPONENT_PATH");
+}
+
+bool register_component(std::string name, std::string description, ComponentRegistry::Factory make,
+                        const char* version) {
+  if (!note_registration({kNoun, name, description, make, version})) {
+    components().add(std::move(name), std::move(description), std::move(make));
+  }
+  return true;
 }
 
 }  // namespace takt

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/containers/component.hpp"
-#include "takt/containers/configuration_file.hpp"
+#include "takt/containers/configuration_file_test.hpp"
 
 namespace demo {
 
@@ -31,6 +31,7 @@ namespace takt {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -206,32 +207,67 @@ TEST(Configuration, KnowsTheDefaultExecutor) {
 TEST(Configuration, RefusesUnknownKeysWithTheNearestOne) {
   EXPECT_EQ(errors_of("realtme: off\n"),
             "robot.yaml:1: 'realtme' is no key of the file; did you mean 'realtime'? valid: "
-            "realtime, memory, cpu_dma_latency_us, threads, executors, container, containers\n");
+            "realtime, memory, cpu_dma_latency_us, threads, dds, topics, schedulers, executors, "
+            "container, "
+            "containers, lifecycle, chains\n");
   EXPECT_EQ(errors_of("threads:\n  control:\n    prioritty: 5\n"),
             "robot.yaml:3: 'prioritty' is no key of a thread; did you mean 'priority'? valid: "
-            "policy, priority, nice, affinity\n");
+            "policy, priority, nice, affinity, runtime, deadline, period\n");
 }
 
 TEST(Configuration, RefusesWhatIsNotBuiltYet) {
-  EXPECT_EQ(errors_of("dds: {domain: 0}\nchains: []\nschedulers: {}\n"),
-            "robot.yaml:1: 'dds' is not built yet; leave it out\n"
-            "robot.yaml:2: 'chains' is not built yet; leave it out\n"
-            "robot.yaml:3: 'schedulers' is not built yet; leave it out\n");
-  EXPECT_EQ(errors_of("executors:\n  a:\n    per: group\n    wait: epoll\n    statistics: off\n"),
-            "robot.yaml:3: 'per' is not built yet; leave it out\n"
-            "robot.yaml:4: 'wait' is not built yet; leave it out\n"
-            "robot.yaml:5: 'statistics' is not built yet; leave it out\n");
-  EXPECT_EQ(errors_of_component("      library: x.so\n      lifecycle: true\n"
-                                "      restart: always\n      on_exception: stop\n"
-                                "      callback_groups:\n        a: {overrun: skip}\n"
-                                "        b: {budget: 1ms}\n        c: {criticality: 1}\n"),
-            "robot.yaml:4: 'library' is not built yet; leave it out\n"
-            "robot.yaml:5: 'lifecycle' is not built yet; leave it out\n"
-            "robot.yaml:6: 'restart' is not built yet; leave it out\n"
-            "robot.yaml:7: 'on_exception' is not built yet; leave it out\n"
-            "robot.yaml:9: 'overrun' is not built yet; leave it out\n"
-            "robot.yaml:10: 'budget' is not built yet; leave it out\n"
-            "robot.yaml:11: 'criticality' is not built yet; leave it out\n");
+  EXPECT_EQ(errors_of("executors:\n  a:\n    statistics: off\n"),
+            "robot.yaml:3: 'statistics' is not built yet; leave it out\n");
+}
+
+TEST(Configuration, DecidesTheQosOfTopics) {
+  const SystemDescription system = read(
+      "topics:\n"
+      "  /scan: {profile: sensor_data, depth: 2, deadline: 10ms, lease_duration: 1s}\n"
+      "  /map: {durability: transient_local, history: keep_all, depth: 3, lifespan: 2s}\n"
+      "  /odom: {reliability: best_effort, liveliness: manual_by_topic}\n"
+      "container: {components: [{component: demo::Lidar}]}\n");
+  const QoS code = QoS(7);
+  EXPECT_EQ(system.topics.at("/scan").over(code),
+            QoS(2).best_effort().deadline(10ms).liveliness_lease_duration(1s));
+  EXPECT_EQ(system.topics.at("/map").over(code), QoS().keep_all().transient_local().lifespan(2s));
+  EXPECT_EQ(system.topics.at("/odom").over(code),
+            QoS(7).best_effort().liveliness(Liveliness::manual_by_topic));
+  EXPECT_THAT(system.topic_lines.at("/map"), EndsWith("robot.yaml:3"));
+}
+
+TEST(Configuration, TellsWhatHappensWhenSomethingFails) {
+  const SystemDescription system = read(
+      "containers:\n"
+      "- name: a\n"
+      "  restart: on_failure\n"
+      "  components:\n"
+      "  - {component: demo::Lidar, name: lidar, on_exception: remove_node, log_level: warn}\n"
+      "- name: b\n"
+      "  restart: {policy: always, delay: 5ms, most: 2}\n"
+      "  components:\n"
+      "  - {component: demo::Lidar, name: other, namespace: rear}\n"
+      "lifecycle:\n"
+      "  bring_up: [lidar, rear/other]\n"
+      "  depends_on: {rear/other: [lidar]}\n"
+      "  heartbeat: 300ms\n"
+      "  on_loss: shutdown\n");
+  EXPECT_EQ(system.components[0].on_exception, OnException::remove_node);
+  EXPECT_EQ(system.components[0].log_level, LogLevel::warn);
+  EXPECT_EQ(system.components[1].on_exception, OnException::terminate);
+  EXPECT_EQ(system.components[1].log_level, std::nullopt);
+  EXPECT_EQ(system.restarts.at("a").policy, RestartOptions::Policy::on_failure);
+  EXPECT_EQ(system.restarts.at("b").policy, RestartOptions::Policy::always);
+  EXPECT_EQ(system.restarts.at("b").delay, 5ms);
+  EXPECT_EQ(system.restarts.at("b").most, 2);
+  ASSERT_TRUE(system.lifecycle);
+  ASSERT_EQ(system.lifecycle->bring_up.size(), 2u);
+  EXPECT_EQ(system.lifecycle->bring_up[1].name, "/rear/other");
+  EXPECT_THAT(system.lifecycle->bring_up[1].depends_on, ElementsAre("/lidar"));
+  EXPECT_EQ(system.lifecycle->heartbeat, 300ms);
+  EXPECT_EQ(system.lifecycle->on_loss, LifecycleDescription::OnLoss::shutdown);
+  EXPECT_EQ(split(system, Composition::file)[1].lifecycle->manager, "a");
+  EXPECT_EQ(split(system, Composition::per_node)[1].lifecycle->manager, "lidar");
 }
 
 TEST(Configuration, RefusesKeysThatStandTwice) {
@@ -295,10 +331,59 @@ TEST(Configuration, RefusesThreadsThatCannotBe) {
             "robot.yaml:1: 'affinity[0]' is -1; write an integer from 0 to 2147483647\n");
 }
 
+TEST(Configuration, ReadsReservations) {
+  const SystemDescription system = read(
+      "threads: {a: {policy: SCHED_DEADLINE, runtime: 800us, deadline: 5ms, period: 10ms}}\n"
+      "executors: {fast: {threads: [a]}}\n"
+      "container: {components: [{component: demo::Lidar}]}\n");
+  const ThreadAttributes& thread = system.threads.at(0).attributes;
+  EXPECT_EQ(thread.policy, ThreadPolicy::deadline);
+  EXPECT_EQ(thread.runtime, 800us);
+  EXPECT_EQ(thread.deadline, 5ms);
+  EXPECT_EQ(thread.period, 10ms);
+}
+
+TEST(Configuration, RefusesReservationsThatCannotBe) {
+  const std::string begin = "threads:\n  control:\n    policy: SCHED_DEADLINE\n";
+  EXPECT_EQ(errors_of(begin),
+            "robot.yaml:2: SCHED_DEADLINE needs a runtime and a period; give both, such as 2ms and "
+            "10ms\n");
+  EXPECT_EQ(errors_of(begin + "    period: 10ms\n    runtime: 12ms\n"),
+            "robot.yaml:5: runtime 12ms is longer than period 10ms; shorten the runtime\n");
+  EXPECT_EQ(errors_of(begin + "    runtime: 2ms\n    period: 10\n"),
+            "robot.yaml:5: 'period' is 10; write a number and one of ns, us, ms, s, m, h, such as "
+            "20ms\n");
+  EXPECT_EQ(errors_of(begin + "    runtime: 2ms\n    period: 10ms\n    priority: 5\n"
+                              "    nice: 3\n    affinity: [0]\n"),
+            "robot.yaml:6: priority 5 means nothing for SCHED_DEADLINE; leave it out, or choose "
+            "SCHED_FIFO or SCHED_RR\n"
+            "robot.yaml:7: nice 3 means nothing for SCHED_DEADLINE; leave it out, or choose "
+            "SCHED_OTHER or SCHED_BATCH\n"
+            "robot.yaml:8: the kernel refuses SCHED_DEADLINE to a thread with an affinity; leave "
+            "it out, or run the process in an exclusive cpuset of these CPUs\n");
+  EXPECT_EQ(errors_of("threads:\n  control:\n    runtime: 2ms\n"),
+            "robot.yaml:3: runtime, deadline and period mean nothing for SCHED_OTHER; leave them "
+            "out, or choose SCHED_DEADLINE\n");
+}
+
+TEST(Configuration, RefusesReservationsThatTogetherAreMoreThanTheMachine) {
+  std::string names = "whole";
+  const std::string whole =
+      "threads: {whole: {policy: SCHED_DEADLINE, runtime: 9ms, period: 9ms}}\n"
+      "executors:\n  rest: {}\n  fast: {type: multi_threaded, threads: [";
+  EXPECT_EQ(errors_of("threads: {half: {policy: SCHED_DEADLINE, runtime: 4ms, period: 9ms}}\n"
+                      "executors:\n  fast: {threads: [half]}\n"),
+            "no error\n");
+  for (std::size_t i = 0; i < available_cpus().size(); ++i) names += ", whole";
+  EXPECT_THAT(errors_of(whole + names + "]}\n"),
+              AllOf(StartsWith("robot.yaml:2: SCHED_DEADLINE threads reserve "),
+                    HasSubstr(" CPUs, of "), HasSubstr("; shorten runtimes, lengthen periods")));
+}
+
 TEST(Configuration, RefusesUnknownPoliciesWithoutFurtherComplaint) {
   EXPECT_EQ(errors_of("threads:\n  control: {policy: SCHED_FIFI, priority: 80}\n"),
-            "robot.yaml:2: there is no thread policy 'SCHED_FIFI'; did you mean 'SCHED_FIFO'? "
-            "valid: SCHED_OTHER, SCHED_FIFO, SCHED_RR, SCHED_BATCH, SCHED_IDLE\n");
+            "robot.yaml:2: 'policy' cannot be 'SCHED_FIFI'; did you mean 'SCHED_FIFO'? "
+            "valid: SCHED_OTHER, SCHED_FIFO, SCHED_RR, SCHED_BATCH, SCHED_IDLE, SCHED_DEADLINE\n");
 }
 
 TEST(Configuration, RefusesUnknownExecutorsAndSchedulers) {
@@ -308,6 +393,24 @@ TEST(Configuration, RefusesUnknownExecutorsAndSchedulers) {
   EXPECT_THAT(errors_of("executors:\n  fast:\n    type: events\n    scheduler: fivo\n"),
               StartsWith("robot.yaml:4: no scheduler is called 'fivo'; did you mean 'fifo'? "
                          "valid: "));
+}
+
+TEST(Configuration, ReadsHowAnExecutorWaits) {
+  const SystemDescription system = read(
+      "executors:\n  a: {wait: epoll}\n  b: {}\n"
+      "container: {components: [{component: demo::Lidar}]}\n");
+  EXPECT_EQ(system.executors[0].wait, "epoll");
+  EXPECT_EQ(system.executors[1].wait, "auto");
+  EXPECT_THAT(
+      errors_of("executors:\n  a: {early_wake: 5ms}\n"),
+      HasSubstr("robot.yaml:2: executor 'a': early_wake is 5000000 ns; write 0 to 1000000"));
+  EXPECT_EQ(errors_of("executors:\n  a:\n    wait: epol\n"),
+            "robot.yaml:3: no wait back end is called 'epol'; did you mean 'epoll'? valid: epoll, "
+            "futex, io_uring\n");
+  EXPECT_EQ(errors_of("executors:\n  a:\n    type: multi_threaded\n    wait: io_uring\n"
+                      "    threads: [t, t]\nthreads: {t: {}}\n"),
+            "robot.yaml:2: 'io_uring' serves one waiting thread, this executor has 2; choose "
+            "'epoll', or an executor of one thread\n");
 }
 
 TEST(Configuration, RefusesUnknownThreads) {
@@ -324,6 +427,43 @@ TEST(Configuration, RefusesMoreThreadsThanTheExecutorCanTake) {
             "robot.yaml:3: executor 'fast' was given 2 threads; this type takes 1 at the most\n");
 }
 
+// ---- Processes ----
+
+SystemDescription three_in_two_containers() {
+  SystemDescription system;
+  system.name = "front";
+  system.executors = {{.name = "fast"}, {.name = "slow"}};
+  system.components = {{.container = "front", .name = "a", .executor = "fast"},
+                       {.container = "back", .name = "b", .executor = "slow"},
+                       {.container = "front", .name = "c"}};
+  system.notes = {"note"};
+  return system;
+}
+
+std::string summary(const std::vector<SystemDescription>& processes) {
+  std::string text;
+  for (const SystemDescription& process : processes) {
+    text += process.name + ":";
+    for (const auto& component : process.components) text += " " + component.name;
+    text += " |";
+    for (const auto& executor : process.executors) text += " " + executor.name;
+    text += process.dds ? " on DDS\n" : "\n";
+  }
+  return text;
+}
+
+TEST(Split, GivesEachProcessItsComponentsAndTheExecutorsTheyUse) {
+  const SystemDescription system = three_in_two_containers();
+  EXPECT_EQ(summary(split(system, Composition::file)),
+            "front: a c | fast on DDS\n"
+            "back: b | slow on DDS\n");
+  EXPECT_EQ(summary(split(system, Composition::single)), "front: a b c | fast slow\n");
+  EXPECT_EQ(summary(split(system, Composition::per_node)),
+            "a: a | fast on DDS\n"
+            "b: b | slow on DDS\n"
+            "c: c | on DDS\n");
+}
+
 // ---- Mistakes in containers and components ----
 
 TEST(Configuration, NeedsOneContainer) {
@@ -335,11 +475,21 @@ TEST(Configuration, NeedsOneContainer) {
   EXPECT_EQ(errors_in("container:\n"), "robot.yaml:1: 'container' is empty; write a map\n");
   EXPECT_EQ(errors_in("containers:\n  - components: [{component: demo::Lidar}]\n"
                       "  - components: [{component: demo::Lidar}]\n"),
-            "robot.yaml:3: several containers in one file are not built yet; write a file for "
-            "each\n");
+            "robot.yaml:3: the container of line 2 is called 'takt' too; give each its own "
+            "'name'\n");
   EXPECT_EQ(errors_of("containers: [{components: [{component: demo::Controller}]}]\n"),
             "robot.yaml:2: the file has both 'container' and 'containers'; leave out one of the "
             "two\n");
+}
+
+TEST(Configuration, ChecksWhatIsSaidOfDds) {
+  EXPECT_EQ(errors_of("dds: {domain: 300, threads: urgnt}\nthreads: {urgent: {}}\n"),
+            "robot.yaml:1: 'domain' is 300; write an integer from 0 to 230\n"
+            "robot.yaml:1: no thread is called 'urgnt'; did you mean 'urgent'? valid: urgent\n");
+  EXPECT_EQ(errors_of("threads: {a: {policy: SCHED_DEADLINE, runtime: 2ms, period: 10ms}}\n"
+                      "dds:\n  threads: a\n"),
+            "robot.yaml:3: the threads of DDS inherit their policy, and a reservation is not "
+            "inherited; choose another policy than SCHED_DEADLINE for them\n");
 }
 
 TEST(Configuration, RefusesEmptyContainers) {
@@ -395,7 +545,7 @@ TEST(Configuration, RefusesDurationsWithoutUnit) {
             "robot.yaml:5: '8 days' has the unknown unit ' days'; write a number and one of ns, "
             "us, ms, s, m, h, such as 20ms\n");
   EXPECT_EQ(errors_of_component("      callback_groups:\n        loop: {deadline: 0s}\n"),
-            "robot.yaml:5: a deadline of 0 cannot be met; leave it out, or give it time\n");
+            "robot.yaml:5: a deadline of 0s cannot be kept; leave it out, or give it time\n");
 }
 
 TEST(Configuration, RefusesParametersWithoutAType) {

@@ -49,7 +49,9 @@ SystemDescription one_ticker() {
 ProcessResult run(const SystemDescription& system, const ContainerOverrides& overrides = {}) {
   Container container(system, overrides);
   container.start();
+  container.release();
   std::this_thread::sleep_for(100ms);
+  container.hold();
   container.stop();
   return container.result();
 }
@@ -89,6 +91,7 @@ TEST(Container, PutsAGroupUnderTheExecutorThatTheFileNames) {
                                              const std::set<std::string>& expected) {
   Container container(system);
   container.start();
+  container.release();
   std::this_thread::sleep_for(20ms);
   std::set<std::string> names;
   bool each_once = true;
@@ -98,6 +101,7 @@ TEST(Container, PutsAGroupUnderTheExecutorThatTheFileNames) {
     std::getline(file, name);
     each_once = names.insert(name).second && each_once;
   }
+  container.hold();
   container.stop();
   std::_Exit(each_once && names == expected ? 0 : 1);
 }
@@ -151,6 +155,25 @@ TEST(Container, NamesThatOnlyConstructorsMakeAreCheckedBeforeTheFirstCallback) {
   }
 }
 
+TEST(Container, DecidesTheQosOfTopicsThatAreThere) {
+  SystemDescription system = one_ticker();
+  system.topics["/ticks"].reliability = Reliability::best_effort;
+  system.topics["/ticks"].depth = 1;
+  system.topic_lines["/ticks"] = "test.yaml:5";
+  system.executors = {{.name = "default", .type = "events"}};
+  const ProcessResult result = run(system);
+  EXPECT_GT(result.callbacks.size(), 1u);
+  system.topic_lines["/tiks"] = "test.yaml:6";
+  try {
+    Container container(system);
+    FAIL() << "a topic that nobody has";
+  } catch (const ConfigurationError& error) {
+    EXPECT_STREQ(error.what(),
+                 "test.yaml:6: no component has the topic '/tiks'; did you mean '/ticks'? valid: "
+                 "/ticks");
+  }
+}
+
 TEST(Container, AnExceptionOfACallbackEndsTheRun) {
   struct Bomb : Node {
     explicit Bomb(const NodeOptions& options) : Node("bomb", options) {}
@@ -168,7 +191,9 @@ TEST(Container, AnExceptionOfACallbackEndsTheRun) {
     failed = true;
     failed.notify_one();
   });
+  container.release();
   failed.wait(false);
+  container.hold();
   EXPECT_THROW(container.stop(), std::runtime_error);
 }
 

@@ -34,6 +34,7 @@ class Errors {
   void throw_if_any() const;
   std::size_t size() const { return errors_.size(); }
 
+  const std::string& file() const noexcept { return file_; }
   SourceLine where(int line) const { return file_ + ":" + std::to_string(line); }
 
  private:

@@ -48,4 +48,10 @@ Nanoseconds parse_duration(std::string_view text) {
   return Nanoseconds(std::llround(nanoseconds));
 }
 
+Nanoseconds parse_run_time(std::string_view text) {
+  const Nanoseconds time = parse_duration(text);
+  if (time == Nanoseconds::zero()) refuse(text, "is no time to run for");
+  return time;
+}
+
 }  // namespace takt

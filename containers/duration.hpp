@@ -12,6 +12,8 @@ namespace takt {
 /// A number and its unit (ns, us, ms, s, m or h), without a blank: "20ms", "1.5s".
 /// Throws an Error that lists the units when there is none.
 Nanoseconds parse_duration(std::string_view text);
+/// The same for how long something runs: zero is refused.
+Nanoseconds parse_run_time(std::string_view text);
 
 }  // namespace takt
 

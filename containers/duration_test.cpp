@@ -57,6 +57,11 @@ TEST(Duration, IsNothingElse) {
   }
 }
 
+TEST(Duration, OfARunIsNotZero) {
+  EXPECT_EQ(parse_run_time("1s"), 1s);
+  EXPECT_THROW(parse_run_time("0s"), Error);
+}
+
 TEST(Duration, IsNotLongerThanTheClockCounts) {
   EXPECT_EQ(parse_duration("2500000h"), std::chrono::hours(2500000));
   EXPECT_EQ(error_of("2600000h"),

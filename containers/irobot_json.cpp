@@ -44,7 +44,7 @@ std::int64_t size_of(std::string_view type) {
       ->bytes;
 }
 
-/// A publisher or a subscription, or what little is kept of a client or a server.
+/// A publisher or a subscription; of a client or a server the topic is the service.
 struct Endpoint {
   std::string topic;  // or the service
   std::string type;
@@ -52,7 +52,7 @@ struct Endpoint {
   int size_bytes = 0;
   std::int64_t period_us = 0;
   int depth = 10;
-  std::string reliability = "reliable";
+  std::string reliability = "reliable", durability = "volatile";
 };
 
 class WorkloadReader : private SystemReader {
@@ -61,17 +61,20 @@ class WorkloadReader : private SystemReader {
 
   SystemDescription read(const Value& root) {
     errors_.passes(root.line, [] { components().check(kWorkload); });
-    read_map(root, "the file",
-             {{"nodes", [this](const Value& nodes) { read_nodes(nodes); }, true}});
-    if (clients_ + servers_ > 0) {
-      system_.notes.push_back(
-          fmt::format("{} client{} and {} server{} were left out: services are not built yet",
-                      clients_, clients_ == 1 ? "" : "s", servers_, servers_ == 1 ? "" : "s"));
-    }
+    read_file(root);
     return std::move(system_);
   }
 
+  std::vector<ReferenceSection> describe_file() {
+    return describe([this](const Value& root) { read_file(root); });
+  }
+
  private:
+  void read_file(const Value& root) {
+    read_map(root, "the file",
+             {{"nodes", "Not empty.", [this](const Value& nodes) { read_nodes(nodes); }, true}});
+  }
+
   // ---- Nodes ----
 
   void read_nodes(const Value& nodes) {
@@ -87,20 +90,23 @@ class WorkloadReader : private SystemReader {
     const bool has_number = document::find(value, "number") != nullptr;
     int copies = 1;
     int executor_id = 0;
-    std::size_t clients = 0;
-    std::size_t servers = 0;
-    read_map(
-        value, "a node",
-        {{"node_name", into_node_name(node.name), true},
-         {"node_namespace", into_name_space(node.name_space)},
-         {"number", into(copies, 1, static_cast<int>(document::kMaxValues))},
-         {"executor_id", into(executor_id, 0)},
-         {"publishers",
-          each_in_list([&](const Value& publisher) { read_publisher(publisher, node); })},
-         {"subscribers",
-          each_in_list([&](const Value& subscriber) { read_subscriber(subscriber, node); })},
-         {"clients", each_in_list([&](const Value& client) { read_client(client), ++clients; })},
-         {"servers", each_in_list([&](const Value& server) { read_server(server), ++servers; })}});
+    read_map(value, "a node",
+             {{"node_name", "Its name.", into_node_name(node.name), true},
+              {"node_namespace", "Such as `/front`. Without it, the root.",
+               into_name_space(node.name_space)},
+              {"number", "Copies of the node. With this key, they are called with `_1` and so on.",
+               into(copies, 1, static_cast<int>(document::kMaxValues))},
+              {"executor_id",
+               "Nodes of the same id share a `single_threaded` executor called `executor_<id>`.",
+               into(executor_id, 0)},
+              {"publishers", "What it publishes.",
+               each_in_list([&](const Value& publisher) { read_publisher(publisher, node); })},
+              {"subscribers", "What it receives.",
+               each_in_list([&](const Value& subscriber) { read_subscriber(subscriber, node); })},
+              {"clients", "Which services it calls.",
+               each_in_list([&](const Value& client) { read_client(client, node); })},
+              {"servers", "Which services it answers.",
+               each_in_list([&](const Value& server) { read_server(server, node); })}});
     // What the copies make of the file is limited as the file itself is.
     const auto factor = static_cast<std::size_t>(copies);
     values_ += factor * document::count(value);
@@ -110,8 +116,6 @@ class WorkloadReader : private SystemReader {
                                document::kMaxValues),
                    "ask for fewer copies");
     }
-    clients_ += factor * clients;
-    servers_ += factor * servers;
     node.executor = executor_for(executor_id, value.line);
     if (!has_number) return add(std::move(node), value.line);
     for (int i = 1; i <= copies; ++i) add(copy(node, i), value.line);
@@ -128,7 +132,9 @@ class WorkloadReader : private SystemReader {
   std::string executor_for(int id, int line) {
     const std::string name = fmt::format("executor_{}", id);
     if (executor_ids_.insert(id).second) {
-      system_.executors.push_back({.name = name, .where = errors_.where(line)});
+      ExecutorDescription& executor = system_.executors.emplace_back();
+      executor.name = name;
+      executor.where = errors_.where(line);
     }
     return name;
   }
@@ -139,7 +145,8 @@ class WorkloadReader : private SystemReader {
     Endpoint publisher{.pass_by = "unique_ptr"};
     std::vector<Field> fields = topic_fields(publisher);
     add_rate(fields, publisher);
-    fields.push_back({"msg_size", into(publisher.size_bytes, 0)});
+    fields.push_back({"msg_size", "In bytes. For `stamped_vector` only, and needed there.",
+                      into(publisher.size_bytes, 0)});
     read_map(value, "a publisher", fields);
     check_rate(value, "a publisher");
     check_topic(value, publisher, node);
@@ -156,17 +163,20 @@ class WorkloadReader : private SystemReader {
     append(value, node, "subscriptions", subscription);
   }
 
-  void read_client(const Value& value) {
+  void read_client(const Value& value, ComponentDescription& node) {
     Endpoint client;
     std::vector<Field> fields = service_fields(client);
     add_rate(fields, client);
     read_map(value, "a client", fields);
     check_rate(value, "a client");
+    append(value, node, "clients.service", client.topic);
+    append(value, node, "clients.period_us", client.period_us);
   }
 
-  void read_server(const Value& value) {
+  void read_server(const Value& value, ComponentDescription& node) {
     Endpoint server;
     read_map(value, "a server", service_fields(server));
+    append(value, node, "servers.service", server.topic);
   }
 
   void append(const Value& value, ComponentDescription& node, const std::string& kind,
@@ -175,6 +185,7 @@ class WorkloadReader : private SystemReader {
     append(value, node, kind + ".pass_by", endpoint.pass_by);
     append<std::int64_t>(value, node, kind + ".depth", endpoint.depth);
     append(value, node, kind + ".reliability", endpoint.reliability);
+    append(value, node, kind + ".durability", endpoint.durability);
   }
 
   template <class T>
@@ -188,66 +199,75 @@ class WorkloadReader : private SystemReader {
 
   std::vector<Field> topic_fields(Endpoint& endpoint) {
     std::vector<Field> fields{
-        {"topic_name", into_topic(endpoint.topic), true},
-        {"msg_type", into_type(endpoint.type, message_types()), true},
-        {"msg_pass_by", into(endpoint.pass_by, {{"unique_ptr", "unique_ptr"},
-                                                {"shared_ptr", "shared_ptr"},
-                                                {"loaned_msg", "loaned_msg"}})}};
+        {"topic_name", "The topic.", into_topic(endpoint.topic), true},
+        {"msg_type", "The message; a plugin and `::` may stand before it. One topic has one type.",
+         into_type(endpoint.type, message_types()), true},
+        {"msg_pass_by", "How the message is handed over.",
+         into(endpoint.pass_by, {{"unique_ptr", "unique_ptr"},
+                                 {"shared_ptr", "shared_ptr"},
+                                 {"loaned_msg", "loaned_msg"}})}};
     add_qos(fields, endpoint);
     return fields;
   }
 
   std::vector<Field> service_fields(Endpoint& endpoint) {
-    std::vector<Field> fields{{"service_name", into_topic(endpoint.topic), true},
-                              {"srv_type", into_type(endpoint.type, {"stamped10b"}), true}};
+    std::vector<Field> fields{{"service_name", "The service.", into_topic(endpoint.topic), true},
+                              {"srv_type", "Its type; a plugin and `::` may stand before it.",
+                               into_type(endpoint.type, {"stamped10b"}), true}};
     add_qos(fields, endpoint);
     return fields;
   }
 
   void add_rate(std::vector<Field>& fields, Endpoint& endpoint) {
     // Last comes the one that wins.
-    fields.push_back({"period_ms", into_period(endpoint, [](double ms) { return ms * 1e3; })});
-    fields.push_back({"freq_hz", into_period(endpoint, [](double hz) { return 1e6 / hz; })});
+    fields.push_back({"period_ms", "The time between two. This key or `freq_hz` is needed.",
+                      into_period(endpoint, [](double ms) { return ms * 1e3; })});
+    fields.push_back({"freq_hz", "How many in a second. Of the two keys, this one wins.",
+                      into_period(endpoint, [](double hz) { return 1e6 / hz; })});
   }
 
   void add_qos(std::vector<Field>& fields, Endpoint& endpoint) {
     const std::vector<Field> qos{
-        {"qos_history", accept({"keep_last", "system_default"}, "keep_all")},
-        {"qos_depth",
+        {"qos_depth", "How many messages are kept.",
          [this, &endpoint](const Value& value) {
            into(endpoint.depth, 0)(value);
            errors_.passes(value.line,
                           [&] { QoS(static_cast<std::size_t>(endpoint.depth)).check(); });
          }},
-        {"qos_reliability", into(endpoint.reliability, {{"reliable", "reliable"},
-                                                        {"best_effort", "best_effort"},
-                                                        {"system_default", "reliable"}})},
-        {"qos_durability", accept({"volatile", "system_default"}, "transient_local")},
+        {"qos_history", "`keep_all`: as `qos_depth: 16384`, whatever `qos_depth` is.",
+         [this, &endpoint](const Value& value) {
+           if (choose(value, {"keep_last", "system_default", "keep_all"}, "keep_last") == 2) {
+             endpoint.depth = static_cast<int>(QoS().keep_all().depth);
+           }
+         }},
+        {"qos_reliability", "`system_default` is `reliable`.",
+         into(endpoint.reliability, {{"reliable", "reliable"},
+                                     {"best_effort", "best_effort"},
+                                     {"system_default", "reliable"}})},
+        {"qos_durability", "`system_default` is `volatile`.",
+         into(endpoint.durability, {{"volatile", "volatile"},
+                                    {"transient_local", "transient_local"},
+                                    {"system_default", "volatile"}})},
         // Leases never run out here, so who renews them makes no difference.
-        {"qos_liveliness", accept({"automatic", "manual_by_topic", "system_default"})},
-        {"qos_deadline", accept({"default"})},
-        {"qos_lifespan", accept({"default"})},
-        {"qos_liveliness_lease_duration", accept({"default"})},
-        {"qos_avoid_ros_namespace_conventions", accept({"true", "false"})}};
+        {"qos_liveliness", "Only says what is done anyway.",
+         accept({"automatic", "manual_by_topic", "system_default"})},
+        {"qos_deadline", "Only says what is done anyway.", accept({"default"})},
+        {"qos_lifespan", "Only says what is done anyway.", accept({"default"})},
+        {"qos_liveliness_lease_duration", "Only says what is done anyway.", accept({"default"})},
+        {"qos_avoid_ros_namespace_conventions", "Only says what is done anyway.",
+         accept({"true", "false"})}};
     fields.insert(fields.end(), qos.begin(), qos.end());
   }
 
-  // A word that asks for what is done anyway; `unbuilt` asks for more.
-  Read accept(std::vector<std::string> words, const std::string& unbuilt = "") {
-    const std::size_t built = words.size();
-    if (!unbuilt.empty()) words.push_back(unbuilt);
-    return [this, words, built](const Value& value) {
-      const std::size_t chosen = choose(value, words);
-      if (chosen < built || chosen == words.size()) return;
-      errors_.add(value.line,
-                  fmt::format("'{}' of '{}' is not built yet", value.name, words[chosen]),
-                  fmt::format("choose '{}'", words[0]));
-    };
+  // A word that asks for what is done anyway.
+  Read accept(std::vector<std::string> words) {
+    return [this, words = std::move(words)](const Value& value) { choose(value, words); };
   }
 
   // "type" or "plugin::type".
   Read into_type(std::string& target, std::vector<std::string> types) {
     return [this, &target, types = std::move(types)](const Value& value) {
+      if (is_describing()) return static_cast<void>(choose(value, types));
       std::string text;
       into(text)(value);
       if (text.empty()) return;
@@ -264,6 +284,7 @@ class WorkloadReader : private SystemReader {
 
   Read into_period(Endpoint& endpoint, const std::function<double(double)>& microseconds) {
     return [this, &endpoint, microseconds](const Value& value) {
+      if (describes("number")) return;
       double number = std::nan("");
       into(number)(value);
       if (std::isnan(number)) return;
@@ -318,10 +339,15 @@ class WorkloadReader : private SystemReader {
 
   std::set<int> executor_ids_;
   std::map<std::string, std::pair<std::string, int>> topic_types_;  // and the line of the first use
-  std::size_t values_ = 0, clients_ = 0, servers_ = 0;
+  std::size_t values_ = 0;
 };
 
 }  // namespace
+
+std::vector<ReferenceSection> describe_workload() {
+  document::Errors none("");
+  return WorkloadReader(none).describe_file();
+}
 
 SystemDescription read_workload(const document::Value& root, document::Errors& errors) {
   return WorkloadReader(errors).read(root);

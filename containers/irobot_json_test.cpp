@@ -7,12 +7,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/containers/configuration_file.hpp"
+#include "takt/containers/configuration_file_test.hpp"
 
 namespace takt {
 namespace {
 
-using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::StartsWith;
 
@@ -45,7 +44,8 @@ TEST_F(Workload, BecomesComponentsWithParallelArrays) {
    "publishers": [
      {"topic_name": "tigris", "msg_type": "stamped4_float32", "period_ms": 10},
      {"topic_name": "/nile", "msg_type": "plugin::stamped_vector", "msg_size": 7, "freq_hz": 3,
-      "msg_pass_by": "loaned_msg", "qos_depth": 2, "qos_reliability": "best_effort"}],
+      "msg_pass_by": "loaned_msg", "qos_depth": 2, "qos_reliability": "best_effort",
+      "qos_durability": "transient_local"}],
    "subscribers": [
      {"topic_name": "amazon", "msg_type": "stamped1kb"},
      {"topic_name": "parana", "msg_type": "stamped1kb", "msg_pass_by": "unique_ptr",
@@ -69,13 +69,15 @@ TEST_F(Workload, BecomesComponentsWithParallelArrays) {
       {"publishers.pass_by", Texts{"unique_ptr", "loaned_msg"}},
       {"publishers.depth", Numbers{10, 2}},
       {"publishers.reliability", Texts{"reliable", "best_effort"}},
+      {"publishers.durability", Texts{"volatile", "transient_local"}},
       {"subscriptions.topic", Texts{"amazon", "parana"}},
       {"subscriptions.depth", Numbers{10, 1}},
       {"subscriptions.reliability", Texts{"reliable", "reliable"}},
+      {"subscriptions.durability", Texts{"volatile", "volatile"}},
       {"subscriptions.pass_by", Texts{"shared_ptr", "unique_ptr"}},
   };
   EXPECT_EQ(lyon.parameters, expected);
-  EXPECT_EQ(lyon.parameter_lines.at("subscriptions.topic"), file.path() + ":8");
+  EXPECT_EQ(lyon.parameter_lines.at("subscriptions.topic"), file.path() + ":9");
   EXPECT_THAT(system.components[1].parameters, IsEmpty());
   EXPECT_EQ(system.components[1].executor, "executor_0");
 }
@@ -118,14 +120,16 @@ TEST_F(Workload, AcceptsWhatChangesNothing) {
             "no error\n");
 }
 
-TEST_F(Workload, LeavesOutServicesWithANote) {
+TEST_F(Workload, ReadsClientsAndServers) {
   const SystemDescription system = read(R"({"nodes": [
     {"node_name": "a", "servers": [{"service_name": "s", "srv_type": "stamped10b"}]},
     {"node_name": "b", "number": 3, "clients": [
       {"service_name": "s", "srv_type": "plugin::stamped10b", "period_ms": 10}]}]})");
-  EXPECT_EQ(system.components.size(), 4U);
-  EXPECT_THAT(system.notes,
-              ElementsAre("3 clients and 1 server were left out: services are not built yet"));
+  ASSERT_EQ(system.components.size(), 4U);
+  EXPECT_EQ(system.components[0].parameters.at("servers.service"), ParameterValue(Texts{"s"}));
+  EXPECT_EQ(system.components[3].parameters.at("clients.service"), ParameterValue(Texts{"s"}));
+  EXPECT_EQ(system.components[3].parameters.at("clients.period_us"),
+            ParameterValue(Numbers{10000}));
 }
 
 // ---- Mistakes ----
@@ -182,14 +186,13 @@ TEST_F(Workload, RefusesValuesThatCannotBe) {
             "robot.json:2: 'number' is 0; write an integer from 1 to 100000\n");
 }
 
-TEST_F(Workload, RefusesQualitiesThatAreNotBuiltYet) {
+TEST_F(Workload, RefusesQualitiesThatItDoesNotKnow) {
   EXPECT_EQ(errors_of_publisher(R"("msg_type": "stamped10b", "freq_hz": 1,
       "qos_history": "keep_all",
-      "qos_durability": "transient_local",
+      "qos_durability": "transient",
       "qos_deadline": "1s")"),
-            "robot.json:3: 'qos_history' of 'keep_all' is not built yet; choose 'keep_last'\n"
-            "robot.json:4: 'qos_durability' of 'transient_local' is not built yet; choose "
-            "'volatile'\n"
+            "robot.json:4: 'qos_durability' cannot be 'transient'; did you mean 'transient_local'? "
+            "valid: volatile, transient_local, system_default\n"
             "robot.json:5: 'qos_deadline' cannot be '1s'; valid: default\n");
 }
 
@@ -272,8 +275,7 @@ TEST_F(Topology, SimpleArchitectureHasCopiesAndServices) {
   const SystemDescription system = read_system(kFolder / "simple_architecture.json");
   EXPECT_EQ(system.components.size(), 8U);
   EXPECT_EQ(system.components.back().name, "multi_node_5");
-  EXPECT_THAT(system.notes,
-              ElementsAre("1 client and 1 server were left out: services are not built yet"));
+  EXPECT_THAT(system.notes, IsEmpty());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "takt/entities/chain.hpp"
 #include "takt/executors/executor.hpp"
 
 namespace takt {
@@ -29,13 +30,21 @@ struct ProcessResult {
     ThreadStatistics statistics;
   };
 
+  struct ChainResult {
+    std::string name;
+    Nanoseconds deadline;
+    ChainStatistics statistics;
+  };
+
   std::string name;
   std::vector<Callback> callbacks;
+  std::vector<ChainResult> chains;
   std::vector<Thread> threads;
   double duration_s = 0;
   double cpu_percent = 0;  // of one CPU
   std::uint64_t pss_kb = 0;
   std::uint64_t allocations_while_spinning = 0;  // on executor threads
+  std::uint64_t allocations_in_dds = 0;          // of those threads, inside Cyclone DDS
   bool allocations_counted = false;
   std::vector<std::string> notes;  // what was refused, ignored or left undone
 };

@@ -172,6 +172,30 @@ class Handler : public YAML::EventHandler {
   std::map<Anchor, Value> anchors_;                       // of what is complete
 };
 
+// What users do most often, in words that do not take yaml-cpp's parser for known.
+struct Explanation {
+  std::string_view message;  // yaml-cpp's
+  const char* what;
+  const char* what_to_do;
+};
+const Explanation kExplanations[] = {
+    {YAML::ErrorMsg::DOC_IN_SCALAR, "a text in quotes does not end", "close the quotes"},
+    {YAML::ErrorMsg::MAP_VALUE, "a ':' does not belong here",
+     "put the text in quotes, indent it as the line above, or give that line its ': '"},
+    {YAML::ErrorMsg::BLOCK_ENTRY, "a list cannot begin here", "begin it in a line of its own"},
+    {YAML::ErrorMsg::UNKNOWN_TOKEN, "no text begins with this character", "put it in quotes"},
+    {YAML::ErrorMsg::END_OF_MAP, "this does not belong into the map above",
+     "mend the indentation, or write a key before it"},
+    {YAML::ErrorMsg::END_OF_SEQ, "this does not belong into the list above",
+     "mend the indentation, or write '- ' before it"},
+    {YAML::ErrorMsg::END_OF_MAP_FLOW, "a ',' or a '}' is missing",
+     "give every '{' its '}', and put ',' between what lies inside"},
+    {YAML::ErrorMsg::END_OF_SEQ_FLOW, "a ',' or a ']' is missing",
+     "give every '[' its ']', and put ',' between what lies inside"},
+    {YAML::ErrorMsg::FLOW_END, "this bracket closes none that is open",
+     "give every '[' its ']', and every '{' its '}'"},
+};
+
 [[noreturn]] void fail(const YAML::Exception& exception, const std::string& text,
                        const Errors& errors) {
   // Where the file ends too early, its last line is meant, not the empty ones after it.
@@ -184,8 +208,8 @@ class Handler : public YAML::EventHandler {
   if (content.substr(0, content.find_first_not_of(" \t")).find('\t') != std::string::npos) {
     errors.fail(line, "a tab stands in the indentation", "indent with blanks");
   }
-  if (exception.msg == YAML::ErrorMsg::DOC_IN_SCALAR) {
-    errors.fail(line, "a text in quotes does not end", "close the quotes");
+  for (const Explanation& known : kExplanations) {
+    if (exception.msg == known.message) errors.fail(line, known.what, known.what_to_do);
   }
   if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
     errors.fail(line, "this is nested too deeply", "nest less");

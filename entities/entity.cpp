@@ -3,6 +3,7 @@
 
 #include <mutex>
 
+#include "takt/base/error.hpp"
 #include "takt/base/read_section.hpp"
 
 namespace takt {
@@ -10,9 +11,28 @@ namespace takt {
 thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
 
 Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group)
-    : kind_(kind), name_(std::move(name)), group_(std::move(group)) {}
+    : kind_(kind), name_(std::move(name)), group_(std::move(group)), id_([] {
+        static std::atomic<std::uint64_t> last{0};
+        return last.fetch_add(1) + 1;
+      }()) {
+}
 
-bool Entity::front(Arrival&) const noexcept { return false; }
+void Entity::set_parameters(const CallbackParameters& parameters) {
+  parameters.check(period());
+  parameters_ = parameters;
+}
+
+void Entity::join_chain(ChainStep step) {
+  const std::lock_guard lock(ownership_mutex());
+  if (owner_ != nullptr) {
+    throw Error("'" + name_ + "' has an executor already", "declare chains before");
+  }
+  chain_steps_.push_back(std::move(step));
+}
+
+bool Entity::front(Arrival&) const noexcept {
+  return false;
+}
 
 void Entity::detach() noexcept {
   sink_.store(nullptr);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/time.hpp"
@@ -17,11 +18,9 @@
 namespace takt {
 
 /// Where an entity announces itself: an executor makes one for each of its entities.
-class Sink {
+class Sink : public ArrivalListener {
  public:
-  /// The entity became ready. Any thread, inside a read section; neither blocks nor allocates.
-  virtual void announce(const Arrival& arrival) noexcept = 0;
-  /// The time that next_release() tells has changed. As above.
+  /// The time that next_release() tells has changed. As announce.
   virtual void release_changed() noexcept = 0;
   /// Lets the entity go: afterwards nobody announces to this sink and, unless the call comes from
   /// the entity's own callback, nobody executes the entity. Blocks until then.
@@ -35,17 +34,30 @@ class Sink {
   ~Sink() = default;
 };
 
-/// What `take` took; it belongs to the worker, so that a reentrant group's workers can take from
-/// one entity at the same time.
-struct Slot {
-  MessageBlock* message = nullptr;   // subscriptions: the worker's hold of it
-  bool more = false;                 // there was more to take
-  std::uint64_t sequence = 0;        // order of arrival
-  TimePoint ready_time{};            // when it was published or due
-  TimePoint root_release{};          // when the chain's first callback was; {} at the first
-  std::uint64_t chain_instance = 0;  // 0: this is the first
-  Nanoseconds expected_period{0};    // of the publisher or timer, 0 unknown
+/// What a wait back end watches for an entity that becomes ready by a file descriptor.
+struct Watch {
+  int fd = -1;                          // none
+  short events = 0;                     // as poll(2) takes them
+  ArrivalListener* listener = nullptr;  // is told when the kernel has news; perhaps too often
 };
+
+/// What `take` took; it belongs to the worker, so that a reentrant group's workers can take from
+/// one entity at the same time. A subscription copies the message's envelope; others fill in what
+/// they know of it.
+struct Slot : Envelope {
+  MessageBlock* message = nullptr;  // subscriptions: the worker's hold of it
+  bool more = false;                // there was more to take
+  std::uint8_t events = 0;          // file descriptors: FileDescriptorEvents
+};
+
+/// The way of a chain instance, which has come from one callback to the next, as one number. 0 is
+/// the way that has not begun.
+constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t entity_id) noexcept {
+  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;  // 2^64 / golden ratio: spreads the bits
+  return ((way ^ entity_id) + 1) * kOdd;
+}
+
+class StagedOutputs;
 
 /// The callback that the calling thread executes, and the chain instance it belongs to. `publish`
 /// copies the latter into the message's envelope.
@@ -53,6 +65,8 @@ struct Dispatch {
   const CallbackInfo* callback;
   std::uint64_t chain_instance;
   TimePoint root_release;
+  std::uint64_t way;                 // this callback included
+  StagedOutputs* outputs = nullptr;  // where messages wait for the end of the period; none: sent
 
   /// nullptr outside callbacks.
   static const Dispatch* current() noexcept { return current_; }
@@ -73,6 +87,16 @@ struct Dispatch {
   [[gnu::tls_model("initial-exec")]] static thread_local constinit const Dispatch* current_;
 };
 
+class Chain;
+
+/// The place of a callback in a chain.
+struct ChainStep {
+  std::shared_ptr<Chain> chain;
+  std::uint32_t position = 0;
+  std::uint64_t way = 0;  // of the chain's instances, when they are here
+  bool is_last = false;
+};
+
 /// Timer, subscription, guard condition and whatever else owns a callback. Readiness is both a
 /// level (`ready_count`) and an edge (an announcement to the sink).
 ///
@@ -90,6 +114,17 @@ class Entity {
   /// Unique in its node: "scan_timer", "scan" (the topic as the node wrote it).
   const std::string& name() const noexcept { return name_; }
   const std::shared_ptr<CallbackGroup>& group() const noexcept { return group_; }
+  /// From 1, over the process.
+  std::uint64_t id() const noexcept { return id_; }
+
+  /// What it has of its own, before what its group has. Before an executor has it; afterwards see
+  /// Node::set_callback_parameters. Throws Error when they cannot be.
+  void set_parameters(const CallbackParameters& parameters);
+  const CallbackParameters& parameters() const noexcept { return parameters_; }
+  /// Throws Error when an executor has it already.
+  void join_chain(ChainStep step);
+  /// Does not change while an executor has it.
+  const std::vector<ChainStep>& chain_steps() const noexcept { return chain_steps_; }
 
   /// How often it can be taken now; an upper bound.
   virtual std::size_t ready_count() const noexcept = 0;
@@ -97,22 +132,30 @@ class Entity {
   virtual bool front(Arrival& arrival) const noexcept;
   /// Timers: when it becomes ready by itself, kNever while cancelled.
   virtual std::optional<TimePoint> next_release() const noexcept { return std::nullopt; }
-  virtual int fd() const noexcept { return -1; }
+  /// File descriptors: what has to be watched, so that it announces itself.
+  virtual Watch watch() noexcept { return {}; }
   virtual Nanoseconds period() const noexcept { return Nanoseconds::zero(); }
 
   /// Takes one piece of readiness into the slot. False: there was none, which is no execution.
   virtual bool take(Slot& slot) noexcept = 0;
   /// Calls the user's callback with what was taken. The user may throw.
   virtual void execute(Slot& slot) = 0;
+  /// Throws away what was taken.
+  virtual void discard(Slot&) noexcept {}
+  /// Timers: releases that have come by then are not served but counted as missed.
+  virtual void skip_releases(TimePoint) noexcept {}
 
   /// What a report says beyond the executor's own counts.
   struct Report {
     std::string topic;
-    std::uint64_t expected = 0;  // messages sent to it
-    std::uint64_t dropped = 0;   // overwritten before they were taken
-    std::uint64_t missed = 0;    // timer releases that came while one was outstanding
+    std::uint64_t expected = 0;      // messages sent to it, as far as this process knows
+    std::uint64_t from_outside = 0;  // of these, messages that came from other processes
+    std::uint64_t dropped = 0;       // overwritten before they were taken
+    std::uint64_t missed = 0;        // timer releases that came while one was outstanding
   };
   virtual Report report() const { return {}; }
+  /// Messages overwritten, or releases missed, so far.
+  virtual std::uint64_t lost() const noexcept { return 0; }
 
   // For executors and wait sets.
   virtual void attach(Sink& sink) noexcept { sink_.store(&sink); }
@@ -128,7 +171,7 @@ class Entity {
   virtual void retire() noexcept;
 
  protected:
-  void announce(const Arrival& arrival) noexcept {
+  void announce(Arrival arrival) noexcept {
     if (Sink* sink = sink_.load()) sink->announce(arrival);
   }
   Sink* sink() const noexcept { return sink_.load(); }
@@ -137,6 +180,9 @@ class Entity {
   const EntityKind kind_;
   const std::string name_;
   const std::shared_ptr<CallbackGroup> group_;
+  const std::uint64_t id_;
+  CallbackParameters parameters_;
+  std::vector<ChainStep> chain_steps_;
   std::atomic<Sink*> sink_{nullptr};
   Sink* owner_ = nullptr;  // guarded by ownership_mutex
 };

@@ -10,7 +10,8 @@ GuardCondition::GuardCondition(std::string name, std::shared_ptr<CallbackGroup> 
                                std::function<void()> callback)
     : Entity(EntityKind::waitable, std::move(name), std::move(group)),
       clock_(clock),
-      callback_(std::move(callback)) {}
+      callback_(std::move(callback)) {
+}
 
 void GuardCondition::trigger() noexcept {
   const ReadSection section;

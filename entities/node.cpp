@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/node.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <mutex>
+
+#include <fmt/format.h>
 
 namespace takt {
 namespace {
@@ -46,26 +46,40 @@ std::string absolute_name_space(std::string_view name_space) {
   return result;
 }
 
-}  // namespace
-
-std::string_view type_name(const ParameterValue& value) noexcept {
-  static constexpr std::string_view kNames[] = {
-      "boolean",       "integer",       "floating-point number",       "string",
-      "boolean array", "integer array", "floating-point number array", "string array"};
-  return kNames[value.index()];
+// What each of the objects that are named will have.
+template <class Object>
+std::map<Object*, CallbackParameters> after(
+    const std::map<std::string, CallbackParameters, std::less<>>& changes,
+    const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
+  std::map<Object*, CallbackParameters> result;
+  for (const auto& [name, parameters] : changes) {
+    const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
+      return candidate->name() == name;
+    });
+    if (object == objects.end()) {
+      std::vector<std::string> names;
+      for (const auto& candidate : objects) names.push_back(candidate->name());
+      throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),
+                  suggest(name, names));
+    }
+    result[object->get()] = parameters.or_else((*object)->parameters());
+  }
+  return result;
 }
+
+}  // namespace
 
 Node::Node(std::string_view name, const NodeOptions& options)
     : options_(options),
       name_(options.name.empty() ? std::string(name) : options.name),
       name_space_(absolute_name_space(options.name_space)),
+      fully_qualified_name_(name_space_ + "/" + name_),
       default_group_(
-          std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)) {
+          std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
+      parameters_(name_, options.parameters) {
   check_name(name_, "node");
   groups_.push_back(default_group_);
 }
-
-std::string Node::fully_qualified_name() const { return name_space_ + "/" + name_; }
 
 std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, CallbackGroupType type,
                                                            bool automatically_add_to_executor) {
@@ -93,6 +107,12 @@ std::shared_ptr<CallbackGroup> Node::group_or_default(std::shared_ptr<CallbackGr
   return group != nullptr ? std::move(group) : default_group_;
 }
 
+std::string Node::timeout_name(std::string_view service) {
+  std::string name(service.substr(std::min(service.find_first_not_of("/~"), service.size())));
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + "_timeout";
+}
+
 void Node::add(const std::shared_ptr<Entity>& entity) {
   const std::vector<std::shared_ptr<CallbackGroup>> known = groups();
   if (std::find(known.begin(), known.end(), entity->group()) == known.end()) {
@@ -112,9 +132,13 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
 std::shared_ptr<Timer> Node::create_timer(std::string name, Nanoseconds period,
                                           std::function<void()> callback,
                                           std::shared_ptr<CallbackGroup> group) {
-  check_name(name, "timer");
-  return adopt<Timer>(std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)),
-                                              clock(), period, std::move(callback)));
+  return adopt_timer(std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)),
+                                             clock(), period, std::move(callback)));
+}
+
+std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
+  check_name(timer->name(), "timer");
+  return adopt<Timer>(std::move(timer));
 }
 
 std::shared_ptr<GuardCondition> Node::create_guard_condition(std::string name,
@@ -123,6 +147,15 @@ std::shared_ptr<GuardCondition> Node::create_guard_condition(std::string name,
   check_name(name, "guard condition");
   return adopt<GuardCondition>(std::make_shared<GuardCondition>(
       std::move(name), group_or_default(std::move(group)), clock(), std::move(callback)));
+}
+
+std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
+    std::string name, int fd, FileDescriptorEvents events,
+    std::function<void(FileDescriptorEvents)> callback, std::shared_ptr<CallbackGroup> group) {
+  check_name(name, "file descriptor");
+  return adopt<FileDescriptor>(
+      std::make_shared<FileDescriptor>(std::move(name), group_or_default(std::move(group)), clock(),
+                                       fd, events, std::move(callback)));
 }
 
 std::string Node::resolve(std::string_view topic) {
@@ -144,32 +177,92 @@ std::string Node::resolve(std::string_view topic) {
   return result;
 }
 
-const ParameterValue& Node::declare(std::string_view name, ParameterValue value) {
+QoS Node::decide(const std::string& topic, const QoS& code) {
   const std::lock_guard lock(mutex_);
-  const auto [parameter, is_new] = parameters_.try_emplace(std::string(name), std::move(value));
-  if (!is_new) throw Error(fmt::format("parameter '{}' of node '{}' is declared twice", name, name_));
-  if (const auto given = options_.parameters.find(name); given != options_.parameters.end()) {
-    const bool integer_for_double = std::holds_alternative<double>(parameter->second) &&
-                                    std::holds_alternative<std::int64_t>(given->second);
-    parameter->second = integer_for_double
-                            ? ParameterValue(static_cast<double>(std::get<std::int64_t>(given->second)))
-                            : given->second;
+  topics_.insert(topic);
+  const auto found = options_.qos.find(topic);
+  return found != options_.qos.end() ? found->second.over(code) : code;
+}
+
+void Node::check_deadline(const std::string& topic, const QoS& qos) {
+  if (qos.deadline_period != Nanoseconds::zero()) return;
+  throw Error(fmt::format("'{}' has no deadline that could be missed", topic), "give its QoS one");
+}
+
+void Node::remember_output(const std::string& topic, const std::vector<std::string>& published_by) {
+  const std::lock_guard lock(mutex_);
+  const auto [output, is_new] = outputs_.try_emplace(topic, published_by);
+  if (is_new || output->second.empty()) return;
+  if (published_by.empty()) {
+    output->second.clear();
+  } else {
+    output->second.insert(output->second.end(), published_by.begin(), published_by.end());
   }
-  return parameter->second;
 }
 
-const ParameterValue& Node::find_parameter(std::string_view name) const {
+bool Node::publishes(std::string_view callback, std::string_view topic) const {
   const std::lock_guard lock(mutex_);
-  if (const auto found = parameters_.find(name); found != parameters_.end()) return found->second;
-  std::vector<std::string> names;
-  for (const auto& [declared, value] : parameters_) names.push_back(declared);
-  throw Error(fmt::format("node '{}' has no parameter '{}'", name_, name), suggest(name, names));
+  const auto output = outputs_.find(topic);
+  return output != outputs_.end() &&
+         (output->second.empty() || std::find(output->second.begin(), output->second.end(),
+                                              callback) != output->second.end());
 }
 
-void Node::throw_wrong_type(std::string_view name, const ParameterValue& is,
-                            const ParameterValue& wanted) const {
-  throw Error(fmt::format("parameter '{}' of node '{}' is a {}", name, name_, type_name(is)),
-              fmt::format("give a {}", type_name(wanted)));
+std::shared_ptr<Entity> Node::find_entity(std::string_view name) const {
+  std::vector<std::string> names;
+  for (const auto& entity : entities()) {
+    const std::string& full = entity->name();
+    if (full == name || (full.starts_with('/') && full.substr(1) == name)) return entity;
+    names.push_back(entity->name());
+  }
+  throw Error(fmt::format("node '{}' has no callback '{}'", fully_qualified_name(), name),
+              suggest(name, names));
+}
+
+// With the mutex held: what each object will have, if all of it can be.
+Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
+                                      const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                                      const std::vector<std::shared_ptr<Entity>>& entities) const {
+  ChangedParameters changed{after(changes.callback_groups, groups, "callback group", *this),
+                            after(changes.callbacks, entities, "callback", *this)};
+  const auto of = [](const auto& some, const auto& object) -> const CallbackParameters& {
+    const auto found = some.find(object.get());
+    return found != some.end() ? found->second : object->parameters();
+  };
+  for (const auto& [group, parameters] : changed.groups) parameters.check();
+  for (const auto& [entity, parameters] : changed.callbacks) parameters.check(entity->period());
+  for (const auto& entity : entities) {
+    of(changed.callbacks, entity)
+        .or_else(of(changed.groups, entity->group()))
+        .check(entity->period());
+  }
+  return changed;
+}
+
+void Node::check_callback_parameters(const CallbackParameterChanges& changes) const {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  const std::lock_guard lock(mutex_);
+  checked(changes, all_groups, all_entities);
+}
+
+void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  std::vector<NodeListener*> listeners;
+  {
+    const std::lock_guard lock(mutex_);
+    const ChangedParameters changed = checked(changes, all_groups, all_entities);
+    for (const auto& [group, parameters] : changed.groups) group->set_parameters(parameters);
+    for (const auto& [entity, parameters] : changed.callbacks) entity->set_parameters(parameters);
+    listeners = listeners_;
+  }
+  for (NodeListener* listener : listeners) listener->parameters_changed(*this);
+}
+
+CallbackParameters Node::callback_parameters(const Entity& entity) const {
+  const std::lock_guard lock(mutex_);
+  return entity.parameters().or_else(entity.group()->parameters());
 }
 
 std::vector<std::shared_ptr<Entity>> Node::entities() const {
@@ -211,15 +304,6 @@ void Node::release(const NodeListener* owner) noexcept {
   owner_.compare_exchange_strong(owner, nullptr);
 }
 
-std::vector<std::string> Node::unused_parameters() const {
-  const std::lock_guard lock(mutex_);
-  std::vector<std::string> result;
-  for (const auto& [name, value] : options_.parameters) {
-    if (!parameters_.contains(name)) result.push_back(name);
-  }
-  return result;
-}
-
 std::vector<std::string> Node::unused_remaps() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> result;
@@ -227,6 +311,11 @@ std::vector<std::string> Node::unused_remaps() const {
     if (!used_remaps_.contains(from)) result.push_back(from);
   }
   return result;
+}
+
+std::vector<std::string> Node::topics() const {
+  const std::lock_guard lock(mutex_);
+  return {topics_.begin(), topics_.end()};
 }
 
 }  // namespace takt

@@ -3,10 +3,12 @@
 #ifndef TAKT_ENTITIES_NODE_HPP_
 #define TAKT_ENTITIES_NODE_HPP_
 
+#include <algorithm>
 #include <atomic>
-#include <concepts>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -15,9 +17,14 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/entities/client.hpp"
+#include "takt/entities/file_descriptor.hpp"
 #include "takt/entities/guard_condition.hpp"
-#include "takt/entities/parameter.hpp"
+#include "takt/entities/node_parameters.hpp"
 #include "takt/entities/publisher.hpp"
+#include "takt/entities/qos_event.hpp"
+#include "takt/entities/service.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/timer.hpp"
 
@@ -25,20 +32,30 @@ namespace takt {
 
 /// What is decided about a node from outside. A component's constructor takes it and hands it on.
 struct NodeOptions {
-  std::string name;                                     // instead of the one the code gives
-  std::string name_space;                               // "/front"; empty: the root
-  Parameters parameters;                                // instead of the declared defaults
+  std::string name;                                       // instead of the one the code gives
+  std::string name_space;                                 // "/front"; empty: the root
+  Parameters parameters;                                  // instead of the declared defaults
   std::map<std::string, std::string, std::less<>> remap;  // topic as the code names it → topic
+  TopicQos qos;  // instead of what the code says, by the topic's full name
   Clock* clock = &Clock::steady();
+  std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
+  /// Talks to other processes through it; without, messages stay in the process.
+  std::shared_ptr<Participant> participant;
 };
 
 class Node;
+
+/// New parameters of a node's callback groups and callbacks, by name.
+struct CallbackParameterChanges {
+  std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
+};
 
 /// An executor that serves the node or some of its groups: told of what the node gets later.
 class NodeListener {
  public:
   virtual void entity_added(Node& node, const std::shared_ptr<Entity>& entity) = 0;
   virtual void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) = 0;
+  virtual void parameters_changed(Node& node) = 0;
 
  protected:
   ~NodeListener() = default;
@@ -60,8 +77,21 @@ class Node : public std::enable_shared_from_this<Node> {
 
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
-  std::string fully_qualified_name() const;
+  const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
   Clock& clock() const noexcept { return *options_.clock; }
+
+  /// Writes a line that begins with the node's name. Real-time: as Logger.
+  template <class... Arguments>
+  void log(LogLevel level, fmt::format_string<Arguments...> format,
+           Arguments&&... arguments) const {
+    Logger& logger = Logger::instance();
+    if (level < options_.log_level.value_or(logger.level())) return;
+    char line[Logger::kLineBytes];
+    const auto end =
+        fmt::format_to_n(line, sizeof line, format, std::forward<Arguments>(arguments)...);
+    logger.write(level, "{}: {}", fully_qualified_name_,
+                 std::string_view(line, std::min(end.size, sizeof line)));
+  }
 
   std::shared_ptr<CallbackGroup> create_callback_group(std::string name, CallbackGroupType type,
                                                        bool automatically_add_to_executor = true);
@@ -79,10 +109,47 @@ class Node : public std::enable_shared_from_this<Node> {
       std::string name, std::function<void()> callback = {},
       std::shared_ptr<CallbackGroup> group = nullptr);
 
+  /// A callback for what happens to a publisher or a subscription besides messages; which, tells
+  /// the status that it takes: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
+  /// DeadlineMissedStatus or LivelinessChangedStatus (these two: see EndpointEvent). There is one
+  /// of a kind for each end; the one that is made last is told. Throws Error when a deadline is to
+  /// be told that the QoS does not have. Its name is "TOPIC/publisher/deadline_missed" and so on.
+  template <class Status, class End>
+  std::shared_ptr<Entity> create_qos_event(const End& end,
+                                           std::function<void(const Status&)> callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    std::string name = fmt::format(
+        "{}/{}/{}", end.topic(),
+        std::derived_from<End, SubscriptionBase> ? "subscription" : "publisher", Status::kName);
+    if constexpr (std::same_as<Status, DeadlineMissedStatus>) {
+      check_deadline(end.topic(), end.qos());
+      return adopt<Entity>(std::make_shared<DeadlineEvent>(
+          std::move(name), group_or_default(std::move(group)), clock(), end.qos().deadline_period,
+          end.events(), std::move(callback)));
+    } else {
+      auto event =
+          std::make_shared<QosEvent<Status>>(std::move(name), group_or_default(std::move(group)),
+                                             clock(), end.events(), std::move(callback));
+      auto handle = adopt<Entity>(event);
+      event->start();
+      return handle;
+    }
+  }
+
+  /// A callback for a device, pipe or socket. `fd` stays yours: keep it open until the entity is
+  /// dropped, and close it afterwards. Throws Error when it cannot be waited for.
+  std::shared_ptr<FileDescriptor> create_file_descriptor(
+      std::string name, int fd, FileDescriptorEvents events,
+      std::function<void(FileDescriptorEvents)> callback,
+      std::shared_ptr<CallbackGroup> group = nullptr);
+
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                  PublisherOptions<T> options = {}) {
-    return std::make_shared<Publisher<T>>(resolve(topic), qos, clock(), std::move(options));
+    const Endpoint end = endpoint<T>(topic, qos);
+    remember_output(end.topic, options.published_by);
+    return std::make_shared<Publisher<T>>(end.topic, end.qos, clock(), std::move(options),
+                                          options_.participant);
   }
 
   template <Message T, SubscriptionCallback<T> F>
@@ -90,29 +157,101 @@ class Node : public std::enable_shared_from_this<Node> {
       std::string_view topic, const QoS& qos, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) {
     auto subscription = std::make_shared<CallbackSubscription<T, F>>(
-        std::string(topic), group_or_default(std::move(group)),
-        Endpoint{resolve(topic), &message_type<T>(), qos}, std::move(callback));
+        std::string(topic), group_or_default(std::move(group)), endpoint<T>(topic, qos),
+        std::move(callback), options_.participant);
     auto handle = adopt<Subscription<T>>(subscription);
-    subscription->join();
+    subscription->start();
     return handle;
   }
 
-  /// The value that the configuration gives, or `value`. Throws Error when the types differ.
-  template <class T>
-  T declare_parameter(std::string_view name, T value) {
-    return get<T>(name, declare(name, ParameterValue(widened(std::move(value)))));
+  /// `callback` is called with a request and an empty response to fill in.
+  template <ServiceType S, ServiceCallback<S> F>
+  std::shared_ptr<Service<S>> create_service(std::string_view name, F callback,
+                                             std::shared_ptr<CallbackGroup> group = nullptr,
+                                             const ServiceOptions& options = {}) {
+    auto service = std::make_shared<CallbackService<S, F>>(
+        std::string(name), group_or_default(std::move(group)), resolve(name), clock(),
+        std::move(callback), options, options_.participant);
+    auto handle = adopt<Service<S>>(service);
+    service->start();
+    return handle;
   }
-  /// Throws Error when it was not declared.
+
+  template <ServiceType S>
+  std::shared_ptr<Client<S>> create_client(std::string_view name, const ClientOptions& options = {},
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    auto client =
+        std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
+                                    resolve(name), clock(), options, options_.participant);
+    if (options.timeout != Nanoseconds::zero()) {
+      client->set_timer(create_timer(
+          timeout_name(name), options.timeout,
+          [client = client.get()] { client->end_late_calls(); }, client->group()));
+    }
+    auto handle = adopt<Client<S>>(client);
+    client->start();
+    return handle;
+  }
+
+  /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
+  /// is taken for a floating-point number. Throws Error when it is of another type, out of the
+  /// descriptor's range, more than T can hold, or refused by an on-set callback.
+  template <class T>
+  T declare_parameter(std::string_view name, T value, ParameterDescriptor descriptor = {}) {
+    return parameters_.declare(name, std::move(value), std::move(descriptor));
+  }
+  /// ParameterValue as T takes every type. Throws Error when it was not declared, or is of another
+  /// type. Numbers may be read in real-time callbacks, see NodeParameters; a callback that needs
+  /// many of them each time better copies them when they are set.
   template <class T>
   T get_parameter(std::string_view name) const {
-    return get<T>(name, find_parameter(name));
+    return parameters_.get<T>(name);
+  }
+  bool has_parameter(std::string_view name) const { return parameters_.has(name); }
+  /// Throws Error when it was not declared.
+  ParameterDescriptor describe_parameter(std::string_view name) const {
+    return parameters_.describe(name);
+  }
+  /// Those that are called like a prefix, or "PREFIX.x" with at most `depth` parts after the
+  /// prefix; without prefixes, all with at most `depth` parts. 0: as many as there are.
+  ListParametersResult list_parameters(const std::vector<std::string>& prefixes = {},
+                                       std::uint64_t depth = 0) const {
+    return parameters_.list(prefixes, depth);
+  }
+  /// All values are set, or none with the reason: one is not declared, read-only, of another type
+  /// or out of range, or a callback refuses. Throws Error in an on-set callback of this node.
+  [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
+    return parameters_.set_atomically(values);
+  }
+  /// The callback is told of values that are right by their descriptors, before they are set or
+  /// declared, on the thread that does so. As in rclcpp the one that was added last is called
+  /// first: so only the one that was added first knows that no other refuses, and may act on them.
+  /// It may read parameters, which still have their old values, but not set or declare any.
+  [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
+      OnSetParametersCallback callback) {
+    return parameters_.add_callback(std::move(callback));
   }
 
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
   std::string resolve(std::string_view topic);
 
+  /// What the changes give takes the place of what was there; what they leave out stays. All of
+  /// them take effect together: no callback runs between them on the node's executor. Handlers are
+  /// not changed. Throws Error, and changes nothing, when a name does not exist or a value cannot
+  /// be.
+  void set_callback_parameters(const CallbackParameterChanges& changes);
+  /// Throws the same Error, and changes nothing.
+  void check_callback_parameters(const CallbackParameterChanges& changes) const;
+  /// What holds for the entity: what it has of its own, and the rest from its group.
+  CallbackParameters callback_parameters(const Entity& entity) const;
+
   // For executors and containers.
 
+  /// The callback of that name; a topic's first slash may be left out. Throws the Error that lists
+  /// the names when there is none.
+  std::shared_ptr<Entity> find_entity(std::string_view name) const;
+  /// Whether this callback may publish on the topic, as far as publishers tell.
+  bool publishes(std::string_view callback, std::string_view topic) const;
   std::vector<std::shared_ptr<Entity>> entities() const;
   std::vector<std::shared_ptr<CallbackGroup>> groups() const;
   /// From here on the listener is told of every entity and group. Adding it again does nothing.
@@ -123,38 +262,27 @@ class Node : public std::enable_shared_from_this<Node> {
   void release(const NodeListener* owner) noexcept;
   bool belongs_to(const NodeListener* owner) const noexcept { return owner_.load() == owner; }
   /// Names in the options that the code has never asked for: parameters, then remaps.
-  std::vector<std::string> unused_parameters() const;
+  std::vector<std::string> unused_parameters() const { return parameters_.unused(); }
   std::vector<std::string> unused_remaps() const;
+  /// The full names of the topics that the code has asked for so far.
+  std::vector<std::string> topics() const;
 
- private:
-  // int and float literals become the parameter types int64 and double.
-  template <class T>
-  static auto widened(T value) {
-    if constexpr (std::same_as<T, bool>) {
-      return value;
-    } else if constexpr (std::integral<T>) {
-      return static_cast<std::int64_t>(value);
-    } else if constexpr (std::floating_point<T>) {
-      return static_cast<double>(value);
-    } else if constexpr (std::convertible_to<T, std::string>) {
-      return std::string(std::move(value));
-    } else {
-      return value;
-    }
-  }
-  template <class T>
-  T get(std::string_view name, const ParameterValue& value) const {
-    using Stored = decltype(widened(std::declval<T>()));
-    if (const auto* stored = std::get_if<Stored>(&value)) return static_cast<T>(*stored);
-    throw_wrong_type(name, value, ParameterValue(Stored{}));
-  }
-  [[noreturn]] void throw_wrong_type(std::string_view name, const ParameterValue& is,
-                                     const ParameterValue& wanted) const;
-  const ParameterValue& declare(std::string_view name, ParameterValue value);
-  const ParameterValue& find_parameter(std::string_view name) const;
+ protected:
+  // For nodes that make entities of their own kinds.
 
+  /// What the code asks for, as the options have it.
+  template <Message T>
+  Endpoint endpoint(std::string_view topic, const QoS& qos) {
+    std::string name = resolve(topic);
+    const QoS decided = decide(name, qos);
+    return {std::move(name), &message_type<T>(), decided};
+  }
+  /// nullptr: messages stay in the process.
+  const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
-  void add(const std::shared_ptr<Entity>& entity);
+  void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
+  /// Throws Error when the timer's name cannot be.
+  std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
 
   /// Adds the entity, and makes the pointer for the user: when it goes, the entity retires.
   template <class Handle, class Concrete>
@@ -167,17 +295,34 @@ class Node : public std::enable_shared_from_this<Node> {
     });
   }
 
+ private:
+  QoS decide(const std::string& topic, const QoS& code);
+  static void check_deadline(const std::string& topic, const QoS& qos);
+  /// "/arm/move" → "arm_move_timeout".
+  static std::string timeout_name(std::string_view service);
+  void add(const std::shared_ptr<Entity>& entity);
+  struct ChangedParameters {
+    std::map<CallbackGroup*, CallbackParameters> groups;
+    std::map<Entity*, CallbackParameters> callbacks;
+  };
+  ChangedParameters checked(const CallbackParameterChanges& changes,
+                            const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                            const std::vector<std::shared_ptr<Entity>>& entities) const;
+
   const NodeOptions options_;
   const std::string name_;
   const std::string name_space_;
+  const std::string fully_qualified_name_;
   const std::shared_ptr<CallbackGroup> default_group_;
+  NodeParameters parameters_;
 
   mutable PiMutex mutex_;  // guards all below
   std::vector<std::weak_ptr<Entity>> entities_;
   std::vector<std::weak_ptr<CallbackGroup>> groups_;
   std::vector<NodeListener*> listeners_;
-  Parameters parameters_;  // the declared ones
-  std::set<std::string, std::less<>> used_remaps_;
+  std::set<std::string, std::less<>> used_remaps_, topics_;
+  // Topic → the callbacks that publish on it; empty: any may.
+  std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
 
   std::atomic<const NodeListener*> owner_{nullptr};
 };

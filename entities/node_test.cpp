@@ -39,7 +39,7 @@ class OwningSink final : public Sink {
     entity_->set_owner(this);
     entity_->attach(*this);
   }
-  void announce(const Arrival&) noexcept override { trace.emplace_back("announce"); }
+  void announce(Arrival) noexcept override { trace.emplace_back("announce"); }
   void release_changed() noexcept override { trace.emplace_back("release changed"); }
   void expect_remove() noexcept override { trace.emplace_back("expect remove"); }
   void remove() noexcept override {
@@ -144,93 +144,6 @@ TEST(Node, RefusesInvalidNamesOfTimersGuardConditionsAndGroups) {
               ThrowsMessage<Error>(HasSubstr("'a b' cannot be the name of a guard condition")));
   EXPECT_THAT([&] { node->create_callback_group("", CallbackGroupType::Reentrant); },
               ThrowsMessage<Error>(HasSubstr("'' cannot be the name of a callback group")));
-}
-
-// ---- Parameters ----
-
-TEST(NodeParameters, HaveTheDeclaredValueWithoutConfiguration) {
-  const auto node = make_node("camera");
-  EXPECT_EQ(node->declare_parameter("rate", 30), 30);
-  EXPECT_EQ(node->declare_parameter("gain", 0.5f), 0.5f);
-  EXPECT_TRUE(node->declare_parameter("on", true));
-  EXPECT_EQ(node->declare_parameter("frame", std::string("map")), "map");
-  EXPECT_EQ(node->get_parameter<int>("rate"), 30);
-  EXPECT_EQ(node->get_parameter<std::int64_t>("rate"), 30);
-  EXPECT_EQ(node->get_parameter<double>("gain"), 0.5);
-  EXPECT_TRUE(node->get_parameter<bool>("on"));
-  EXPECT_EQ(node->get_parameter<std::string>("frame"), "map");
-}
-
-TEST(NodeParameters, HaveTheConfiguredValueIfThereIsOne) {
-  const auto node =
-      make_node("camera", {.parameters = {{"rate", std::int64_t{60}},
-                                          {"frame", std::string("odom")},
-                                          {"weights", std::vector<double>{0.5, 0.25}}}});
-  EXPECT_EQ(node->declare_parameter("rate", 30), 60);
-  EXPECT_EQ(node->declare_parameter("frame", std::string("map")), "odom");
-  EXPECT_THAT(node->declare_parameter("weights", std::vector<double>{1.0}), ElementsAre(0.5, 0.25));
-  EXPECT_EQ(node->get_parameter<int>("rate"), 60);
-}
-
-TEST(NodeParameters, TakeAnIntegerWhereAFloatingPointNumberIsDeclared) {
-  const auto node = make_node("camera", {.parameters = {{"gain", std::int64_t{2}}}});
-  EXPECT_EQ(node->declare_parameter("gain", 0.5), 2.0);
-}
-
-TEST(NodeParameters, RefuseAConfiguredValueOfAnotherType) {
-  const auto node = make_node(
-      "camera",
-      {.parameters = {{"rate", std::string("fast")}, {"count", 2.5}, {"on", std::int64_t{1}}}});
-  EXPECT_THAT(
-      [&] { node->declare_parameter("rate", 30); },
-      ThrowsMessage<Error>("parameter 'rate' of node 'camera' is a string; give a integer"));
-  EXPECT_THAT([&] { node->declare_parameter("count", 2); },
-              ThrowsMessage<Error>(HasSubstr("is a floating-point number; give a integer")));
-  EXPECT_THAT([&] { node->declare_parameter("on", true); },
-              ThrowsMessage<Error>(HasSubstr("is a integer; give a boolean")));
-}
-
-TEST(NodeParameters, RefuseToBeReadAsAnotherType) {
-  const auto node = make_node("camera");
-  node->declare_parameter("names", std::vector<std::string>{"a"});
-  EXPECT_THAT([&] { node->get_parameter<bool>("names"); },
-              ThrowsMessage<Error>(HasSubstr("is a string array; give a boolean")));
-}
-
-TEST(NodeParameters, RefuseToBeReadUndeclaredAndSuggestTheNearest) {
-  const auto node = make_node("camera", {.parameters = {{"rate", std::int64_t{60}}}});
-  node->declare_parameter("gain", 0.5);
-  EXPECT_THAT([&] { node->get_parameter<double>("gian"); },
-              ThrowsMessage<Error>("node 'camera' has no parameter 'gian'; did you mean 'gain'? "
-                                   "valid: gain"));
-  EXPECT_THAT([&] { node->get_parameter<int>("rate"); },  // configured is not declared
-              ThrowsMessage<Error>(HasSubstr("node 'camera' has no parameter 'rate'")));
-}
-
-TEST(NodeParameters, RefuseToBeDeclaredTwice) {
-  const auto node = make_node("camera");
-  node->declare_parameter("rate", 30);
-  EXPECT_THAT([&] { node->declare_parameter("rate", 30); },
-              ThrowsMessage<Error>("parameter 'rate' of node 'camera' is declared twice"));
-}
-
-TEST(NodeParameters, AreToldWhenNobodyDeclaredThem) {
-  const auto node =
-      make_node("camera", {.parameters = {{"rate", std::int64_t{1}}, {"rat", std::int64_t{2}}}});
-  EXPECT_THAT(node->unused_parameters(), ElementsAre("rat", "rate"));
-  node->declare_parameter("rate", 30);
-  EXPECT_THAT(node->unused_parameters(), ElementsAre("rat"));
-}
-
-TEST(ParameterValue, NamesEveryType) {
-  EXPECT_EQ(type_name(true), "boolean");
-  EXPECT_EQ(type_name(std::int64_t{1}), "integer");
-  EXPECT_EQ(type_name(1.0), "floating-point number");
-  EXPECT_EQ(type_name(std::string()), "string");
-  EXPECT_EQ(type_name(std::vector<bool>()), "boolean array");
-  EXPECT_EQ(type_name(std::vector<std::int64_t>()), "integer array");
-  EXPECT_EQ(type_name(std::vector<double>()), "floating-point number array");
-  EXPECT_EQ(type_name(std::vector<std::string>()), "string array");
 }
 
 // ---- Groups ----
@@ -349,6 +262,7 @@ class NotingListener final : public NodeListener {
   void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override {
     trace.push_back(node.name() + " group " + group->name());
   }
+  void parameters_changed(Node& node) override { trace.push_back(node.name() + " parameters"); }
   std::vector<std::string> trace;
 };
 

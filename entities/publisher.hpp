@@ -6,40 +6,50 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "takt/entities/entity.hpp"
+#include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/intra_process.hpp"
+#include "takt/transport/participant.hpp"
 
 namespace takt {
 
 template <Message T>
 class Publisher;
 
-/// A message that lies in its publisher's pool until it is published; if it never is, it goes
-/// back. False when the pool was empty.
+/// A message that lies in its publisher's pool, or in shared memory, until it is published; if it
+/// never is, it goes back. False when the pool was empty.
 /// Thread safety: as any value.
 /// Real-time: nothing blocks or allocates.
 template <Message T>
 class LoanedMessage {
  public:
   LoanedMessage() = default;
-  LoanedMessage(LoanedMessage&& other) noexcept : block_(std::exchange(other.block_, nullptr)) {}
+  LoanedMessage(LoanedMessage&& other) noexcept
+      : block_(std::exchange(other.block_, nullptr)), is_outside_(other.is_outside_) {}
   LoanedMessage& operator=(LoanedMessage&& other) noexcept {
     std::swap(block_, other.block_);
+    std::swap(is_outside_, other.is_outside_);
     return *this;
   }
   ~LoanedMessage() {
-    if (block_ != nullptr) Pool<LoanedBlock<T>>::recycle(*block_);
+    if (block_ == nullptr) return;
+    block_->set_references(1);
+    block_->release();
   }
 
   explicit operator bool() const noexcept { return block_ != nullptr; }
-  T& operator*() const noexcept { return block_->message; }
-  T* operator->() const noexcept { return &block_->message; }
+  T& operator*() const noexcept { return *operator->(); }
+  // What is lent is not const, but who receives it must not write.
+  T* operator->() const noexcept { return static_cast<T*>(const_cast<void*>(block_->payload())); }
 
  private:
   friend class Publisher<T>;
-  explicit LoanedMessage(LoanedBlock<T>* block) noexcept : block_(block) {}
-  LoanedBlock<T>* block_ = nullptr;
+  LoanedMessage(MessageBlock* block, bool is_outside) noexcept
+      : block_(block), is_outside_(is_outside) {}
+  MessageBlock* block_ = nullptr;
+  bool is_outside_ = false;  // of the process: in shared memory
 };
 
 /// How a publisher behaves beyond its QoS.
@@ -48,48 +58,92 @@ struct PublisherOptions {
   /// How many messages can be on loan or on their way at once. They are made with the publisher.
   std::size_t loans = 0;
   /// What a fresh loan looks like: give vectors and strings their final capacity here, and
-  /// nothing allocates afterwards. A loan keeps what its last user wrote.
-  T prototype{};
+  /// nothing allocates afterwards. A loan keeps what its last user wrote. nullptr: a T{}.
+  std::shared_ptr<const T> prototype = nullptr;
   /// How often it publishes, if that is known: a receiver's report then tells what was late.
   Nanoseconds expected_period{0};
+  /// The node's callbacks that publish with it, by name, for those who look for chains. Empty: any
+  /// of them may.
+  std::vector<std::string> published_by;
 };
 
 /// Thread safety: every method from any thread.
 /// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
 /// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
-/// messages are on their way. publish(const T&) copies: into a loan, or else to the heap.
+/// messages are on their way. publish(const T&) copies: into a loan, or else to the heap. With
+/// receivers in other processes it also encodes the message, or copies it into shared memory, and
+/// makes Cyclone DDS send it, see Participant. Only what was lent by shared memory is neither
+/// encoded nor copied.
 template <Message T>
 class Publisher {
  public:
-  Publisher(std::string topic, const QoS& qos, Clock& clock, PublisherOptions<T> options = {})
+  /// `participant`: sends to other processes too; may be nullptr.
+  Publisher(std::string topic, const QoS& qos, Clock& clock, PublisherOptions<T> options = {},
+            const std::shared_ptr<Participant>& participant = nullptr)
       : writer_({std::move(topic), &message_type<T>(), qos}, clock),
+        remote_(participant != nullptr
+                    ? participant->create_writer(writer_.endpoint(), writer_.events())
+                    : nullptr),
+        prototype_(options.prototype != nullptr ? std::move(options.prototype)
+                                                : std::make_shared<const T>()),
         expected_period_(options.expected_period),
         loans_(Pool<LoanedBlock<T>>::create(
-            options.loans,
-            [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(options.prototype); })),
-        wrappers_(Pool<OwnedBlock<T>>::create(
-            qos.depth + 16, [](std::uint32_t) { return std::make_unique<OwnedBlock<T>>(); })) {}
+            options.loans == 0 ? 0 : options.loans + kept(qos),
+            [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(*prototype_); })),
+        wrappers_(Pool<OwnedBlock<T>>::create(qos.depth + 16 + kept(qos), [](std::uint32_t) {
+          return std::make_unique<OwnedBlock<T>>();
+        })) {}
+
+  ~Publisher() { StagedOutputs::forget(writer_); }
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
 
   const std::string& topic() const noexcept { return writer_.endpoint().topic; }
-  std::size_t subscription_count() const noexcept { return writer_.reader_count(); }
+  const QoS& qos() const noexcept { return writer_.endpoint().qos; }
+  const std::shared_ptr<EndpointEvents>& events() const noexcept { return writer_.events(); }
+  /// Where liveliness is manual: it is alive, though it publishes nothing.
+  void assert_liveliness() noexcept {
+    if (remote_ != nullptr) remote_->assert_liveliness();
+  }
+  /// In this process and outside.
+  std::size_t subscription_count() const noexcept {
+    return writer_.reader_count() + (remote_ != nullptr ? remote_->reader_count() : 0);
+  }
 
-  /// An empty loan when all are out: the publisher is faster than its receivers (back-pressure).
-  /// Throws Error when the publisher was made without loans.
+  std::size_t outside_subscription_count() const noexcept {
+    return remote_ != nullptr ? remote_->reader_count() : 0;
+  }
+  /// In this process.
+  std::size_t local_subscription_count() const noexcept { return writer_.reader_count(); }
+
+  /// Lent by shared memory when all receivers are in other processes and the topic goes there by
+  /// it, up to seven at once. Receivers in this process read a message by its pointer, so if there
+  /// are any it is lent from the pool, and copied for the others. An empty loan when all of the
+  /// pool are out: the publisher is faster than its receivers (back-pressure). Throws Error when
+  /// the publisher was made without loans.
   LoanedMessage<T> borrow_loaned_message() {
-    if (loans_->capacity() == 0) {
-      throw Error("publisher of '" + topic() + "' has no messages to lend",
-                  "give PublisherOptions::loans when you create it");
+    if (loans_->capacity() == 0) refuse_loan();
+    if (remote_ != nullptr && is_for_outside_only()) {
+      if (MessageBlock* block = remote_->lend(prototype_.get())) return {block, true};
     }
-    return LoanedMessage<T>(loans_->acquire());
+    return {loans_->acquire(), false};
   }
 
   void publish(LoanedMessage<T>&& message) noexcept {
-    if (message) send(*std::exchange(message.block_, nullptr));
+    if (!message) return;
+    if (!message.is_outside_) {
+      send(*std::exchange(message.block_, nullptr));
+    } else if (is_for_outside_only()) {
+      remote_->write_lent(*std::exchange(message.block_, nullptr));
+    } else {  // somebody in this process has come meanwhile
+      const LoanedMessage<T> loan = std::move(message);
+      publish(*loan);
+    }
   }
   void publish(std::unique_ptr<T> message) { wrap(std::move(message)); }
   void publish(std::shared_ptr<const T> message) { wrap(std::move(message)); }
   void publish(const T& message) {
-    if (LoanedMessage<T> loan{loans_->acquire()}) {
+    if (LoanedMessage<T> loan{loans_->acquire(), false}) {
       *loan = message;
       publish(std::move(loan));
     } else {
@@ -98,6 +152,15 @@ class Publisher {
   }
 
  private:
+  // How many messages are on no way, because the writer keeps them for who comes late.
+  static std::size_t kept(const QoS& qos) noexcept {
+    return qos.durability == Durability::transient_local ? qos.depth : 0;
+  }
+  [[noreturn, gnu::cold, gnu::noinline]] void refuse_loan() const {
+    throw Error("publisher of '" + topic() + "' has no messages to lend",
+                "give PublisherOptions::loans when you create it");
+  }
+
   template <class Pointer>
   void wrap(Pointer message) {
     if (message == nullptr) throw Error("a null message was published on '" + topic() + "'");
@@ -110,15 +173,27 @@ class Publisher {
     send(*block);
   }
 
+  /// Nobody in this process is matched, and the message is not to be held back.
+  bool is_for_outside_only() const noexcept {
+    const Dispatch* dispatch = Dispatch::current();
+    return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);
+  }
+
   void send(MessageBlock& block) noexcept {
     const Dispatch* dispatch = Dispatch::current();
     block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
     block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
+    block.envelope.way = dispatch != nullptr ? dispatch->way : 0;
     block.envelope.expected_period = expected_period_;
-    writer_.write(block);
+    if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
+      return dispatch->outputs->add(writer_, remote_.get(), block);
+    }
+    takt::send(writer_, remote_.get(), block);
   }
 
   IntraProcessWriter writer_;
+  const std::unique_ptr<RemoteWriter> remote_;
+  const std::shared_ptr<const T> prototype_;
   const Nanoseconds expected_period_;
   const PoolPtr<LoanedBlock<T>> loans_;
   const PoolPtr<OwnedBlock<T>> wrappers_;

@@ -83,7 +83,8 @@ TEST_F(PublisherTest, RefusesToLendWhenItWasMadeWithoutLoans) {
 }
 
 TEST_F(PublisherTest, LendsMessagesThatLookLikeThePrototype) {
-  const auto scans = publisher({.loans = 1, .prototype = {.id = 7, .ranges = {1, 2, 3}}});
+  const auto scans = publisher(
+      {.loans = 1, .prototype = std::make_shared<const Scan>(Scan{.id = 7, .ranges = {1, 2, 3}})});
   const LoanedMessage<Scan> loan = scans->borrow_loaned_message();
   EXPECT_EQ(loan->id, 7);
   EXPECT_THAT((*loan).ranges, ElementsAre(1, 2, 3));
@@ -126,7 +127,9 @@ TEST_F(PublisherTest, GetsALoanBackWhenTheLastSubscriptionHasRun) {
 TEST_F(PublisherTest, PublishesLoansWithoutAllocatingInTheSteadyState) {
   if (!allocations_are_counted()) GTEST_SKIP() << kNotCounted;
   ids_.reserve(100);
-  const auto scans = publisher({.loans = 4, .prototype = {.ranges = std::vector<int>(50)}});
+  const auto scans =
+      publisher({.loans = 4,
+                 .prototype = std::make_shared<const Scan>(Scan{.ranges = std::vector<int>(50)})});
   const auto first = subscription(), second = subscription(2);
   scans->publish(scans->borrow_loaned_message());  // this thread's first read section allocates
   const RealtimeScope scope;
@@ -229,10 +232,10 @@ TEST_F(PublisherTest, PassesOnTheChainOfTheCallbackThatItIsCalledIn) {
   const auto served = subscription();
   const CallbackInfo info;
   {
-    const Dispatch outer{&info, 41, TimePoint(1s)};
+    const Dispatch outer{&info, 41, TimePoint(1s), 6};
     const Dispatch::Scope outer_scope(outer);
     {
-      const Dispatch dispatch{&info, 42, TimePoint(2s)};
+      const Dispatch dispatch{&info, 42, TimePoint(2s), 7};
       const Dispatch::Scope scope(dispatch);
       scans->publish(Scan{});
     }
@@ -242,6 +245,7 @@ TEST_F(PublisherTest, PassesOnTheChainOfTheCallbackThatItIsCalledIn) {
   Slot slot;
   ASSERT_TRUE(served->take(slot));
   EXPECT_EQ(slot.chain_instance, 42u);
+  EXPECT_EQ(slot.way, 7u);
   EXPECT_EQ(slot.root_release, TimePoint(2s));
   EXPECT_EQ(slot.expected_period, 10ms);
   served->execute(slot);

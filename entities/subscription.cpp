@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/subscription.hpp"
 
+#include "takt/base/logger.hpp"
+
 namespace takt {
 
 void SubscriptionBase::attach(Sink& sink) noexcept {
   set_wants_time(sink.wants_time());
+  set_listener(&sink);
   Entity::attach(sink);
 }
 
 void SubscriptionBase::detach() noexcept {
+  set_listener(nullptr);
   Entity::detach();
   set_wants_time(false);
 }
 
 void SubscriptionBase::retire() noexcept {
   leave();  // first, so that nothing arrives any more
+  remote_.reset();
   Entity::retire();
 }
 
@@ -25,15 +30,38 @@ bool SubscriptionBase::front(Arrival& arrival) const noexcept {
   return true;
 }
 
+void SubscriptionBase::start() {
+  if (participant_ == nullptr || !participant_->serves_own_process()) join();
+  if (participant_ != nullptr) remote_ = participant_->create_reader(*this);
+}
+
+MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
+  MessageBlock* message = IntraProcessReader::take(more);
+  if (message == nullptr || message->payload() != nullptr) return message;
+  return decode_received(*message);
+}
+
+MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
+  const auto bytes = static_cast<ReceivedBlock&>(received).bytes();
+  MessageBlock* message = decode(bytes);
+  if (message != nullptr) {
+    message->envelope = received.envelope;
+  } else {
+    static constinit LogThrottle throttle;
+    malformed_.fetch_add(1, std::memory_order_relaxed);
+    if (const auto left_out = throttle.may_log()) {
+      log(LogLevel::warn, "{}: {} bytes are no {}: dropped{}", topic(), bytes.size(),
+          endpoint().type->name, *left_out == 0 ? "" : fmt::format(" ({} more before)", *left_out));
+    }
+  }
+  received.release();
+  return message;
+}
+
 bool SubscriptionBase::take(Slot& slot) noexcept {
-  slot.message = IntraProcessReader::take(slot.more);
+  slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
-  const Envelope& envelope = slot.message->envelope;
-  slot.sequence = envelope.sequence;
-  slot.ready_time = envelope.publish_time;
-  slot.root_release = envelope.root_release;
-  slot.chain_instance = envelope.chain_instance;
-  slot.expected_period = envelope.expected_period;
+  static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;
 }
 

@@ -12,6 +12,7 @@
 
 #include "takt/entities/entity.hpp"
 #include "takt/transport/intra_process.hpp"
+#include "takt/transport/participant.hpp"
 
 namespace takt {
 
@@ -19,31 +20,57 @@ namespace takt {
 /// Thread safety and real-time: as Entity and IntraProcessReader.
 class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
-  SubscriptionBase(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint)
-      : Entity(EntityKind::subscription, std::move(name), std::move(group)),
-        IntraProcessReader(std::move(endpoint)) {}
+  /// `participant`: receives from other processes too; may be nullptr.
+  SubscriptionBase(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group,
+                   Endpoint endpoint, std::shared_ptr<Participant> participant)
+      : Entity(kind, std::move(name), std::move(group)),
+        IntraProcessReader(std::move(endpoint)),
+        participant_(std::move(participant)) {}
 
   const std::string& topic() const noexcept { return endpoint().topic; }
+  const QoS& qos() const noexcept { return endpoint().qos; }
   std::size_t ready_count() const noexcept override { return ring().size(); }
   bool front(Arrival& arrival) const noexcept override;
   using Entity::take;
   bool take(Slot& slot) noexcept override;
+  void discard(Slot& slot) noexcept override { slot.message->release(); }
   void attach(Sink& sink) noexcept override;
   void detach() noexcept override;
   void retire() noexcept override;
   Report report() const override {
-    return {.topic = topic(), .expected = expected(), .dropped = dropped()};
+    return {.topic = topic(),
+            .expected = expected(),
+            .from_outside = remote_ != nullptr ? remote_->received() : 0,
+            .dropped = lost()};
   }
+  std::uint64_t lost() const noexcept override { return dropped() + malformed_; }
+  /// Publishers in other processes.
+  std::size_t outside_publisher_count() const noexcept {
+    return remote_ != nullptr ? remote_->writer_count() : 0;
+  }
+  /// From here on messages arrive.
+  void start();
 
  protected:
-  void on_message(const Arrival& arrival) noexcept override { announce(arrival); }
+  /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
+  /// was not what its type says: that is counted as dropped.
+  MessageBlock* take_message(bool& more) noexcept;
+  /// The message that these bytes are, or nullptr. Called by who takes.
+  virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
+
+ private:
+  MessageBlock* decode_received(MessageBlock& received) noexcept;
+
+  const std::shared_ptr<Participant> participant_;
+  std::unique_ptr<RemoteReader> remote_;
+  std::atomic<std::uint64_t> malformed_{0};
 };
 
 /// What a callback may ask to be told besides the message.
 struct MessageInfo {
-  std::uint64_t sequence;   // order of publication, over the process
-  TimePoint publish_time;   // {} when the executor's statistics are not full
-  TimePoint root_release;   // of the chain's first callback; {} outside chains
+  std::uint64_t sequence;  // order of publication, over the process
+  TimePoint publish_time;  // {} when the executor's statistics are not full
+  TimePoint root_release;  // of the chain's first callback; {} outside chains
 };
 
 /// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
@@ -75,8 +102,8 @@ class ControlBlocks {
       return reinterpret_cast<U*>(cell->bytes.data());
     }
     void deallocate(U* memory, std::size_t) noexcept {
-      Cell* cell = reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) -
-                                           offsetof(Cell, bytes));
+      Cell* cell =
+          reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) - offsetof(Cell, bytes));
       if (cell->from_heap) {
         delete cell;
       } else {
@@ -94,23 +121,66 @@ class ControlBlocks {
   PoolPtr<Cell> cells_;
 };
 
+/// Where messages from other processes are decoded to.
+/// Thread safety: from any thread.
+/// Real-time: a message that fits into the memory of one of the `kept` before it allocates nothing.
+template <Message T>
+class DecodedMessages {
+ public:
+  explicit DecodedMessages(std::size_t kept)
+      : loans_(Pool<LoanedBlock<T>>::create(
+            kept, [](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(); })) {}
+
+  /// nullptr when the bytes are no T.
+  MessageBlock* decode(std::span<const std::byte> bytes) noexcept {
+    const MessageType& type = message_type<T>();
+    MessageBlock* block = nullptr;
+    if (LoanedBlock<T>* loan = loans_->acquire()) {
+      block = type.decode(bytes, &loan->message) ? loan : nullptr;
+      if (block == nullptr) Pool<LoanedBlock<T>>::recycle(*loan);
+    } else if (auto message = std::make_unique<T>(); type.decode(bytes, message.get())) {
+      auto* owned = new OwnedBlock<T>;
+      owned->from_heap = true;
+      owned->own(std::move(message));
+      block = owned;
+    }
+    if (block != nullptr) block->set_references(1);
+    return block;
+  }
+
+ private:
+  PoolPtr<LoanedBlock<T>> loans_;
+};
+
 /// A subscription as its node hands it out. Dropping the last pointer takes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
 template <Message T>
 class Subscription : public SubscriptionBase {
  public:
-  using SubscriptionBase::SubscriptionBase;
+  /// `kept`: how many messages from other processes callbacks hold at once.
+  Subscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
+               std::shared_ptr<Participant> participant, std::size_t kept)
+      : SubscriptionBase(EntityKind::subscription, std::move(name), std::move(group),
+                         std::move(endpoint), participant),
+        decoded_(participant != nullptr ? kept : 0) {}
   using SubscriptionBase::take;
 
   /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
-  bool take(T& message) {
+  virtual bool take(T& message) {
     bool more;
-    MessageBlock* block = IntraProcessReader::take(more);
+    MessageBlock* block = take_message(more);
     if (block == nullptr) return false;
     message = *static_cast<const T*>(block->payload());
     block->release();
     return true;
   }
+
+ private:
+  MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
+    return decoded_.decode(bytes);
+  }
+
+  DecodedMessages<T> decoded_;
 };
 
 /// The forms of callback: how the message comes, and whether MessageInfo follows.
@@ -118,8 +188,9 @@ template <class F, class T>
 concept SubscriptionCallback =
     std::invocable<F&, const T&> || std::invocable<F&, std::shared_ptr<const T>> ||
     std::invocable<F&, std::unique_ptr<T>> || std::invocable<F&, const T&, const MessageInfo&> ||
-    std::invocable<F&, std::shared_ptr<const T>, const MessageInfo&> ||
-    std::invocable<F&, std::unique_ptr<T>, const MessageInfo&>;
+    std::invocable < F&,
+        std::shared_ptr<const T>,
+const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo&>;
 
 /// A subscription with its callback. A callback that takes
 /// - `const T&` looks at the message; it never costs an allocation or a copy;
@@ -127,13 +198,17 @@ concept SubscriptionCallback =
 /// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
 ///   alone (or last), else copied to the heap.
 template <Message T, SubscriptionCallback<T> F>
-class CallbackSubscription final : public Subscription<T> {
+class CallbackSubscription : public Subscription<T> {
  public:
   CallbackSubscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-                       F callback)
-      : Subscription<T>(std::move(name), std::move(group), std::move(endpoint)),
+                       F callback, std::shared_ptr<Participant> participant = nullptr)
+      : Subscription<T>(std::move(name), std::move(group), endpoint, std::move(participant),
+                        kLooks    ? 4
+                        : kShares ? endpoint.qos.depth + 16
+                                  : 0),
         callback_(std::move(callback)),
         control_blocks_(kShares ? this->endpoint().qos.depth + 16 : 0) {}
+  using Subscription<T>::take;
 
   void execute(Slot& slot) override {
     MessageBlock& block = *slot.message;

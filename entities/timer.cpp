@@ -20,15 +20,26 @@ Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& cloc
   if (!callback_) throw Error("timer '" + this->name() + "' has no callback");
 }
 
-void Timer::set_release(TimePoint release) noexcept {
+void Timer::release_at(TimePoint release) noexcept {
   const ReadSection section;
   next_release_.store(release);
   if (Sink* sink = this->sink()) sink->release_changed();
 }
 
-void Timer::cancel() noexcept { set_release(kNever); }
+void Timer::cancel() noexcept {
+  release_at(kNever);
+}
 
-void Timer::reset() noexcept { set_release(clock_.now() + period_); }
+void Timer::reset() noexcept {
+  release_at(clock_.now() + period_);
+}
+
+void Timer::restart() noexcept {
+  const TimePoint first = clock_.now() + period_;
+  TimePoint release = next_release_.load();
+  while (release != kNever && !next_release_.compare_exchange_weak(release, first)) {
+  }
+}
 
 std::size_t Timer::ready_count() const noexcept {
   return next_release_.load() <= clock_.now() ? 1 : 0;
@@ -49,6 +60,19 @@ bool Timer::take(Slot& slot) noexcept {
   }
 }
 
-void Timer::execute(Slot&) { callback_(); }
+void Timer::skip_releases(TimePoint until) noexcept {
+  TimePoint due = next_release_.load();
+  while (due < until) {
+    const auto skipped = (until - due - Nanoseconds(1)) / period_ + 1;
+    if (next_release_.compare_exchange_weak(due, due + skipped * period_)) {
+      missed_.fetch_add(static_cast<std::uint64_t>(skipped), std::memory_order_relaxed);
+      return;
+    }
+  }
+}
+
+void Timer::execute(Slot&) {
+  callback_();
+}
 
 }  // namespace takt

@@ -28,6 +28,8 @@ class Timer : public Entity {
   void cancel() noexcept;
   /// Starts anew: the next release is one period from now.
   void reset() noexcept;
+  /// The next release is then, and those after it in period; kNever is cancel.
+  void release_at(TimePoint release) noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
   Clock& clock() const noexcept { return clock_; }
   std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
@@ -37,11 +39,15 @@ class Timer : public Entity {
   Nanoseconds period() const noexcept override { return period_; }
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
+  void skip_releases(TimePoint until) noexcept override;
   Report report() const override { return {.missed = missed()}; }
+  std::uint64_t lost() const noexcept override { return missed(); }
+
+ protected:
+  /// Starts anew and tells nobody; a timer that is cancelled stays so.
+  void restart() noexcept;
 
  private:
-  void set_release(TimePoint release) noexcept;
-
   Clock& clock_;
   const Nanoseconds period_;
   const std::function<void()> callback_;

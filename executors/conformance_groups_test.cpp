@@ -5,7 +5,7 @@
 
 #include <sys/resource.h>
 
-#include "takt/executors/conformance.hpp"
+#include "takt/executors/conformance_test.hpp"
 
 namespace takt::conformance {
 namespace {

@@ -1,7 +1,7 @@
 // In which order callbacks run, and that none is overtaken for ever. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
 // whose defect is tested. SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/conformance.hpp"
+#include "takt/executors/conformance_test.hpp"
 
 namespace takt::conformance {
 namespace {
@@ -46,7 +46,8 @@ TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
       {"chain_priority", {"high", "guard", "low", "timer"}},
       {"round_robin", {"guard", "high", "low", "timer"}},
   };
-  if (expected.contains(scheduler_name())) {
+  // Two groups with a thread each have no order between them.
+  if (expected.contains(scheduler_name()) && executor_name() != kIsolatedPerGroup) {
     EXPECT_EQ(trace, expected.at(scheduler_name()));
   } else {
     EXPECT_THAT(trace, UnorderedElementsAre("guard", "high", "low", "timer"));

@@ -1,7 +1,7 @@
 // What the ways of spinning, cancelling and throwing mean. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
 // whose defect is tested. SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/conformance.hpp"
+#include "takt/executors/conformance_test.hpp"
 
 namespace takt::conformance {
 namespace {
@@ -203,7 +203,15 @@ TEST_P(ConformanceSpin, AHandlerGetsExceptionsAndTheOthersGoOn) {
   const auto bad = node->create_guard_condition("bad", [] { throw std::runtime_error("mine"); });
   const auto good = node->create_guard_condition("good", [&] { ++ran; });
   executor->add_node(node);
-  std::thread spin([&] { executor->spin([&](std::exception_ptr) { ++handled; }); });
+  std::thread spin([&] {
+    executor->spin([&](const FailedCallback& failed) {
+      EXPECT_EQ(failed.node, node->fully_qualified_name());
+      EXPECT_EQ(failed.callback, "bad");
+      EXPECT_THROW(std::rethrow_exception(failed.exception), std::runtime_error);
+      ++handled;
+      return true;
+    });
+  });
   for (int i = 1; i <= 3; ++i) {
     bad->trigger();
     good->trigger();
@@ -211,6 +219,15 @@ TEST_P(ConformanceSpin, AHandlerGetsExceptionsAndTheOthersGoOn) {
   }
   executor->cancel();
   spin.join();
+}
+
+TEST_P(ConformanceSpin, AHandlerMayLetAnExceptionEndTheSpin) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto bad = node->create_guard_condition("bad", [] { throw std::runtime_error("mine"); });
+  executor->add_node(node);
+  bad->trigger();
+  EXPECT_THROW(executor->spin([](const FailedCallback&) { return false; }), std::runtime_error);
 }
 
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceSpin);

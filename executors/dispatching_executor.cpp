@@ -9,14 +9,12 @@
 
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
+#include "takt/entities/chain.hpp"
 #include "takt/sched/memory_lock.hpp"
 #include "takt/sched/realtime_thread.hpp"
 
 namespace takt {
 namespace {
-
-// The executor whose worker the calling thread is: removing from it must not wait for ourselves.
-[[gnu::tls_model("initial-exec")]] thread_local constinit const Executor* worker_of = nullptr;
 
 std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
                                           const ExecutorTraits& traits) {
@@ -31,57 +29,45 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   return threads;
 }
 
-std::uint32_t id_of(std::vector<std::pair<const void*, std::uint32_t>>& ids, const void* object) {
-  const auto known = std::find_if(ids.begin(), ids.end(),
-                                  [&](const auto& entry) { return entry.first == object; });
-  if (known != ids.end()) return known->second;
-  ids.emplace_back(object, static_cast<std::uint32_t>(ids.size()));
-  return ids.back().second;
-}
-
 }  // namespace
 
-struct DispatchingExecutor::Record final : CallbackRecord {
-  explicit Record(DispatchingExecutor& owner) : executor(owner) {}
-  DispatchingExecutor& executor;
-  bool detached = false;  // guarded by control_mutex_: nobody announces any more
-
-  void announce(const Arrival& arrival) noexcept override {
-    if (worker_of == &executor && !executor.shared_) {
-      executor.ready_.announce_from_callback(*this, arrival);
-    } else if (executor.ready_.announce(*this, arrival)) {
-      executor.wake();
-    }
-  }
-  void release_changed() noexcept override {
-    if (executor.ready_.announce_change(*this)) executor.wake();
-  }
-  void remove() noexcept override { executor.remove(*this); }
-  void expect_remove() noexcept override { executor.expected_removals_.fetch_add(1); }
-  bool wants_time() const noexcept override { return executor.reads_clock_; }
-};
+// The model is repeated: otherwise this file would call a function for each access.
+[[gnu::tls_model("initial-exec")]] thread_local constinit const DispatchingExecutor*
+    DispatchingExecutor::worker_of_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
 
 /// Between begin and end of a spin, of whatever kind, this is the only one.
 class DispatchingExecutor::Spin {
  public:
-  explicit Spin(DispatchingExecutor& executor) : executor_(executor) {
+  /// `has_workers`: the calling thread is all there is; a pool tells when it is complete.
+  explicit Spin(DispatchingExecutor& executor, bool has_workers = true) : executor_(executor) {
     const std::lock_guard lock(executor_.control_mutex_);
     if (executor_.spinning_.load()) {
       throw Error("executor '" + executor_.options_.name + "' is spinning already");
     }
+    if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
+    executor_.backend_->prepare();
     if (executor_.has_changes_) executor_.hand_plan_over();
     executor_.spinning_.store(true);
     executor_.was_spun_ = true;
-    outer_ = std::exchange(worker_of, &executor_);
+    outer_ = std::exchange(worker_of_, &executor_);
+    outer_trace_ =
+        std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
     executor_.install_plan();
     executor_.ready_.read_clock();
+    // Between two spins nobody has waited.
+    if (executor_.watched_.load() != 0) executor_.backend_->look();
+    executor_.has_workers_.store(has_workers);
   }
   ~Spin() {
+    executor_.has_workers_.store(false);
     executor_.backend_->leave(0);
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_plan();
-    worker_of = outer_;
+    worker_of_ = outer_;
+    trace_of_ = outer_trace_;
     executor_.spinning_.store(false);
   }
   Spin(const Spin&) = delete;
@@ -92,7 +78,8 @@ class DispatchingExecutor::Spin {
 
  private:
   DispatchingExecutor& executor_;
-  const Executor* outer_;
+  const DispatchingExecutor* outer_;
+  TraceRing* outer_trace_;
 };
 
 DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
@@ -103,11 +90,43 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
       records_times_(options.statistics == StatisticsLevel::full),
-      reads_clock_(records_times_ || options.clock->as_manual() != nullptr ||
-                   schedulers().make(scheduler_)->uses_time()),
-      backend_(make_wait_backend(*options.clock, threads_.size())),
-      ready_(traits.readiness, *options.clock, reads_clock_),
+      early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
+      trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
+                   ? std::make_unique<Trigger>(options_.trigger)
+                   : nullptr),
+      let_(options_.trigger.let_period > Nanoseconds::zero()
+               ? std::make_unique<Let>(options_.trigger)
+               : nullptr),
+      ready_(traits.readiness, *options.clock,
+             records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
+                 schedulers().make(scheduler_)->uses_time(),
+             options.watchdog.get(), trigger_.get()),
       has_changes_(true) {  // the first plan brings the scheduler
+  if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
+  if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
+    throw Error(
+        fmt::format("executor '{}': early_wake is {} ns", options.name, early_wake_.count()),
+        fmt::format("write 0 to {} ns", kMostEarlyWake.count()));
+  }
+  if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
+    throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
+                            options.name),
+                "leave out `trigger` and `let`, or choose 'triggered'");
+  }
+  if (options.trigger.kind == TriggerOptions::Kind::one && options.trigger.one.empty()) {
+    throw Error(
+        fmt::format("executor '{}' is triggered by one callback without a name", options.name),
+        "name it: node/callback");
+  }
+  if (options.trigger.let_period < Nanoseconds::zero()) {
+    throw Error(fmt::format("executor '{}' has a period of {}", options.name,
+                            to_string(options.trigger.let_period)),
+                "give it time");
+  }
+  if (options.per != Isolation::node) {
+    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
+                "leave out `per`, or choose 'isolated'");
+  }
   for (std::size_t i = 0; i < threads_.size(); ++i) {
     ThreadAttributes& thread = threads_[i];
     if (thread.name.empty()) {
@@ -115,263 +134,10 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
     }
     thread.check();
   }
-}
-
-DispatchingExecutor::~DispatchingExecutor() {
-  for (const auto& weak : nodes_) {
-    if (const auto node = weak.lock()) {
-      node->remove_listener(*this);
-    }
+  if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
+    backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
   }
-  std::vector<Record*> mine;
-  {
-    const std::lock_guard lock(control_mutex_);
-    const std::lock_guard ownership(ownership_mutex());
-    for (const auto& record : records_) {
-      if (record->entity->owner() != record.get()) continue;  // its remover is on the way
-      record->entity->set_owner(nullptr);
-      expected_removals_.fetch_add(1);
-      mine.push_back(record.get());
-    }
-  }
-  for (Record* record : mine) remove(*record);
-  for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
-  for (const auto& weak : nodes_) {
-    if (const auto node = weak.lock()) {
-      for (const auto& group : node->groups()) group->release(static_cast<NodeListener*>(this));
-      node->release(this);
-    }
-  }
-  delete plan_.load();
-  take_what_is_gone();
-}
-
-// ---- Adding and removing: control threads ----
-
-void DispatchingExecutor::refuse_when_frozen(const char* what) const {
-  const std::lock_guard lock(control_mutex_);
-  if (traits_.frozen && was_spun_) {
-    throw Error(fmt::format("executor '{}' is static: nothing can be {} after its first spin",
-                            options_.name, what),
-                "do it before, or choose 'single_threaded'");
-  }
-}
-
-void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
-  refuse_when_frozen("added");
-  if (!node->claim(this)) {
-    throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
-                "remove it there first");
-  }
-  remember(node);
-  node->add_listener(*this);
-  for (const auto& group : node->groups()) {
-    if (group->automatically_add_to_executor() && group->claim(static_cast<NodeListener*>(this))) {
-      add_group(group, *node);
-    }
-  }
-}
-
-void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
-                                             const std::shared_ptr<Node>& node) {
-  refuse_when_frozen("added");
-  const auto groups = node->groups();
-  if (std::find(groups.begin(), groups.end(), group) == groups.end()) {
-    throw Error(fmt::format("callback group '{}' is not one of node '{}'", group->name(),
-                            node->fully_qualified_name()));
-  }
-  if (!group->claim(static_cast<NodeListener*>(this))) {
-    throw Error(fmt::format("callback group '{}' of node '{}' belongs to an executor already",
-                            group->name(), node->fully_qualified_name()),
-                "remove it there first");
-  }
-  remember(node);
-  node->add_listener(*this);
-  add_group(group, *node);
-}
-
-void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
-  const std::lock_guard lock(control_mutex_);
-  std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
-  nodes_.push_back(node);
-}
-
-void DispatchingExecutor::add_group(const std::shared_ptr<CallbackGroup>& group, Node& node) {
-  for (const auto& entity : node.entities()) {
-    if (entity->group() == group) add_entity(entity, node);
-  }
-}
-
-void DispatchingExecutor::group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) {
-  if (node.belongs_to(this) && group->automatically_add_to_executor()) {
-    group->claim(static_cast<NodeListener*>(this));
-  }
-}
-
-void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
-  if (!entity->group()->belongs_to(static_cast<NodeListener*>(this))) return;
-  refuse_when_frozen("added");
-  add_entity(entity, node);
-}
-
-void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
-  std::vector<std::unique_ptr<Record>> gone;
-  const std::lock_guard lock(control_mutex_);
-  gone = take_what_is_gone();
-  auto record = std::make_unique<Record>(*this);
-  record->entity = entity;
-  record->group = entity->group();
-  record->node = node.fully_qualified_name();
-  const CallbackParameters& parameters = record->group->parameters();
-  record->description = {.id = next_callback_id_,
-                         .kind = entity->kind(),
-                         .registration = next_callback_id_,
-                         .group = id_of(group_ids_, record->group.get()),
-                         .node = id_of(node_ids_, &node),
-                         .priority = parameters.priority,
-                         .period = entity->period(),
-                         .deadline = parameters.deadline};
-  ++next_callback_id_;
-  record->info = &record->description;
-  {
-    const std::lock_guard ownership(ownership_mutex());
-    if (entity->owner() != nullptr) return;  // seen twice: in the node's list, and as news
-    entity->set_owner(record.get());
-  }
-  changes_.added.push_back(record.get());
-  records_.push_back(std::move(record));
-  has_changes_ = true;
-  if (spinning_.load()) hand_plan_over();
-}
-
-void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
-  refuse_when_frozen("removed");
-  if (!node->belongs_to(this)) {
-    throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
-                options_.name + "'");
-  }
-  node->remove_listener(*this);
-  for (const auto& group : node->groups()) {
-    if (group->belongs_to(static_cast<NodeListener*>(this))) release_group(*group, *node);
-  }
-  node->release(this);
-}
-
-void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
-                                                const std::shared_ptr<Node>& node) {
-  refuse_when_frozen("removed");
-  if (!group->belongs_to(static_cast<NodeListener*>(this))) {
-    throw Error(fmt::format("callback group '{}' of node '{}' does not belong to executor '{}'",
-                            group->name(), node->fully_qualified_name(), options_.name));
-  }
-  release_group(*group, *node);
-}
-
-void DispatchingExecutor::release_group(CallbackGroup& group, const Node& node) noexcept {
-  for (const auto& entity : node.entities()) {
-    if (entity->group().get() == &group) entity->Entity::retire();
-  }
-  group.release(static_cast<NodeListener*>(this));
-}
-
-// 1. The record leaves the list, so that the next plan does not know it.
-// 2. A dispatch point installs that plan: from then on the record is skipped wherever it stands.
-// 3. The running callback ends; then nobody executes the entity any more.
-// 4. The entity forgets its sink; when all read sections have ended, nobody announces any more.
-// 5. The record is freed when it has come out of inbox and scheduler.
-void DispatchingExecutor::remove(Record& record) noexcept {
-  {
-    const std::lock_guard lock(control_mutex_);
-    const auto entry = std::find_if(records_.begin(), records_.end(),
-                                    [&](const auto& known) { return known.get() == &record; });
-    removed_records_.push_back(std::move(*entry));
-    records_.erase(entry);
-    changes_.removed.push_back(&record);
-    hand_plan_over();
-    if (!spinning_.load()) install_plan();
-  }
-  if (worker_of == this) {
-    lock();
-    install_plan();
-    unlock();
-  }
-  const Dispatch* dispatch = Dispatch::current();
-  if (dispatch == nullptr || dispatch->callback != &record.description) record.gone.wait(0);
-  record.entity->detach();
-  std::vector<std::unique_ptr<Record>> gone;
-  {
-    const std::lock_guard lock(control_mutex_);
-    record.detached = true;
-    gone = take_what_is_gone();
-  }
-  gone.clear();
-  if (expected_removals_.fetch_sub(1) == 1) expected_removals_.notify_all();
-}
-
-// With control_mutex_ held. What an earlier plan, not yet installed, would have changed is taken
-// along.
-void DispatchingExecutor::hand_plan_over() {
-  auto plan = std::make_unique<ReadyPlan>();
-  plan->added = std::exchange(changes_.added, {});
-  plan->removed = std::exchange(changes_.removed, {});
-  if (const std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)}) {
-    plan->added.insert(plan->added.begin(), earlier->added.begin(), earlier->added.end());
-    plan->removed.insert(plan->removed.begin(), earlier->removed.begin(), earlier->removed.end());
-  }
-  std::vector<CallbackInfo> infos;
-  std::vector<std::pair<CallbackGroup*, std::vector<CallbackInfo>>> groups;
-  const auto members_of = [&groups](const CallbackRecord& record) -> std::vector<CallbackInfo>& {
-    CallbackGroup* group = record.group.get();
-    for (auto& known : groups) {
-      if (known.first == group) return known.second;
-    }
-    return groups.emplace_back(group, std::vector<CallbackInfo>{}).second;
-  };
-  // A group whose last callback goes gets an empty parking place instead of the one with its
-  // records.
-  for (const CallbackRecord* record : plan->removed) members_of(*record);
-  for (const auto& record : records_) {
-    infos.push_back(record->description);
-    members_of(*record).push_back(record->description);
-  }
-  plan->scheduler = schedulers().make(scheduler_);
-  plan->scheduler->configure(infos);
-  for (const auto& [group, members] : groups) {
-    plan->parking.emplace_back(group, schedulers().make(scheduler_));
-    plan->parking.back().second->configure(members);
-  }
-  plan->timers.reserve(infos.size());
-  has_changes_ = false;
-  plan_.store(plan.release());
-  wake();
-}
-
-// Serialised with dispatch: by a worker under the lock, or while nobody spins.
-void DispatchingExecutor::install_plan() noexcept {
-  if (plan_.load(std::memory_order_relaxed) == nullptr) return;
-  if (ReadyPlan* plan = plan_.exchange(nullptr)) {
-    ready_.install(*plan);
-    used_plans_.push(*plan);
-  }
-}
-
-// With control_mutex_ held; the caller destroys them after it is released, because what a user's
-// callback holds goes with them, and may be another entity of ours.
-std::vector<std::unique_ptr<DispatchingExecutor::Record>>
-DispatchingExecutor::take_what_is_gone() noexcept {
-  for (ReadyPlan* plan = used_plans_.take_all(); plan != nullptr;) {
-    const std::unique_ptr<ReadyPlan> used(plan);
-    plan = plan->inbox_next;
-  }
-  std::vector<std::unique_ptr<Record>> gone;
-  for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->detached && !record->queued.load() &&
-        !record->held.load() && !record->changed.load()) {
-      gone.push_back(std::move(record));
-    }
-  }
-  std::erase(removed_records_, nullptr);
-  return gone;
+  if (options.watchdog != nullptr) options.watchdog->add(watched_callbacks_);
 }
 
 // ---- Sleeping and waking ----
@@ -384,9 +150,14 @@ bool DispatchingExecutor::claim_idle() noexcept {
   return false;
 }
 
+// From another thread, or to one of several workers.
+void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
+  if (ready_.announce(record, arrival) && let_ == nullptr) wake();
+}
+
 // Wakes one sleeping worker. Whoever announces has written its news before, and a worker counts
 // itself idle before it looks for news a last time, both sequentially consistent: no wake-up is
-// lost, and without sleepers it costs one load.
+// lost, and without sleepers it costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();
@@ -399,27 +170,51 @@ void DispatchingExecutor::wake_all() noexcept {
   while (claim_idle()) backend_->post();
 }
 
+// Without the lock. True: somebody has posted.
+bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint release,
+                               const FutureState* future) noexcept {
+  const Clock& clock = *options_.clock;
+  if (early_wake_ == Nanoseconds::zero() || deadline != release || deadline == kNever) {
+    return backend_->wait(index, deadline);
+  }
+  const TimePoint early = deadline - early_wake_;
+  TimePoint now = clock.now();
+  if (now < early) {
+    if (backend_->wait(index, early)) return true;
+    now = clock.now();
+    if (now < early) return false;  // something else has ended the wait
+  }
+  while (now < deadline && !has_news() && plan_.load() == nullptr && !cancelled_.load() &&
+         (future == nullptr || !future->ready())) {
+    now = clock.now();
+  }
+  return false;
+}
+
 // With the lock held, after `next` found nothing. True: look again; false: the limit has come.
 bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                                 const FutureState* future) noexcept {
   TimePoint deadline = limit;
-  const TimePoint release = ready_.next_release();
+  const TimePoint release = let_ != nullptr ? let_->next : ready_.next_release();
   if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
     timekeeper_ = index;
     timekeeper_deadline_ = release;
     deadline = std::min(deadline, release);
   }
   idle_.fetch_add(1);
-  const bool has_news = ready_.has_news() || plan_.load() != nullptr || stopping() ||
-                        (future != nullptr && future->ready());
+  const bool is_needed =
+      has_news() || plan_.load() != nullptr || stopping() || (future != nullptr && future->ready());
   unlock();
-  const bool was_woken = !has_news && backend_->wait(index, deadline);
+  const bool was_woken = !is_needed && wait(index, deadline, release, future);
   // We are still counted as idle, unless somebody is about to wake us: then we take the post.
-  if (!was_woken && !claim_idle()) backend_->wait(index, kNever);
+  if (!was_woken && !claim_idle()) {
+    while (!backend_->wait(index, kNever)) {
+    }
+  }
   lock();
   if (timekeeper_ == index) timekeeper_ = kNobody;
   ready_.read_clock();
-  return ready_.now() < limit || has_news;
+  return ready_.now() < limit || is_needed;
 }
 
 // With the lock held, when a worker is about to execute: if there is more to do than it can, or
@@ -439,80 +234,243 @@ void DispatchingExecutor::cancel() noexcept {
 
 // ---- Dispatch ----
 
+// Who sleeps is told of file descriptors. While nobody does, somebody has to look now and then;
+// under a manual clock, which knows nothing of them, always.
+void DispatchingExecutor::look_at_file_descriptors() noexcept {
+  if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
+}
+
 // With the lock held, before and after.
-[[gnu::flatten]] bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
+bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   install_plan();
+  if (watched_.load(std::memory_order_relaxed) != 0) [[unlikely]]
+    look_at_file_descriptors();
+  if (let_ != nullptr) [[unlikely]]
+    return run_period();
   CallbackRecord* record = ready_.next(limits);
-  if (record == nullptr) return false;
+  if (record == nullptr) [[unlikely]]
+    return false;
   pass_on();
+  const ReadyCallback as_picked = *record;
+  const bool is_judged = record->is_judged;
   unlock();
-  execute(*record);  // ends with the lock held
+  Slot slot;
+  slot.sequence = as_picked.sequence;
+  const bool is_taken = record->entity->take(slot);
+  execute(*record, as_picked, is_judged, slot, is_taken, nullptr);
   return true;
 }
 
-void DispatchingExecutor::execute(CallbackRecord& record) noexcept {
-  // In a reentrant group the record may be announced, and picked, again while we execute.
-  const ReadyCallback* callback = &record;
-  ReadyCallback as_picked;
-  Slot slot;
-  slot.sequence = record.sequence;
-  const bool taken = record.entity->take(slot);
-  if (record.is_reentrant()) {
-    as_picked = record;
-    callback = &as_picked;
+// On the only thread. What was sent in the period that ends goes out; then all inputs of the next
+// one are taken before any callback runs.
+bool DispatchingExecutor::run_period() noexcept {
+  ready_.read_clock();
+  if (let_->next == TimePoint{}) let_->next = ready_.now() + let_->period;
+  if (ready_.now() < let_->next) return false;
+  let_->outputs.publish();
+  const auto missed = (ready_.now() - let_->next) / let_->period;
+  let_->missed += static_cast<std::uint64_t>(missed);
+  let_->next += (missed + 1) * let_->period;
+  ready_.take_snapshot();
+  // A callback may bring another plan, and with it another place for the next period.
+  const std::shared_ptr<void> keeps = let_->taken;
+  auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
+  executions.clear();
+  while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
+    Execution& execution = executions.emplace_back(record, *record, record->is_judged);
+    execution.slot.sequence = record->sequence;
+    execution.is_taken = record->entity->take(execution.slot);
+  }
+  for (Execution& execution : executions) {
+    CallbackRecord& record = *execution.record;
+    if (record.removed) {  // by one of the callbacks before
+      if (execution.is_taken) record.entity->discard(execution.slot);
+      record.let_go();
+      continue;
+    }
+    record.group->admit(record);
+    ready_.begin(record);
+    execute(record, execution.as_picked, execution.is_judged, execution.slot, execution.is_taken,
+            &let_->outputs);
+  }
+  return true;
+}
+
+// Without the lock before, and with it afterwards. `as_picked`, `is_judged`: what the record was
+// when it was picked.
+void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
+                                  bool is_judged, Slot& slot, bool taken,
+                                  StagedOutputs* outputs) noexcept {
+  if (record.is_reentrant()) [[unlikely]] {  // may be announced, and picked, again from here
     lock();
     ready_.taken(record, slot.more);
     pass_on();
     unlock();
   }
+  if (taken && AbortedInstances::contains(slot.chain_instance) &&
+      record.entity->kind() == EntityKind::subscription) {
+    discard(record, slot);
+    taken = false;
+  }
   // Between the end of one callback and the start of the next lie some 50 ns of ours when there
   // is one worker: one reading of the clock serves both.
-  const TimePoint start = !reads_clock_ ? TimePoint{}
-                          : shared_     ? options_.clock->now()
-                                        : ready_.now();
+  const bool reads_clock = ready_.exact_time();
+  TimePoint start{};
+  if (reads_clock) [[unlikely]]
+    start = shared_ ? options_.clock->now() : ready_.now();
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
-    const Dispatch dispatch{&record.description, is_root ? slot.sequence : slot.chain_instance,
-                            is_root ? slot.ready_time : slot.root_release};
+    const Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
+                            is_root ? slot.ready_time : slot.root_release,
+                            extend_way(slot.way, record.entity->id()), outputs};
     const Dispatch::Scope scope(dispatch);
+    if (is_judged) [[unlikely]]
+      record.supervision->chain_instance.store(dispatch.chain_instance);
     try {
       record.entity->execute(slot);
     } catch (...) {
-      caught(std::current_exception());
+      caught(record, std::current_exception());
     }
+    if (is_judged) [[unlikely]]
+      judge(record, slot, dispatch, start);
   }
   lock();
-  if (reads_clock_) ready_.read_clock();
-  if (taken && options_.statistics != StatisticsLevel::off) record_run(record, slot, start);
-  ready_.finished(record, *callback, slot.more,
-                  reads_clock_ ? ready_.now() - start : Nanoseconds::zero());
+  if (taken && options_.statistics != StatisticsLevel::off) ++record.statistics.received;
+  if (reads_clock) [[unlikely]] {
+    ready_.read_clock();
+    if (taken && records_times_) record_times(record, slot, start);
+    if (taken && trace_of_ != nullptr) trace(record, slot, start);
+    ready_.tell_scheduler(record, as_picked, ready_.now() - start);
+  }
+  ready_.finished(record, slot.more);
+}
+
+// A message of a chain instance that was aborted.
+void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
+  record.entity->discard(slot);
+  lock();
+  ++record.discarded;
+  unlock();
+}
+
+// What the end of this execution means: for its deadline and budget, for the next release, and for
+// the chains that it belongs to. The handlers are the user's: they are called without the lock.
+void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const Dispatch& dispatch,
+                                TimePoint start) noexcept {
+  const TimePoint end = options_.clock->now();
+  Supervision& supervision = *record.supervision;
+  supervision.chain_instance.store(0);
+  lock();
+  const Nanoseconds budget = record.settings.info.budget;
+  TimePoint deadline = record.deadline_of(slot.ready_time);
+  const bool has_missed = end > deadline;
+  const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
+  const bool has_overrun =
+      is_over_budget || (record.is_timer() && record.entity->next_release() < end);
+  if (has_missed) ++record.statistics.deadline_misses;
+  if (is_over_budget) ++record.statistics.overruns;
+  const bool is_bad = has_missed || has_overrun;
+  const OverrunPolicy policy = record.settings.overrun;
+  record.is_demoted = is_bad && policy == OverrunPolicy::demote;
+  if (is_bad && policy == OverrunPolicy::skip) record.entity->skip_releases(end);
+  const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
+  if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
+  for (const ChainStep& step : record.entity->chain_steps()) {
+    if (step.way != dispatch.way) continue;  // it came another way
+    if (step.is_last) {
+      step.chain->finished(end - dispatch.root_release);
+    } else if (is_aborted) {
+      step.chain->aborted();
+    }
+  }
+  unlock();
+  OverrunReport report{.node = supervision.node,
+                       .callback = supervision.callback,
+                       .sequence = slot.sequence,
+                       .ready_time = slot.ready_time,
+                       .deadline = deadline,
+                       .end = end,
+                       .execution_time = end - start,
+                       .budget = budget};
+  // Whoever disarms it tells.
+  const bool is_told = deadline != kNever && options_.watchdog != nullptr &&
+                       !supervision.armed.compare_exchange_strong(deadline, kNever) &&
+                       supervision.told.load() == report.deadline;
+  try {
+    if (has_missed && !is_told && supervision.on_deadline_miss)
+      supervision.on_deadline_miss(report);
+    if (has_overrun && supervision.on_overrun) supervision.on_overrun(report);
+  } catch (...) {
+    caught(record, std::current_exception());
+  }
+}
+
+// On the watchdog's thread. One after another, for handlers run without the mutex.
+TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
+  for (;;) {
+    TimePoint next = kNever;
+    std::shared_ptr<Supervision> late;
+    TimePoint missed = kNever;
+    {
+      const std::lock_guard lock(control_mutex_);
+      for (const auto& record : records_) {
+        Supervision& supervision = *record->supervision;
+        TimePoint deadline = supervision.armed.load();
+        if (deadline > now) {
+          next = std::min(next, deadline);
+          continue;
+        }
+        supervision.told.store(deadline);
+        // If that fails, it has just ended; if it has begun again, the watchdog is told of it.
+        if (!supervision.armed.compare_exchange_strong(deadline, kNever)) continue;
+        const std::uint64_t chain_instance = supervision.chain_instance.load();
+        if (chain_instance != 0 && record->wanted.overrun == OverrunPolicy::abort) {
+          AbortedInstances::add(chain_instance);
+        }
+        if (!supervision.on_deadline_miss) continue;
+        late = record->supervision;
+        missed = deadline;
+        break;
+      }
+    }
+    if (late == nullptr) return next;
+    late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
+  }
 }
 
 // A callback has thrown: the user's handler gets it, or spin ends with it.
-void DispatchingExecutor::caught(std::exception_ptr exception) noexcept {
-  if (handler_) return handler_(exception);
+void DispatchingExecutor::caught(const CallbackRecord& record,
+                                 std::exception_ptr exception) noexcept {
+  if (handler_ && handler_({record.node, record.entity->name(), exception})) return;
   lock();
   if (exception_ == nullptr) exception_ = exception;
   unlock();
   wake_all();
 }
 
+void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
+                                TimePoint start) noexcept {
+  const std::uint64_t lost = record.entity->lost();
+  trace_of_->record(
+      {.callback = record.id(),
+       .sequence = slot.sequence,
+       .chain_instance = slot.chain_instance == 0 ? slot.sequence : slot.chain_instance,
+       .lost = lost - std::exchange(record.lost_before, lost),
+       .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
+       .start = start,
+       .end = ready_.now()});
+}
+
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
-void DispatchingExecutor::record_run(CallbackRecord& record, const Slot& slot,
-                                     TimePoint start) noexcept {
+void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot,
+                                       TimePoint start) noexcept {
   CallbackStatistics& statistics = record.statistics;
-  ++statistics.received;
-  if (!records_times_) return;
   const TimePoint end = ready_.now();
   statistics.execution.record(end - start);
   if (slot.ready_time == TimePoint{}) return;  // sent before anybody wanted its time
   const Nanoseconds latency = start - slot.ready_time;
   statistics.latency.record(latency);
-  const Nanoseconds deadline = record.description.deadline;
-  if (deadline != Nanoseconds::zero() && end - slot.ready_time > deadline) {
-    ++statistics.deadline_misses;
-  }
   const Nanoseconds period = slot.expected_period;
   if (period == Nanoseconds::zero() || record.is_timer()) return;
   if (latency > std::min<Nanoseconds>(period, std::chrono::milliseconds(50))) {
@@ -536,46 +494,61 @@ void DispatchingExecutor::start_worker(std::size_t index) {
   prefault_stack();
 }
 
+// A worker's life: one function, with everything on the hot path inlined.
+[[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
+  worker_of_ = this;
+  if (!traces_.empty()) trace_of_ = &traces_[index];
+  { const ReadSection registers_this_thread; }
+  backend_->enter(index, threads_[index]);
+  const RealtimeScope scope;
+  const Nanoseconds cpu_time = thread_cpu_time();
+  const TimePoint start = Clock::steady().now();
+  lock();
+  while (!stopping()) {
+    if (!run_next({})) [[unlikely]]
+      sleep(index, kNever);
+  }
+  unlock();
+  ThreadStatistics& statistics = thread_statistics_[index];
+  if (let_ != nullptr) {
+    let_->outputs.publish();
+    statistics.missed_periods = let_->missed;
+    statistics.dropped_outputs = let_->outputs.dropped();
+  }
+  statistics.counters = scope.so_far();
+  statistics.cpu_time = thread_cpu_time() - cpu_time;
+  statistics.wall_time = Clock::steady().now() - start;
+  backend_->leave(index);
+}
+
 void DispatchingExecutor::spin(const ExceptionHandler& handler) {
-  Spin spin(*this);
+  Spin spin(*this, false);
   if (spin.take_cancel()) return;
   handler_ = handler;
   thread_statistics_.assign(threads_.size(), {});
-  const auto loop = [this](std::size_t index) {
-    worker_of = this;
-    { const ReadSection registers_this_thread; }
-    backend_->enter(index);
-    const RealtimeScope scope;
-    const Nanoseconds cpu_time = thread_cpu_time();
-    const TimePoint start = Clock::steady().now();
-    lock();
-    while (!stopping()) {
-      if (!run_next({})) sleep(index, kNever);
-    }
-    unlock();
-    ThreadStatistics& statistics = thread_statistics_[index];
-    statistics.counters = scope.so_far();
-    statistics.cpu_time = thread_cpu_time() - cpu_time;
-    statistics.wall_time = Clock::steady().now() - start;
-    backend_->leave(index);
-  };
   {
     std::vector<std::unique_ptr<RealtimeThread>> pool;
     try {
       for (std::size_t i = 1; i < threads_.size(); ++i) {
-        pool.push_back(std::make_unique<RealtimeThread>(threads_[i], options_.realtime,
-                                                        [&loop, i] { loop(i); }));
+        pool.push_back(std::make_unique<RealtimeThread>(threads_[i], options_.realtime, [this, i] {
+          has_workers_.wait(false);  // nothing runs before all threads are there
+          work(i);
+        }));
         thread_statistics_[i].asked = threads_[i];
         thread_statistics_[i].in_force = pool.back()->state();
       }
       start_worker(0);
     } catch (...) {
       cancel();
+      has_workers_.store(true);
+      has_workers_.notify_all();
       pool.clear();
       spin.take_cancel();
       throw;
     }
-    loop(0);
+    has_workers_.store(true);
+    has_workers_.notify_all();
+    work(0);
     wake_all();
   }
   handler_ = nullptr;
@@ -609,7 +582,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
   const TimePoint start = ready_.now();
   lock();
   // A snapshot that spin_once has left unfinished is finished instead of taking another.
-  if (!ready_.is_wait_set() || ready_.waiting() == 0) ready_.poll();
+  if (let_ == nullptr) ready_.take_snapshot();
   const ReadySet::Limits limits{
       .last_sequence = ready_.is_wait_set() ? UINT64_MAX : next_sequence(), .may_poll = false};
   while (!stopping() && run_next(limits)) {
@@ -657,15 +630,18 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
 
 // ---- Observing ----
 
+// What waits for a trigger may wait for ever: it is not pending.
 std::size_t DispatchingExecutor::pending() const noexcept {
   const std::lock_guard lock(control_mutex_);
-  std::size_t count = 0;
+  const bool waits = trigger_ != nullptr && !ready_.is_open();
+  std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
   for (const auto& record : records_) {
     // In this order: who sees that a message was taken sees that its callback executes.
-    if ((!record->is_timer() && record->entity->ready_count() != 0) ||
-        record->executing.load() != 0 || record->held.load() || record->queued.load()) {
-      ++count;
-    }
+    // The entity's kind, as a worker may be installing the record's.
+    const bool is_timer = record->entity->kind() == EntityKind::timer;
+    const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
+                          record->held.load() || record->queued.load();
+    if ((is_ready && !waits) || record->executing.load() != 0) ++count;
   }
   return count;
 }
@@ -682,11 +658,16 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
     statistics.node = record->node;
     statistics.group = record->group->name();
     statistics.callback = record->entity->name();
-    statistics.kind = record->description.kind;
+    statistics.kind = record->settings.info.kind;
     statistics.topic = report.topic;
-    statistics.dropped = report.dropped;
-    statistics.overruns = report.missed;
+    statistics.dropped = report.dropped + record->discarded;
+    statistics.overruns += report.missed;
+    statistics.from_outside = report.from_outside;
     statistics.expected = record->is_timer() ? statistics.received : report.expected;
+    if (trigger_ != nullptr && !record->is_timer()) {
+      statistics.expected -=
+          std::min(statistics.expected, std::uint64_t(record->entity->ready_count()));
+    }
     result.push_back(std::move(statistics));
   }
   return result;
@@ -697,7 +678,25 @@ std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
   if (spinning_.load()) {
     throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
   }
-  return thread_statistics_;
+  std::vector<ThreadStatistics> threads = thread_statistics_;
+  if (traces_.empty()) return threads;
+  threads.resize(threads_.size());  // when it was not spin that ran them
+  const auto named = [this](const TraceEvent& event) {
+    NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
+    const auto record = std::find_if(records_.begin(), records_.end(), [&](const auto& candidate) {
+      return candidate->id() == event.callback;
+    });
+    if (record != records_.end()) {
+      result.name = (*record)->node + "/" + (*record)->entity->name();
+      result.kind = (*record)->settings.info.kind;
+    }
+    return result;
+  };
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    for (const TraceEvent& event : traces_[i].events()) threads[i].trace.push_back(named(event));
+    threads[i].trace_overwritten = traces_[i].overwritten();
+  }
+  return threads;
 }
 
 }  // namespace takt

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/pace.hpp"
 #include "takt/executors/ready_set.hpp"
 #include "takt/executors/wait_backend.hpp"
 
@@ -21,6 +23,7 @@ struct ExecutorTraits {
   std::size_t max_threads;  // options that give more are refused
   bool pool = false;        // without thread options: as many threads as CPUs, at least two
   bool frozen = false;      // nothing is added or removed after the first spin
+  bool triggered = false;   // takes a trigger, and a period
 };
 
 /// How it works:
@@ -50,7 +53,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void spin_some(Nanoseconds max_duration) override;
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
-  bool is_spinning() const noexcept override { return spinning_.load(); }
+  bool is_spinning() const noexcept override { return has_workers_.load(); }
   std::size_t max_threads() const noexcept override { return traits_.max_threads; }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
@@ -68,6 +71,9 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
   TimePoint next_release() const noexcept { return ready_.next_release(); }
+  /// For another wait back end: has news when file descriptors that we serve have; -1 when there
+  /// are none. Ask only on the thread of the last spin, after it.
+  int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
   /// Is woken when something becomes ready and no thread of ours sleeps.
   void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
 
@@ -78,10 +84,44 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   struct Record;
   class Spin;
 
+  /// What the watchdog calls, from its thread: complete before the executor is.
+  struct Watched final : Watchdog::Watched {
+    explicit Watched(DispatchingExecutor& of) : executor(of) {}
+    TimePoint tell_misses(TimePoint now) noexcept override { return executor.tell_misses(now); }
+    DispatchingExecutor& executor;
+  };
+
+  /// A callback whose input is taken, and which has still to run.
+  struct Execution {
+    Execution(CallbackRecord* of, const ReadyCallback& picked, bool judged)
+        : record(of), as_picked(picked), is_judged(judged) {}
+    CallbackRecord* record;
+    ReadyCallback as_picked;
+    bool is_judged;
+    Slot slot;
+    bool is_taken = false;
+  };
+  /// Logical execution time.
+  struct Let {
+    explicit Let(const TriggerOptions& options)
+        : period(options.let_period), outputs(options.most_outputs) {}
+    const Nanoseconds period;
+    StagedOutputs outputs;
+    TimePoint next{};  // end of the period
+    std::uint64_t missed = 0;
+    std::shared_ptr<void> taken;  // a vector of Executions, with room for all callbacks
+  };
+
   // Control threads.
   void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
   void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override;
+  void parameters_changed(Node& node) override;
+  CallbackSettings settings(const Record& record, const Node& node) const;
+  TimePoint tell_misses(TimePoint now) noexcept;
   void refuse_when_frozen(const char* what) const;
+  void choose_wait_backend();
+  void watch(Entity& entity);
+  void unwatch(Entity& entity) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
   void release_group(CallbackGroup& group, const Node& node) noexcept;
@@ -92,24 +132,52 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
 
   // Workers.
   void lock() noexcept {
-    if (shared_) mutex_.lock();
+    if (shared_) [[unlikely]]
+      mutex_.lock();
   }
   void unlock() noexcept {
-    if (shared_) mutex_.unlock();
+    if (shared_) [[unlikely]]
+      mutex_.unlock();
   }
   void start_worker(std::size_t index);
+  void work(std::size_t index);
   bool run_next(const ReadySet::Limits& limits) noexcept;
-  void execute(CallbackRecord& record) noexcept;
-  void caught(std::exception_ptr exception) noexcept;
-  void record_run(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
-  bool sleep(std::size_t index, TimePoint limit, const FutureState* future = nullptr) noexcept;
-  void install_plan() noexcept;
+  [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
+  void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_judged, Slot& slot,
+               bool taken, StagedOutputs* outputs) noexcept;
+  [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
+  void caught(const CallbackRecord& record, std::exception_ptr exception) noexcept;
+  [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
+                                          TimePoint start) noexcept;
+  [[gnu::cold, gnu::noinline]] void judge(CallbackRecord& record, const Slot& slot,
+                                          const Dispatch& dispatch, TimePoint start) noexcept;
+  void record_times(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
+  [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
+                              const FutureState* future) noexcept;
+  [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
+                               const FutureState* future = nullptr) noexcept;
+  void install_plan() noexcept {
+    if (plan_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
+      take_plan_over();
+  }
+  void take_plan_over() noexcept;
+  void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
+  void announce(CallbackRecord& record, Arrival arrival) noexcept;
   void wake() noexcept override;
   void wake_all() noexcept;
   bool claim_idle() noexcept;
+  /// Something for which a sleeper wakes up.
+  bool has_news() const noexcept { return let_ == nullptr && ready_.has_news(); }
   bool stopping() const noexcept { return cancelled_.load() || exception_ != nullptr; }
   void rethrow();
+
+  // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
+  [[gnu::tls_model(
+      "initial-exec")]] static thread_local constinit const DispatchingExecutor* worker_of_;
+
+  // Where that worker traces; nullptr when nothing is traced.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
 
   const ExecutorOptions options_;
   const ExecutorTraits traits_;
@@ -117,8 +185,11 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
   const bool records_times_;               // statistics are full
-  bool reads_clock_;                       // at every dispatch
-  const std::unique_ptr<WaitBackend> backend_;
+  const Nanoseconds early_wake_;
+  std::unique_ptr<WaitBackend> backend_;  // made at the first spin when it was left to us
+
+  const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
+  const std::unique_ptr<Let> let_;          // nullptr: none
 
   // Guarded by mutex_ where there is more than one worker.
   PiMutex mutex_;
@@ -128,12 +199,15 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   static constexpr std::size_t kNobody = SIZE_MAX;
   std::size_t timekeeper_ = kNobody;  // the worker that sleeps until the first timer is due
   TimePoint timekeeper_deadline_{};
+  Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when nobody sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
-  std::atomic<bool> spinning_{false};
+  std::atomic<bool> spinning_{false};     // in a spin of whatever kind
+  std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
+  std::atomic<std::size_t> watched_{0};    // file descriptors
   Inbox<ReadyPlan> used_plans_;            // installed; hold what they replaced
 
   // Guarded by control_mutex_.
@@ -147,7 +221,32 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   std::vector<std::pair<const void*, std::uint32_t>> group_ids_, node_ids_;
   std::vector<std::weak_ptr<Node>> nodes_;
   std::vector<ThreadStatistics> thread_statistics_;
+  std::vector<TraceRing> traces_;  // one for each worker, or none
+  Watched watched_callbacks_{*this};
   std::atomic<std::size_t> expected_removals_{0};
+};
+
+struct DispatchingExecutor::Record final : CallbackRecord {
+  explicit Record(DispatchingExecutor& owner) : executor(owner) {}
+  DispatchingExecutor& executor;
+  // Guarded by control_mutex_.
+  const Node* of_node = nullptr;  // never followed
+  CallbackSettings wanted;        // what the next plan brings
+  bool detached = false;          // nobody announces any more
+
+  void announce(Arrival arrival) noexcept override {
+    if (worker_of_ == &executor && !executor.shared_) {
+      executor.ready_.announce_from_callback(*this, arrival);
+    } else {
+      executor.announce(*this, arrival);
+    }
+  }
+  void release_changed() noexcept override {
+    if (executor.ready_.announce_change(*this)) executor.wake();
+  }
+  void remove() noexcept override { executor.remove(*this); }
+  void expect_remove() noexcept override { executor.expected_removals_.fetch_add(1); }
+  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };
 
 }  // namespace takt

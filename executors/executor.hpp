@@ -7,6 +7,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,9 +18,12 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
 #include "takt/entities/node.hpp"
+#include "takt/executors/trace_ring.hpp"
 #include "takt/sched/thread_attributes.hpp"
 
 namespace takt {
+
+class Watchdog;
 
 /// What an executor records of every callback.
 enum class StatisticsLevel {
@@ -28,15 +32,59 @@ enum class StatisticsLevel {
   full,   // latency and execution time too: a clock reading a message and one a callback
 };
 
+/// What `isolated` gives an executor and a thread of its own.
+enum class Isolation { node, group };
+
+/// Of one callback, for a trigger.
+struct TriggerInput {
+  std::string_view node, callback;  // "/node", "callback"
+  bool is_ready = false;
+};
+
+/// When `triggered` serves what is ready, all at once.
+struct TriggerOptions {
+  enum class Kind { any, all, one };
+  Kind kind = Kind::any;
+  std::string one;  // Kind::one: this callback, "node/callback"
+  /// Instead of `kind`. Called on the executor's thread whenever something new has arrived; must
+  /// neither block nor allocate.
+  std::function<bool(std::span<const TriggerInput>)> own;
+  /// Logical execution time: at the end of every period the trigger is asked, inputs are taken
+  /// together, callbacks run, and what they publish is sent together at the end of the next period.
+  /// 0: whenever something arrives.
+  Nanoseconds let_period{0};
+  /// How many messages can wait for the end of a period; more are dropped and counted.
+  std::size_t most_outputs = 256;
+};
+
+/// Longer is not waking early but polling.
+inline constexpr Nanoseconds kMostEarlyWake = std::chrono::milliseconds(1);
+
 /// How an executor is made. What is left out is the executor's own default.
 struct ExecutorOptions {
   std::string name = "executor";  // of its threads, unless these have their own
   std::string scheduler;          // a registered name; empty: the executor's own order
+  /// How its threads sleep: a registered wait back end, or "auto". Of the latter the first spin
+  /// makes `futex`, or `epoll` when there are file descriptors by then; it stays so.
+  std::string wait = "auto";
   /// One for each thread. The first is for the thread that calls spin, and is applied there.
   /// Empty: the caller's thread as it is, and for pools as many more as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
+  Isolation per = Isolation::node;  // `isolated` only
+  TriggerOptions trigger;           // `triggered` only
+  /// Callbacks, as "node/callback", that come first in the order of registration, as listed. For
+  /// schedulers that look at it: `listed` and, inside a kind, `ros`.
+  std::vector<std::string> order;
+  /// Threads that sleep until a timer wake up so much earlier, and look at the clock until the
+  /// release: no wake-up latency is in the timer's, for that much of a CPU at each sleep. At most
+  /// kMostEarlyWake; what else arrives meanwhile is served at once, file descriptors after it.
+  Nanoseconds early_wake{0};
   Realtime realtime = Realtime::prefer;
   StatisticsLevel statistics = StatisticsLevel::full;
+  /// How many executions each thread remembers for a timeline, the newest; 0: none.
+  std::size_t trace_events = 0;
+  /// Tells of missed deadlines when they are missed; without, it is done when callbacks return.
+  std::shared_ptr<Watchdog> watchdog;
   Clock* clock = &Clock::steady();
 };
 
@@ -44,14 +92,22 @@ struct ExecutorOptions {
 struct CallbackStatistics {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
-  std::uint64_t received = 0;  // executions
-  std::uint64_t expected = 0;  // messages sent to it; timers: received
-  std::uint64_t dropped = 0;   // overwritten before they were taken
+  std::uint64_t received = 0;      // executions
+  std::uint64_t expected = 0;      // messages sent to it; timers: received
+  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
+  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
   std::uint64_t late = 0, too_late = 0;
   std::uint64_t deadline_misses = 0;
-  std::uint64_t overruns = 0;  // timer releases that came while one was outstanding
-  Histogram latency;           // published or due → callback starts
+  /// Timer releases that came while one was outstanding, and executions longer than the budget.
+  std::uint64_t overruns = 0;
+  Histogram latency;  // published or due → callback starts
   Histogram execution;
+};
+
+/// One execution, for a reader who does not know the executor's callbacks.
+struct NamedTraceEvent : TraceEvent {
+  std::string name;  // "/node/callback"
+  EntityKind kind = EntityKind::waitable;
 };
 
 /// What one thread of an executor asked for, got and used, from spin to the end of spin.
@@ -60,6 +116,11 @@ struct ThreadStatistics {
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
+  /// Of a logical execution time: periods that began late or not at all, and messages that did not
+  /// fit into one.
+  std::uint64_t missed_periods = 0, dropped_outputs = 0;
+  std::vector<NamedTraceEvent> trace;
+  std::size_t trace_overwritten = 0;
 
   /// Of one CPU.
   double cpu_percent() const noexcept {
@@ -71,8 +132,15 @@ struct ThreadStatistics {
 
 enum class FutureReturnCode { SUCCESS, INTERRUPTED, TIMEOUT };
 
-/// Gets what a callback threw; the executor goes on afterwards.
-using ExceptionHandler = std::function<void(std::exception_ptr)>;
+/// A callback that threw.
+struct FailedCallback {
+  std::string_view node, callback;  // "/node", "callback"
+  std::exception_ptr exception;
+};
+
+/// Called on the thread of the callback, as a part of it. True: the executor goes on; false: the
+/// exception leaves spin. Must not throw.
+using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 
 /// Runs the callbacks of the nodes and groups that were added to it.
 ///
@@ -126,7 +194,7 @@ class Executor {
   }
 
   virtual void cancel() noexcept = 0;
-  /// True until spin has returned, also after cancel.
+  /// True from when all threads of a spin are there until it ends: also after cancel.
   virtual bool is_spinning() const noexcept = 0;
 
   /// How many of ExecutorOptions::threads it can use.
@@ -153,7 +221,7 @@ ExecutorRegistry& executors();
 /// At namespace scope in a .cpp file: makes `Class` known as `name`.
 #define TAKT_REGISTER_EXECUTOR(name, description, Class)                                    \
   namespace {                                                                               \
-  [[maybe_unused]] const bool takt_executor_is_registered = [] {                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = [] {                            \
     ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
       return std::make_unique<Class>(options);                                              \
     });                                                                                     \

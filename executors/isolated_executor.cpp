@@ -3,15 +3,19 @@
 
 #include <algorithm>
 
+#include <poll.h>
+
 namespace takt {
 
 /// Between begin and end of a spin, of whatever kind, this is the only one.
 class IsolatedExecutor::Spin {
  public:
-  explicit Spin(IsolatedExecutor& executor) : executor_(executor) {
+  explicit Spin(IsolatedExecutor& executor, bool runs_children = false) : executor_(executor) {
+    const std::lock_guard lock(executor_.mutex_);
     if (executor_.spinning_.exchange(true)) {
       throw Error("executor '" + executor_.options_.name + "' is spinning already");
     }
+    executor_.runs_children_ = runs_children;
   }
   ~Spin() {
     executor_.backend_->leave(0);
@@ -26,36 +30,65 @@ class IsolatedExecutor::Spin {
 };
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options)
-    : options_(options), backend_(make_wait_backend(*options.clock, 1)) {
+    : options_(options), backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
   for (const ThreadAttributes& thread : options.threads) thread.check();
+  make_wait_backend(options.wait, *options.clock, 1, false);  // or the children would throw
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
 }
 
 // ---- Children ----
 
-std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(const Node& node) const {
+std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(const Node& node,
+                                                                const CallbackGroup* group) const {
   const std::lock_guard lock(mutex_);
   const auto child = std::find_if(children_.begin(), children_.end(), [&](const auto& candidate) {
-    return candidate->node.lock().get() == &node;
+    return candidate->node.lock().get() == &node && candidate->group.lock().get() == group;
   });
   return child == children_.end() ? nullptr : *child;
 }
 
-std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_or_make(
-    const std::shared_ptr<Node>& node) {
-  if (auto child = find(*node)) return child;
-  const std::lock_guard lock(mutex_);
-  ExecutorOptions options = options_;
-  options.name = node->name();
-  options.threads.clear();
-  ThreadAttributes thread;
-  if (!options_.threads.empty()) {
-    thread = options_.threads[children_.size() % options_.threads.size()];
+// What the group asks for of its thread.
+static void take_over(const CallbackParameters& parameters, ThreadAttributes& thread) {
+  if (thread.policy == ThreadPolicy::fifo || thread.policy == ThreadPolicy::rr) {
+    thread.priority = parameters.priority.value_or(thread.priority);
+  } else if (thread.policy == ThreadPolicy::deadline) {
+    thread.runtime = parameters.budget.value_or(thread.runtime);
+    thread.deadline = parameters.deadline.value_or(thread.deadline);
+    thread.period = parameters.period.value_or(thread.period);
   }
-  thread.name = node->name();
-  options.threads.push_back(thread);
-  children_.push_back(std::make_shared<Child>(options, node));
-  return children_.back();
+}
+
+// To the child of the node or, if there is one, the group; it is made when there is none, and stays
+// only when it got something.
+template <class Add>
+void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
+                           const std::shared_ptr<CallbackGroup>& group, Add&& to_child) {
+  std::shared_ptr<Child> child = find(*node, group.get());
+  if (child != nullptr) {
+    to_child(child->executor);
+  } else {
+    const std::lock_guard lock(mutex_);
+    ExecutorOptions options = options_;
+    options.name = node->name();
+    options.per = Isolation::node;
+    options.threads.clear();
+    ThreadAttributes thread;
+    if (!options_.threads.empty()) {
+      thread = options_.threads[children_.size() % options_.threads.size()];
+    }
+    if (group != nullptr) {
+      if (group != node->default_callback_group()) options.name += "/" + group->name();
+      take_over(group->parameters(), thread);
+    }
+    thread.name = options.name;
+    options.threads.push_back(thread);
+    child = std::make_shared<Child>(*this, options, node, group);
+    child->executor.release_timers(releases_timers_);
+    to_child(child->executor);
+    children_.push_back(child);
+  }
+  start(*child);
+  wake();
 }
 
 std::vector<std::shared_ptr<IsolatedExecutor::Child>> IsolatedExecutor::children() const {
@@ -63,29 +96,72 @@ std::vector<std::shared_ptr<IsolatedExecutor::Child>> IsolatedExecutor::children
   return children_;
 }
 
+IsolatedExecutor::~IsolatedExecutor() {
+  for (const auto& child : children()) {
+    const auto node = child->node.lock();
+    if (!is_per_group() || node == nullptr) continue;
+    node->remove_listener(*this);
+    node->release(this);
+  }
+}
+
 void IsolatedExecutor::add_node(const std::shared_ptr<Node>& node) {
-  const std::shared_ptr<Child> child = find_or_make(node);
-  child->executor.add_node(node);
-  start(*child);
-  wake();
+  if (!is_per_group()) {
+    return add(node, nullptr, [&](Executor& executor) { executor.add_node(node); });
+  }
+  if (!node->claim(this)) {
+    throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
+                "remove it there first");
+  }
+  node->add_listener(*this);
+  try {
+    for (const auto& entity : node->entities()) entity_added(*node, entity);
+  } catch (...) {
+    remove_node(node);
+    throw;
+  }
+}
+
+// The first callback of a group brings the group, and its thread.
+void IsolatedExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
+  const std::shared_ptr<CallbackGroup>& group = entity->group();
+  if (!group->automatically_add_to_executor() || !group->belongs_to(nullptr)) return;
+  const std::shared_ptr<Node> shared = node.shared_from_this();
+  add(shared, group, [&](Executor& executor) { executor.add_callback_group(group, shared); });
 }
 
 void IsolatedExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
                                           const std::shared_ptr<Node>& node) {
-  const std::shared_ptr<Child> child = find_or_make(node);
-  child->executor.add_callback_group(group, node);
-  start(*child);
-  wake();
+  add(node, is_per_group() ? group : nullptr,
+      [&](Executor& executor) { executor.add_callback_group(group, node); });
+}
+
+void IsolatedExecutor::refuse_stranger(const Node& node) const {
+  throw Error("node '" + node.fully_qualified_name() + "' does not belong to executor '" +
+              options_.name + "'");
 }
 
 void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
-  const std::shared_ptr<Child> child = find(*node);
-  if (child == nullptr) {
-    throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
-                options_.name + "'");
+  if (!is_per_group()) {
+    const std::shared_ptr<Child> child = find(*node, nullptr);
+    if (child == nullptr) refuse_stranger(*node);
+    child->executor.remove_node(node);
+    return remove(child);
   }
-  child->executor.remove_node(node);
-  // In a callback of the node the child cannot be joined; it then ends with the executor.
+  if (!node->belongs_to(this)) refuse_stranger(*node);
+  node->remove_listener(*this);
+  for (const auto& child : children()) {
+    const auto group = child->group.lock();
+    if (child->node.lock() != node) continue;
+    if (group != nullptr) child->executor.remove_callback_group(group, node);
+    remove(child);
+  }
+  node->release(this);
+}
+
+// It has nothing to run any more. In its own callback it cannot be joined; it then ends with the
+// executor.
+void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
   if (child->thread.get_id() == std::this_thread::get_id()) return;
   stop(*child);
   const std::lock_guard lock(mutex_);
@@ -94,12 +170,10 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
                                              const std::shared_ptr<Node>& node) {
-  const std::shared_ptr<Child> child = find(*node);
-  if (child == nullptr) {
-    throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
-                options_.name + "'");
-  }
+  const std::shared_ptr<Child> child = find(*node, is_per_group() ? group.get() : nullptr);
+  if (child == nullptr) refuse_stranger(*node);
   child->executor.remove_callback_group(group, node);
+  if (is_per_group()) remove(child);
 }
 
 // Starts the child's thread, if children have threads now and this one has none yet.
@@ -137,12 +211,11 @@ void IsolatedExecutor::cancel() noexcept {
 }
 
 void IsolatedExecutor::spin(const ExceptionHandler& handler) {
-  const Spin spin(*this);
+  const Spin spin(*this, true);
   if (cancelled_.load()) return;
   {
     const std::lock_guard lock(mutex_);
     handler_ = handler;
-    runs_children_ = true;
   }
   for (const auto& child : children()) start(*child);
   while (!cancelled_.load()) {
@@ -166,29 +239,43 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
+// It is the turn of the child after the one that has run last, so that none has to wait for ever.
 bool IsolatedExecutor::run_one() {
-  for (const auto& child : children()) {
-    if (child->executor.run_one()) return true;
+  const auto all = children();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::size_t turn = (next_turn_ + i) % all.size();
+    if (!all[turn]->executor.run_one()) continue;
+    next_turn_ = turn + 1;
+    return true;
   }
   return false;
 }
 
-/// Runs the children in turn on the calling thread until done() or the limit; done is asked before
-/// every callback, and each time something wakes us.
+/// Runs the children in turn on the calling thread until done() or the limit, or one callback; done
+/// is asked before every callback, and each time something wakes us.
 template <class Done>
-void IsolatedExecutor::run_on_caller(TimePoint limit, Done&& done) {
+void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
   for (const auto& child : children()) child->executor.set_observer(this);
   const auto stop_observing = [this](void*) {
-    for (const auto& child : children()) child->executor.set_observer(nullptr);
+    for (const auto& child : children()) {
+      child->executor.set_observer(nullptr);
+      backend_->unwatch(&child->waker);
+    }
     wait_for_readers();
   };
   const std::unique_ptr<void, decltype(stop_observing)> guard(this, stop_observing);
   while (!cancelled_.load() && !done()) {
     has_news_.store(false);
-    if (run_one()) continue;
+    if (run_one()) {
+      if (once) return;
+      continue;
+    }
     TimePoint deadline = limit;
     for (const auto& child : children()) {
       child->executor.set_observer(this);  // it may be new
+      if (const int fd = child->executor.wait_fd(); fd >= 0) {
+        backend_->watch({.fd = fd, .events = POLLIN, .listener = &child->waker});
+      }
       deadline = std::min(deadline, child->executor.next_release());
     }
     if (cancelled_.load() || done()) return;
@@ -198,10 +285,8 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, Done&& done) {
 
 void IsolatedExecutor::spin_once(Nanoseconds timeout) {
   const Spin spin(*this);
-  if (run_one() || cancelled_.load()) return;
   const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
-  bool has_run = false;
-  run_on_caller(limit, [&] { return has_run || (has_run = run_one()); });
+  run_on_caller(limit, /*once=*/true, [] { return false; });
 }
 
 void IsolatedExecutor::spin_some(Nanoseconds max_duration) {
@@ -229,7 +314,7 @@ FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nano
   const Spin spin(*this);
   const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
   future.watch(this);
-  run_on_caller(limit, [&] { return future.ready(); });
+  run_on_caller(limit, /*once=*/false, [&] { return future.ready(); });
   future.watch(nullptr);
   if (future.ready()) return FutureReturnCode::SUCCESS;
   return cancelled_.load() ? FutureReturnCode::INTERRUPTED : FutureReturnCode::TIMEOUT;
@@ -237,8 +322,18 @@ FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nano
 
 // ---- Observing ----
 
+bool IsolatedExecutor::is_spinning() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return spinning_.load() &&
+         (!runs_children_ || std::all_of(children_.begin(), children_.end(), [](const auto& child) {
+           return child->executor.is_spinning();
+         }));
+}
+
 void IsolatedExecutor::release_timers(bool released) noexcept {
-  for (const auto& child : children()) child->executor.release_timers(released);
+  const std::lock_guard lock(mutex_);
+  releases_timers_ = released;
+  for (const auto& child : children_) child->executor.release_timers(released);
 }
 
 std::size_t IsolatedExecutor::pending() const noexcept {
@@ -263,7 +358,7 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   return result;
 }
 
-TAKT_REGISTER_EXECUTOR("isolated", "one single-threaded executor and thread for each node",
+TAKT_REGISTER_EXECUTOR("isolated", "a single-threaded executor and thread for each node or group",
                        IsolatedExecutor)
 
 }  // namespace takt

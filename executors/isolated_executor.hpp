@@ -14,16 +14,23 @@
 
 namespace takt {
 
-/// One single-threaded executor, and one thread, for each node: no node delays another but by the
-/// CPU (rclcpp's component_container_isolated). Children take the options' threads in order, then
-/// cyclically, each named after its node; the thread that calls spin only waits for the end.
-/// spin_some, spin_all, spin_once and spin_until_future_complete run the children one after
+/// One single-threaded executor, and one thread, for each node (rclcpp's
+/// component_container_isolated) or, with Isolation::group, for each callback group that has
+/// callbacks: none delays another but by the CPU. Children take the options' threads in order, then
+/// cyclically, each named after its node and group; the thread that calls spin only waits for the
+/// end. spin_some, spin_all, spin_once and spin_until_future_complete run the children one after
 /// another on the caller.
-/// Thread safety and real-time: as Executor. Adding a node while it spins starts a thread.
-class IsolatedExecutor final : public Executor, private Wakeable {
+///
+/// A group's parameters, as they are when its child is made, are its thread's: its priority that of
+/// a SCHED_FIFO or SCHED_RR thread, its budget, deadline and period those of a SCHED_DEADLINE
+/// thread. So threads preempt each other as the callbacks' parameters say: fixed priority, or EDF.
+/// A reentrant group has one thread all the same.
+/// Thread safety and real-time: as Executor. Adding a node or a group while it spins starts a
+/// thread.
+class IsolatedExecutor final : public Executor, private NodeListener, private Wakeable {
  public:
   explicit IsolatedExecutor(const ExecutorOptions& options = {});
-  ~IsolatedExecutor() override = default;
+  ~IsolatedExecutor() override;
 
   void add_node(const std::shared_ptr<Node>& node) override;
   void remove_node(const std::shared_ptr<Node>& node) override;
@@ -37,7 +44,7 @@ class IsolatedExecutor final : public Executor, private Wakeable {
   void spin_some(Nanoseconds max_duration) override;
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
-  bool is_spinning() const noexcept override { return spinning_.load(); }
+  bool is_spinning() const noexcept override;
   std::size_t max_threads() const noexcept override { return SIZE_MAX; }
   void release_timers(bool released) noexcept override;
   std::size_t pending() const noexcept override;
@@ -48,32 +55,51 @@ class IsolatedExecutor final : public Executor, private Wakeable {
   FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) override;
 
  private:
+  /// While children run on the caller, the caller's wait back end watches those of the children.
+  struct Waker final : ArrivalListener {
+    explicit Waker(IsolatedExecutor& to_wake) : parent(to_wake) {}
+    void announce(Arrival) noexcept override { parent.wake(); }
+    IsolatedExecutor& parent;
+  };
   struct Child {
-    Child(const ExecutorOptions& options, const std::shared_ptr<Node>& for_node)
-        : node(for_node), executor(options) {}
+    Child(IsolatedExecutor& parent, const ExecutorOptions& options,
+          const std::shared_ptr<Node>& for_node, const std::shared_ptr<CallbackGroup>& for_group)
+        : node(for_node), group(for_group), executor(options), waker(parent) {}
     std::weak_ptr<Node> node;
+    std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
     SingleThreadedExecutor executor;
+    Waker waker;
     std::thread thread;
   };
   class Spin;
 
-  std::shared_ptr<Child> find(const Node& node) const;
-  std::shared_ptr<Child> find_or_make(const std::shared_ptr<Node>& node);
+  void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
+  void group_added(Node&, const std::shared_ptr<CallbackGroup>&) override {}
+  void parameters_changed(Node&) override {}
+  bool is_per_group() const noexcept { return options_.per == Isolation::group; }
+  [[noreturn]] void refuse_stranger(const Node& node) const;
+  std::shared_ptr<Child> find(const Node& node, const CallbackGroup* group) const;
+  template <class Add>
+  void add(const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group,
+           Add&& to_child);
+  void remove(const std::shared_ptr<Child>& child) noexcept;
   std::vector<std::shared_ptr<Child>> children() const;
   void start(Child& child);
   static void stop(Child& child) noexcept;
   bool run_one();
   template <class Done>
-  void run_on_caller(TimePoint limit, Done&& done);
+  void run_on_caller(TimePoint limit, bool once, Done&& done);
   void wake() noexcept override;
 
   const ExecutorOptions options_;
   const std::unique_ptr<WaitBackend> backend_;
   std::atomic<bool> spinning_{false}, cancelled_{false}, has_news_{false};
+  std::size_t next_turn_ = 0;  // of the children, on the caller's thread
 
   mutable std::mutex mutex_;  // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
   bool runs_children_ = false;  // each on its thread
+  bool releases_timers_ = true;
   ExceptionHandler handler_;
   std::exception_ptr exception_;
 };

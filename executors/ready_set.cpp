@@ -2,6 +2,7 @@
 #include "takt/executors/ready_set.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "takt/base/sequence.hpp"
 
@@ -10,29 +11,103 @@ namespace {
 
 // Heap order: the timer that is due first in front; of equal ones, the one registered first.
 constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
-  return a.first != b.first ? a.first > b.first
-                            : a.second->description.id > b.second->description.id;
+  return a.first != b.first ? a.first > b.first : a.second->id() > b.second->id();
 };
 
 }  // namespace
 
-// Removed records stay behind: the plan has no room for them.
-void ReadySet::install(ReadyPlan& plan) noexcept {
-  for (CallbackRecord* record : plan.removed) record->removed = true;
-  const auto keep = [](ReadyCallback& callback) noexcept {
-    auto& record = static_cast<CallbackRecord&>(callback);
-    if (record.removed) record.let_go();
-    return !record.removed;
+bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
+  return settings.info.deadline != Nanoseconds::zero() ||
+         settings.info.budget != Nanoseconds::zero() ||
+         settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
+         !record.entity->chain_steps().empty();
+}
+
+void Trigger::set(std::vector<CallbackRecord*>& callbacks,
+                  std::vector<TriggerInput>& room) noexcept {
+  callbacks_.swap(callbacks);
+  inputs_.swap(room);
+  const auto one =
+      std::find_if(callbacks_.begin(), callbacks_.end(),
+                   [&](const CallbackRecord* record) { return is_called(*record, options_.one); });
+  one_ = one != callbacks_.end() ? *one : nullptr;
+}
+
+bool Trigger::fires() noexcept {
+  const auto is_ready = [](const CallbackRecord* record) {
+    return record->held.load(std::memory_order_relaxed);
   };
-  waiting_ = 0;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
-    if (!keep(*callback)) continue;
-    plan.scheduler->push(*callback);
-    ++waiting_;
+  if (options_.own) {
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      inputs_[i] = {callbacks_[i]->supervision->node, callbacks_[i]->supervision->callback,
+                    is_ready(callbacks_[i])};
+    }
+    return options_.own({inputs_.data(), callbacks_.size()});
   }
+  switch (options_.kind) {
+    case TriggerOptions::Kind::any:
+      return std::any_of(callbacks_.begin(), callbacks_.end(), is_ready);
+    case TriggerOptions::Kind::all:
+      return std::all_of(callbacks_.begin(), callbacks_.end(), is_ready);
+    case TriggerOptions::Kind::one:
+      return one_ != nullptr && is_ready(one_);
+  }
+  return false;
+}
+
+bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
+  const std::string_view node = std::string_view(record.supervision->node).substr(1);
+  const std::string_view callback = record.supervision->callback;
+  if (name.starts_with('/')) name.remove_prefix(1);
+  if (!name.starts_with(node) || name.size() <= node.size() || name[node.size()] != '/')
+    return false;
+  name.remove_prefix(node.size() + 1);
+  return name == callback || (callback.starts_with('/') && name == callback.substr(1));
+}
+
+// A snapshot that the trigger lets through is served to its end.
+void ReadySet::take_snapshot() noexcept {
+  if (trigger_ == nullptr) {
+    if (!is_wait_set() || waiting_ == 0) poll();
+    return;
+  }
+  if (waiting_ != 0 && is_open()) return;
+  poll();
+  is_open_.store(waiting_ != 0 && trigger_->fires());
+}
+
+// Schedulers are emptied before anything changes that they may look at, and filled again
+// afterwards. Removed records stay behind: the plan has no room for them.
+void ReadySet::install(ReadyPlan& plan) noexcept {
+  ReadyCallback* first = nullptr;
+  ReadyCallback** end = &first;
+  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
+    callback->next = nullptr;
+    *end = callback;
+    end = &callback->next;
+  }
+  for (auto& parking : plan.parking) parking.parked = parking.group->take_parked();
+
+  for (CallbackRecord* record : plan.removed) record->removed = true;
+  for (CallbackRecord* record : plan.added) set(*record, record->settings);
+  for (const auto& [record, settings] : plan.changed) set(*record, settings);
+
+  const auto for_those_who_stay = [](ReadyCallback* callback, auto&& stays) noexcept {
+    while (callback != nullptr) {
+      auto& record = static_cast<CallbackRecord&>(*std::exchange(callback, callback->next));
+      if (record.removed) {
+        record.let_go();
+      } else {
+        stays(record);
+      }
+    }
+  };
   scheduler_.swap(plan.scheduler);
-  for (auto& [group, parking] : plan.parking) {
-    parking = group->set_parking(std::move(parking), keep);
+  waiting_ = 0;
+  for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
+  for (auto& [group, scheduler, parked] : plan.parking) {
+    scheduler = group->set_parking(std::move(scheduler));
+    for_those_who_stay(parked, [to = group](CallbackRecord& record) { to->park(record); });
     hand_back(group->unpark());  // the one that was handed back before may have been removed
   }
   plan.timers.clear();
@@ -42,6 +117,11 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
   timers_.swap(plan.timers);
   std::make_heap(timers_.begin(), timers_.end(), due_later);
 
+  if (plan.reads_clock && !exact_time()) {
+    exact_time_.store(true, std::memory_order_relaxed);
+    for (CallbackRecord* record : plan.all) record->entity->attach(*record);  // now with times
+  }
+  if (trigger_ != nullptr) trigger_->set(plan.all, plan.trigger_inputs);
   for (CallbackRecord* record : plan.added) {
     if (record->removed) continue;
     record->entity->attach(*record);
@@ -59,6 +139,32 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
       record->gone.notify_all();
     }
   }
+}
+
+// The record stands in no scheduler.
+void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noexcept {
+  record.settings = settings;
+  record.demoted_info = settings.info;
+  record.demoted_info.priority = std::numeric_limits<int>::min();
+  record.demoted_info.criticality = std::numeric_limits<int>::min();
+  record.demoted_info.chain = kNoChain;
+  record.demoted_info.period = Nanoseconds::zero();
+  record.is_judged = must_be_judged(record, settings);
+  if (record.is_judged) return;
+  record.info = &record.settings.info;
+  record.deadline = kNever;
+  record.is_demoted = false;
+}
+
+void ReadySet::push_judged(CallbackRecord& record) noexcept {
+  const TimePoint deadline = record.deadline_of(record.ready_time);
+  record.info = record.is_demoted ? &record.demoted_info : &record.settings.info;
+  record.deadline = record.is_demoted ? kNever : deadline;
+  if (watchdog_ != nullptr && deadline != kNever) {
+    record.supervision->armed.store(deadline);
+    watchdog_->expect(deadline);
+  }
+  hand_back(&record);
 }
 
 // What was announced goes to the scheduler, and timers whose time has changed are armed anew.
@@ -87,9 +193,22 @@ void ReadySet::drain_inbox() noexcept {
   }
 }
 
+// Looks take turns with as many dispatches as fill the time between them, so far.
+void ReadySet::look_at_clock() noexcept {
+  constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
+  const TimePoint before = now_;
+  read_clock();
+  if (dispatches_until_look_ == 0) {
+    const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
+    dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
+        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMost));
+  }
+  dispatches_until_look_ = dispatches_between_looks_;
+}
+
 void ReadySet::release_due_timers() noexcept {
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
-  if (!exact_time_) read_clock();
+  if (!exact_time()) look_at_clock();
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();
     std::pop_heap(timers_.begin(), timers_.end(), due_later);

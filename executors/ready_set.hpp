@@ -3,6 +3,7 @@
 #ifndef TAKT_EXECUTORS_READY_SET_HPP_
 #define TAKT_EXECUTORS_READY_SET_HPP_
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "takt/base/sequence.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/sched/scheduler.hpp"
 
 namespace takt {
@@ -26,14 +28,35 @@ enum class Readiness {
   events,    // at every dispatch
 };
 
+/// What the parameters of a callback come to. They may change at a dispatch point.
+struct CallbackSettings {
+  CallbackInfo info;
+  OverrunPolicy overrun = OverrunPolicy::catch_up;
+
+  friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
+};
+
+/// What is kept of a callback for those who are told when it overruns; it outlives the record while
+/// they are. Names and handlers never change.
+struct Supervision {
+  std::string node, callback;
+  OverrunHandler on_deadline_miss, on_overrun;
+  std::atomic<TimePoint> armed{kNever};          // the deadline that the watchdog looks at
+  std::atomic<TimePoint> told{kNever};           // the deadline of which it has told
+  std::atomic<std::uint64_t> chain_instance{0};  // that runs
+};
+
 /// All that an executor keeps of one entity, made by a control thread when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
 struct CallbackRecord : ReadyCallback, Sink {
   std::shared_ptr<Entity> entity;
   std::shared_ptr<CallbackGroup> group;
-  std::string node;
-  CallbackInfo description;
-  CallbackStatistics statistics;
+  CallbackSettings settings;
+  CallbackInfo demoted_info;  // as settings.info, and less urgent than all others
+  bool is_demoted = false;
+  bool is_judged = false;  // after each execution; otherwise it has no deadline and is not demoted
+  std::shared_ptr<Supervision> supervision;
+  std::uint64_t discarded = 0;  // messages of aborted chain instances
   bool removed = false;
   std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
 
@@ -41,17 +64,23 @@ struct CallbackRecord : ReadyCallback, Sink {
   // the last message was taken (exclusive groups: when its callback has returned). Written
   // serialised; read by pending(), and by who waits to free a removed record.
   std::atomic<bool> held{false};
+  bool drained = false;                // `queued`, and out of the inbox: settling answers it
+  bool announced_again = false;        // from a callback of the only worker, while it was held
+  std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
+  std::string node;
+  CallbackStatistics statistics;
+  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+
+  // What follows is read by publishers: a cache line that the worker does not write each time.
+
   // Announced through the inbox, by any thread, and not yet answered.
-  std::atomic<bool> queued{false};
-  Arrival announced{};           // by whom: written by the thread that has set `queued`
-  bool drained = false;          // `queued`, and out of the inbox: settling answers it
-  bool announced_again = false;  // from a callback of the only worker, while it was held
+  alignas(64) std::atomic<bool> queued{false};
   // A timer's record stands in the inbox because its release time has changed.
   std::atomic<bool> changed{false};
-  std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
+  Arrival announced{};  // by whom: written by the thread that has set `queued`
   CallbackRecord* inbox_next = nullptr;
 
-  void arrived(const Arrival& arrival) noexcept {
+  void arrived(Arrival arrival) noexcept {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
@@ -60,21 +89,66 @@ struct CallbackRecord : ReadyCallback, Sink {
     if (drained) queued.store(false);
     held.store(false, std::memory_order_release);  // pairs with the load of who frees it
   }
-  bool is_timer() const noexcept { return description.kind == EntityKind::timer; }
+  CallbackId id() const noexcept { return settings.info.id; }
+  bool is_described_by(const CallbackInfo* of) const noexcept {
+    return of == &settings.info || of == &demoted_info;
+  }
+  /// When what became ready then should have ended.
+  TimePoint deadline_of(TimePoint ready) const noexcept {
+    const Nanoseconds relative = settings.info.deadline;
+    return relative == Nanoseconds::zero() ? kNever : ready + relative;
+  }
+  bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
   bool is_reentrant() const noexcept { return group->type() == CallbackGroupType::Reentrant; }
 
  protected:
   ~CallbackRecord() = default;
 };
 
+/// Whether this is its name: "node/callback", with or without the first slash of either.
+bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
+
+/// Whether each execution has something to keep, or is measured as part of a chain.
+bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
+
+/// Whether what is ready may be served, as far as there is a condition.
+class Trigger {
+ public:
+  explicit Trigger(const TriggerOptions& options) : options_(options) {}
+
+  /// From here on it is about these callbacks; `room` has an input for each.
+  void set(std::vector<CallbackRecord*>& callbacks, std::vector<TriggerInput>& room) noexcept;
+  bool fires() noexcept;
+
+ private:
+  const TriggerOptions& options_;
+  std::vector<CallbackRecord*> callbacks_;
+  std::vector<TriggerInput> inputs_;
+  const CallbackRecord* one_ = nullptr;  // of Kind::one, while there is such a callback
+};
+
 /// Everything that depends on which callbacks there are. A control thread builds it, with all the
 /// memory that will be needed; the executor takes it over at a dispatch point, and what it
 /// replaces goes back in the same object to be freed by a control thread.
 struct ReadyPlan {
+  struct Parking {
+    CallbackGroup* group;
+    std::unique_ptr<Scheduler> scheduler;
+    ReadyCallback* parked = nullptr;  // while the one takes the place of the other
+  };
+  struct Change {
+    CallbackRecord* record;
+    CallbackSettings settings;
+  };
   std::unique_ptr<Scheduler> scheduler;
-  std::vector<std::pair<CallbackGroup*, std::unique_ptr<Scheduler>>> parking;
+  std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
   std::vector<CallbackRecord*> added, removed;
+  std::vector<Change> changed;  // in order: the last one holds
+  std::vector<CallbackRecord*> all;
+  std::vector<TriggerInput> trigger_inputs;  // room for all
+  bool reads_clock = false;                  // from now on
+  std::shared_ptr<void> room;                // the executor's own
   ReadyPlan* inbox_next = nullptr;
 };
 
@@ -84,13 +158,23 @@ struct ReadyPlan {
 class ReadySet {
  public:
   /// `exact_time`: the clock is read at every dispatch, to look for due timers and to tell the
-  /// scheduler how long callbacks ran. Otherwise timers are looked for, to spare clock readings, at
-  /// every sixteenth and whenever nothing else is ready.
-  ReadySet(Readiness readiness, Clock& clock, bool exact_time)
-      : readiness_(readiness), clock_(clock), exact_time_(exact_time) {}
+  /// scheduler how long callbacks ran. Otherwise, to spare clock readings, due timers are looked
+  /// for whenever nothing else is ready, and about every two microseconds: at every dispatch when
+  /// callbacks are long, at every 64th when they are very short.
+  /// `trigger`: nullptr, or when a snapshot may be served.
+  ReadySet(Readiness readiness, Clock& clock, bool exact_time, Watchdog* watchdog, Trigger* trigger)
+      : readiness_(readiness),
+        windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
+        clock_(clock),
+        watchdog_(watchdog),
+        trigger_(trigger),
+        exact_time_(exact_time) {}
+
+  /// Whether the clock is read at every dispatch. A plan may begin it.
+  bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
 
   /// An entity became ready. True when somebody may have to be woken for it.
-  bool announce(CallbackRecord& record, const Arrival& arrival) noexcept {
+  bool announce(CallbackRecord& record, Arrival arrival) noexcept {
     // Most announcements of a busy callback end here. Sequentially consistent: see settle().
     if (record.queued.load() || record.queued.exchange(true)) return false;
     record.announced = arrival;
@@ -99,7 +183,7 @@ class ReadySet {
   }
   /// The same from a callback, on the thread of the only worker: nobody has to be woken. No other
   /// thread can be at the scheduler, so an event goes there without any atomic operation.
-  void announce_from_callback(CallbackRecord& record, const Arrival& arrival) noexcept {
+  void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
     if (is_wait_set()) {
       announce(record, arrival);
     } else if (record.held.load(std::memory_order_relaxed)) {
@@ -127,14 +211,26 @@ class ReadySet {
   };
   /// The callback to run next, which then executes, or nullptr.
   CallbackRecord* next(const Limits& limits) noexcept;
+  /// The same in two steps, for who takes several before they execute.
+  CallbackRecord* pick(const Limits& limits) noexcept;
+  void begin(CallbackRecord& record) noexcept;
+  /// Takes a snapshot, unless one is not finished.
+  void take_snapshot() noexcept;
+  /// Whether what waits may be served: what does not wait for a trigger.
+  bool is_open() const noexcept { return is_open_.load(); }
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
   /// After take, in a reentrant group: what remains may run on another worker now.
   void taken(CallbackRecord& record, bool more) noexcept { settle(record, more); }
-  /// After execute; `callback` is how the record was when it was picked, `more` what take said.
-  void finished(CallbackRecord& record, const ReadyCallback& callback, bool more,
-                Nanoseconds execution_time) noexcept;
+  /// After execute, where the time is exact; `as_picked` is how the record was when it was picked.
+  void tell_scheduler(const CallbackRecord& record, const ReadyCallback& as_picked,
+                      Nanoseconds execution_time) noexcept {
+    // A scheduler that came with the removal does not know the callback.
+    if (!record.removed) scheduler_->done(as_picked, execution_time);
+  }
+  /// After that; `more` is what take said.
+  void finished(CallbackRecord& record, bool more) noexcept;
 
   /// Gives back what `next` has put aside because of Limits::last_sequence.
   void restore_deferred() noexcept;
@@ -155,23 +251,32 @@ class ReadySet {
  private:
   void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
+  void push_judged(CallbackRecord& record) noexcept;
+  void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more) noexcept;
   void drain_inbox() noexcept;
   void release_due_timers() noexcept;
+  void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
   void disarm(CallbackRecord& record) noexcept;
 
   const Readiness readiness_;
+  // Where there are no polling points, what arrives now belongs to the window after the one that
+  // is being handed out: so under `ros` nobody overtakes for ever.
+  const std::uint64_t windows_ahead_;
   Clock& clock_;
-  const bool exact_time_;
+  Watchdog* const watchdog_;
+  Trigger* const trigger_;
+  std::atomic<bool> is_open_{true};  // the snapshot may be served; written serialised
+  std::atomic<bool> exact_time_;     // written at a dispatch point
   Inbox<CallbackRecord> inbox_;
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   ReadyCallback* deferred_ = nullptr;                          // linked by next
   std::size_t waiting_ = 0;                                    // in the scheduler
   std::uint64_t window_ = 0;
-  std::uint32_t dispatches_ = 0;
+  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
   TimePoint now_{};
   std::atomic<bool> timers_stopped_{false};
 };
@@ -181,24 +286,21 @@ class ReadySet {
 // Back into the scheduler with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   if (callback == nullptr) return;
-  scheduler_->push(*callback);
   ++waiting_;
+  scheduler_->push(*callback);
 }
 
 inline void ReadySet::push(CallbackRecord& record) noexcept {
-  // Where there are no polling points, what arrives now belongs to the window after the one that
-  // is being handed out: so under `ros` nobody overtakes for ever.
-  record.window = is_wait_set() ? window_ : window_ + 1;
-  const Nanoseconds deadline = record.description.deadline;
-  record.ReadyCallback::deadline =
-      deadline == Nanoseconds::zero() ? kNever : record.ready_time + deadline;
+  record.window = window_ + windows_ahead_;
+  if (record.is_judged) [[unlikely]]
+    return push_judged(record);
   hand_back(&record);
 }
 
 inline void ReadySet::poll() noexcept {
   if (is_wait_set()) ++window_;
   if (has_news()) drain_inbox();
-  if (!timers_.empty() && (exact_time_ || waiting_ == 0 || ++dispatches_ % 16 == 0)) {
+  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
     release_due_timers();
   }
 }
@@ -208,24 +310,38 @@ inline void ReadySet::hold(CallbackRecord& record) noexcept {
   push(record);
 }
 
+inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
+  if (trigger_ != nullptr) [[unlikely]] {
+    if (limits.may_poll) take_snapshot();
+    if (!is_open()) return nullptr;
+  } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
+    poll();
+  }
+  ReadyCallback* first = scheduler_->pop();
+  if (first == nullptr) return nullptr;
+  --waiting_;
+  auto& record = static_cast<CallbackRecord&>(*first);
+  window_ = std::max(window_, record.window);
+  record.announced_again = false;  // what was sent so far, take sees
+  return &record;
+}
+
+inline void ReadySet::begin(CallbackRecord& record) noexcept {
+  // Relaxed: made visible by the swap that takes the message, see pending().
+  record.executing.store(record.executing.load(std::memory_order_relaxed) + 1,
+                         std::memory_order_relaxed);
+}
+
 inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
-  for (;;) {
-    if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) poll();
-    ReadyCallback* first = scheduler_->pop();
-    if (first == nullptr) return nullptr;
-    --waiting_;
-    auto& record = static_cast<CallbackRecord&>(*first);
-    if (record.window > window_) window_ = record.window;
-    if (record.sequence > limits.last_sequence) {
-      record.next = std::exchange(deferred_, &record);
-    } else if (record.group->admit(record)) {
-      record.announced_again = false;  // what was sent so far, take sees
-      // Relaxed: made visible by the swap that takes the message, see pending().
-      record.executing.store(record.executing.load(std::memory_order_relaxed) + 1,
-                             std::memory_order_relaxed);
-      return &record;
+  while (CallbackRecord* record = pick(limits)) {
+    if (record->sequence > limits.last_sequence) {
+      record->next = std::exchange(deferred_, record);
+    } else if (record->group->admit(*record)) {
+      begin(*record);
+      return record;
     }
   }
+  return nullptr;
 }
 
 // The record has been served: it is given back, or goes to the scheduler again if more is there.
@@ -233,7 +349,8 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
 // message and then reads `queued`, we write `queued` and then look for messages, both sequentially
 // consistent, so one of the two sees the other.
 inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
-  if (record.removed) return record.let_go();
+  if (record.removed) [[unlikely]]
+    return record.let_go();
   if (record.is_timer()) {
     record.held.store(false, std::memory_order_relaxed);
     return arm(record);
@@ -247,8 +364,8 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
     record.held.store(false, std::memory_order_relaxed);
     return;
   }
-  Arrival arrival{next_sequence(), now_};
-  record.entity->front(arrival);
+  Arrival arrival{};
+  if (!record.entity->front(arrival)) arrival = {next_sequence(), now_};
   if (!is_wait_set()) {
     record.arrived(arrival);
     push(record);
@@ -264,16 +381,14 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
   }
 }
 
-inline void ReadySet::finished(CallbackRecord& record, const ReadyCallback& callback, bool more,
-                               Nanoseconds execution_time) noexcept {
-  if (exact_time_) scheduler_->done(callback, execution_time);
+inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
   const bool is_gone = record.removed && executing == 0;
   if (!record.is_reentrant()) settle(record, more);
   hand_back(record.group->leave());
   // Release: pairs with the load in pending(); what the callback published is visible.
   record.executing.store(executing, std::memory_order_release);
-  if (is_gone) {
+  if (is_gone) [[unlikely]] {
     record.gone.store(1);
     record.gone.notify_all();
   }

@@ -13,17 +13,18 @@ struct WaitSet::Member final : Sink {
   WaitSet& wait_set;
   const std::shared_ptr<Entity> entity;
 
-  void announce(const Arrival&) noexcept override { wake(); }
+  void announce(Arrival) noexcept override { wake(); }
   void release_changed() noexcept override { wake(); }
   void wake() noexcept {
     if (!wait_set.has_news_.exchange(true)) wait_set.backend_->post();
   }
   bool wants_time() const noexcept override { return false; }
-  void expect_remove() noexcept override {}
+  void expect_remove() noexcept override {}  // who removes holds the set, and the set the entity
   void remove() noexcept override { wait_set.expel(*this); }
 };
 
-WaitSet::WaitSet(Clock& clock) : clock_(clock), backend_(make_wait_backend(clock, 1)) {
+WaitSet::WaitSet(Clock& clock)
+    : clock_(clock), backend_(make_wait_backend(kAutoWait, clock, 1, true)) {
 }
 
 WaitSet::~WaitSet() {
@@ -43,8 +44,22 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
     entity->set_owner(member.get());
   }
   members_.push_back(std::move(member));
-  ready_.reserve(members_.size());
+  // What wait has returned is being read: the next wait takes this instead.
+  if (larger_.capacity() < members_.size()) {
+    std::vector<std::shared_ptr<Entity>> larger;
+    larger.reserve(2 * members_.size());
+    larger_.swap(larger);
+  }
   entity->attach(*members_.back());
+  try {
+    if (const Watch watch = entity->watch(); watch.fd >= 0) backend_->watch(watch);
+  } catch (...) {
+    entity->detach();
+    const std::lock_guard ownership(ownership_mutex());
+    entity->set_owner(nullptr);
+    members_.pop_back();
+    throw;
+  }
 }
 
 void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
@@ -52,20 +67,28 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
 }
 
 void WaitSet::expel(Member& member) noexcept {
+  if (const Watch watch = member.entity->watch(); watch.fd >= 0) backend_->unwatch(watch.listener);
   member.entity->detach();
-  const std::lock_guard lock(mutex_);
-  std::erase_if(members_, [&](const auto& known) { return known.get() == &member; });
+  std::unique_ptr<Member> gone;  // may hold the last pointer to the entity: goes without the lock
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::find_if(members_.begin(), members_.end(),
+                                    [&](const auto& entry) { return entry.get() == &member; });
+    gone = std::move(*known);
+    members_.erase(known);
+  }
 }
 
 void WaitSet::collect() {
   const std::lock_guard lock(mutex_);
   ready_.clear();
+  if (ready_.capacity() < members_.size()) ready_.swap(larger_);
   for (const auto& member : members_) {
-    if (member->entity->ready_count() != 0) ready_.push_back(member->entity.get());
+    if (member->entity->ready_count() != 0) ready_.push_back(member->entity);
   }
 }
 
-const std::vector<Entity*>& WaitSet::wait(Nanoseconds timeout) {
+const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
   const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : clock_.now() + timeout;
   for (;;) {
     has_news_.store(false);  // before we look: who comes later announces again

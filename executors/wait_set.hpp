@@ -3,6 +3,7 @@
 #ifndef TAKT_EXECUTORS_WAIT_SET_HPP_
 #define TAKT_EXECUTORS_WAIT_SET_HPP_
 
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -14,10 +15,11 @@ namespace takt {
 
 /// The user's own loop: wait until one of the entities is ready, then take from those one likes, in
 /// one's own order (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
-/// An entity is in one wait set or executor at a time.
+/// An entity is in one wait set or executor at a time; the set holds it until it is removed.
 ///
-/// Thread safety: one thread waits; entities may become ready, and be dropped, on any.
-/// Real-time: wait sleeps on a futex and neither polls nor allocates.
+/// Thread safety: one thread waits; entities may become ready, be added and removed on any.
+/// Real-time: wait sleeps in epoll, so that file descriptors can come at any time, and neither
+/// polls nor allocates; with a manual clock file descriptors wake nobody.
 class WaitSet {
  public:
   explicit WaitSet(Clock& clock = Clock::steady());
@@ -32,7 +34,7 @@ class WaitSet {
   /// Sleeps until an entity is ready or the timeout has passed (negative: for ever). The result
   /// lists what is ready, in the order of add; it is empty after a time-out, and valid until the
   /// next call.
-  const std::vector<Entity*>& wait(Nanoseconds timeout = Nanoseconds(-1));
+  const std::vector<std::shared_ptr<Entity>>& wait(Nanoseconds timeout = Nanoseconds(-1));
 
  private:
   struct Member;
@@ -44,7 +46,8 @@ class WaitSet {
   std::atomic<bool> has_news_{false};
   mutable PiMutex mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;
-  std::vector<Entity*> ready_;
+  std::vector<std::shared_ptr<Entity>> ready_;
+  std::vector<std::shared_ptr<Entity>> larger_;  // guarded by mutex_: room for as many as there are
 };
 
 }  // namespace takt

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/memory_lock.hpp"
 
+#include <cerrno>
+#include <cstring>
+
 #include <alloca.h>
 #include <fmt/format.h>
 #include <malloc.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-
-#include <cerrno>
-#include <cstring>
 
 #include "takt/base/error.hpp"
 
@@ -24,10 +24,10 @@ std::string lock_memory(Realtime realtime) {
   const int error_number = errno;
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
-  const std::string refused =
-      fmt::format("memory lock: {} (RLIMIT_MEMLOCK is {} bytes; give the user memlock in "
-                  "/etc/security/limits.conf, or the program CAP_IPC_LOCK)",
-                  errno_message(error_number), limit.rlim_cur);
+  const std::string refused = fmt::format(
+      "memory lock: {} (RLIMIT_MEMLOCK is {} bytes; give the user memlock in "
+      "/etc/security/limits.conf, or the program CAP_IPC_LOCK)",
+      errno_message(error_number), limit.rlim_cur);
   if (realtime == Realtime::require) {
     throw Error(refused, "grant it, or write `realtime: prefer` to go on without");
   }

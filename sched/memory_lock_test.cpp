@@ -3,16 +3,14 @@
 #include "takt/sched/memory_lock.hpp"
 
 #include <fstream>
-#include <functional>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "takt/base/error.hpp"
+
+#include "child_process_test.hpp"
 
 namespace takt {
 namespace {
@@ -27,38 +25,6 @@ constexpr bool kLocksNothing = false;
 #endif
 constexpr const char* kSanitizer = "sanitizers make mlockall do nothing";
 
-enum class Rights { as_they_are, none };
-
-// Locking is for the whole process, so each test locks in a child and reads what it says.
-std::string in_child(Rights rights, const std::function<std::string()>& body) {
-  int channel[2];
-  EXPECT_EQ(pipe(channel), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    close(channel[0]);
-    bool ready = true;
-    if (rights == Rights::none) {
-      const rlimit none{0, 0};
-      ready = setrlimit(RLIMIT_MEMLOCK, &none) == 0 && (getuid() != 0 || setuid(65534) == 0);
-    }
-    const std::string text = ready ? body() : "cannot drop rights";
-    const bool sent = write(channel[1], text.data(), text.size()) >= 0;
-    _exit(sent ? 0 : 1);
-  }
-  close(channel[1]);
-  std::string text;
-  char buffer[256];
-  for (ssize_t size; (size = read(channel[0], buffer, sizeof buffer)) > 0;) {
-    text.append(buffer, static_cast<std::size_t>(size));
-  }
-  close(channel[0]);
-  int status = 0;
-  EXPECT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
-  return text;
-}
-constexpr const char* kCannotDrop = "cannot drop rights";
-
 long locked_kilobytes() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -67,6 +33,7 @@ long locked_kilobytes() {
   return -1;
 }
 
+// Locking is for the whole process, so each test locks in a child and reads what it says.
 TEST(LockMemory, DoesNothingWhenRealtimeIsOff) {
   EXPECT_EQ(
       in_child(Rights::none,

@@ -18,8 +18,7 @@ namespace takt {
 /// Real-time: set-up and tear-down only.
 class RealtimeThread {
  public:
-  RealtimeThread(const ThreadAttributes& attributes, Realtime realtime,
-                 std::function<void()> body);
+  RealtimeThread(const ThreadAttributes& attributes, Realtime realtime, std::function<void()> body);
   ~RealtimeThread() { join(); }
   RealtimeThread(const RealtimeThread&) = delete;
   RealtimeThread& operator=(const RealtimeThread&) = delete;

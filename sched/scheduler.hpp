@@ -13,6 +13,7 @@
 
 #include "takt/base/registry.hpp"
 #include "takt/base/time.hpp"
+#include "takt/base/version.hpp"
 
 namespace takt {
 
@@ -26,28 +27,32 @@ using NodeId = std::uint32_t;
 using ChainId = std::uint32_t;
 inline constexpr ChainId kNoChain = 0;
 
-/// What does not change while a callback waits. Ids count from 0 within one executor.
+/// What does not change while a callback waits; of several chains that it belongs to, the most
+/// critical. Ids count from 0 within one executor.
 struct CallbackInfo {
   CallbackId id = 0;
   EntityKind kind = EntityKind::waitable;
   std::uint32_t registration = 0;  // order in which the executor came to know it
   GroupId group = 0;
   NodeId node = 0;
-  int priority = 0;  // larger is more urgent
+  int priority = 0;                               // larger is more urgent
   Nanoseconds period{0}, deadline{0}, budget{0};  // 0: none; the deadline is relative
   int criticality = 0;
   ChainId chain = kNoChain;
   std::uint32_t chain_position = 0;
+
+  friend bool operator==(const CallbackInfo&, const CallbackInfo&) = default;
 };
 
-/// One callback that is ready. The executor owns the record; there is one for each entity.
-struct ReadyCallback {
+/// One callback that is ready. The executor owns the record; there is one for each entity. It is
+/// written at each dispatch, so it shares no cache line with what publishers read of the record.
+struct alignas(64) ReadyCallback {
   const CallbackInfo* info = nullptr;
-  TimePoint ready_time{};            // when its message was published or its timer was due
-  TimePoint deadline = kNever;       // absolute
-  std::uint64_t sequence = 0;        // order of arrival, over the whole process
-  std::uint64_t window = 0;          // number of the polling point at which it was seen
-  ReadyCallback* next = nullptr;     // free for the scheduler while it holds the record
+  TimePoint ready_time{};         // when its message was published or its timer was due
+  TimePoint deadline = kNever;    // absolute
+  std::uint64_t sequence = 0;     // order of arrival, over the whole process
+  std::uint64_t window = 0;       // number of the polling point at which it was seen
+  ReadyCallback* next = nullptr;  // free for the scheduler while it holds the record
 };
 
 /// Decides which ready callback runs next. It sees numbers only: no entity, no group, no thread.
@@ -66,7 +71,8 @@ class Scheduler {
   virtual void push(ReadyCallback& callback) noexcept = 0;
   /// The callback to run next, nullptr when there is none.
   virtual ReadyCallback* pop() noexcept = 0;
-  /// The callback has run for so long.
+  /// The callback has run for so long. It is one of those of `configure`, but it may wait again by
+  /// now, or have been popped from the scheduler before this one.
   virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
   /// Whether it looks at `ready_time` and `deadline`, or overrides `done`, which is not called
   /// otherwise. When not, executors that count only spare two clock readings a message.
@@ -107,14 +113,16 @@ using SchedulerRegistry = Registry<Scheduler>;
 /// All schedulers of this process by name.
 SchedulerRegistry& schedulers();
 
+/// Adds to `schedulers()`; while a library is loaded by load_scheduler(), only notes it for that.
+/// For the macro below. Always true. Throws Error when the name is taken.
+bool register_scheduler(std::string name, std::string description, SchedulerRegistry::Factory make,
+                        const char* version);
+
 /// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_SCHEDULER(name, description, Class)                  \
-  namespace {                                                             \
-  [[maybe_unused]] const bool takt_scheduler_is_registered = [] {         \
-    ::takt::schedulers().add(name, description,                           \
-                             [] { return std::make_unique<Class>(); });   \
-    return true;                                                          \
-  }();                                                                    \
+#define TAKT_REGISTER_SCHEDULER(name, description, Class)                                \
+  namespace {                                                                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_scheduler_) = ::takt::register_scheduler( \
+      name, description, [] { return std::make_unique<Class>(); }, TAKT_VERSION);        \
   }
 
 }  // namespace takt

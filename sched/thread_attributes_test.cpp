@@ -2,23 +2,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/thread_attributes.hpp"
 
-#include <functional>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sched.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/sched/realtime_thread.hpp"
+
+#include "child_process_test.hpp"
 
 namespace takt {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -44,42 +49,17 @@ bool fifo_is_granted() {
 }
 constexpr const char* kNoRights = "this user may not use SCHED_FIFO: no CAP_SYS_NICE and no rtprio";
 
-// Runs `body` in a child process without any right to a real-time policy and returns its text;
-// "cannot drop rights" when that does not work here.
-std::string without_rights(const std::function<std::string()>& body) {
-  int channel[2];
-  EXPECT_EQ(pipe(channel), 0);
-  const pid_t child = fork();
-  if (child == 0) {
-    close(channel[0]);
-    const rlimit none{0, 0};
-    setrlimit(RLIMIT_RTPRIO, &none);
-    setrlimit(RLIMIT_NICE, &none);
-    // From root to nobody the kernel takes all capabilities away.
-    const bool dropped = getuid() != 0 || setuid(65534) == 0;
-    const std::string text = dropped ? body() : "cannot drop rights";
-    const bool sent = write(channel[1], text.data(), text.size()) >= 0;
-    _exit(sent ? 0 : 1);
-  }
-  close(channel[1]);
-  std::string text;
-  char buffer[256];
-  for (ssize_t size; (size = read(channel[0], buffer, sizeof buffer)) > 0;) {
-    text.append(buffer, static_cast<std::size_t>(size));
-  }
-  close(channel[0]);
-  int status = 0;
-  EXPECT_EQ(waitpid(child, &status, 0), child);
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "status " << status;
-  return text;
+// 2 ms of every 10.
+ThreadAttributes reservation(const std::string& name = "reserved") {
+  return {.name = name, .policy = ThreadPolicy::deadline, .runtime = 2ms, .period = 10ms};
 }
-constexpr const char* kCannotDrop = "cannot drop rights";
 
 // ---- Names ----
 
 TEST(ThreadPolicy, HasTheNamesOfTheManual) {
-  for (const ThreadPolicy policy : {ThreadPolicy::other, ThreadPolicy::fifo, ThreadPolicy::rr,
-                                    ThreadPolicy::batch, ThreadPolicy::idle}) {
+  for (const ThreadPolicy policy :
+       {ThreadPolicy::other, ThreadPolicy::fifo, ThreadPolicy::rr, ThreadPolicy::batch,
+        ThreadPolicy::idle, ThreadPolicy::deadline}) {
     EXPECT_EQ(thread_policy(to_string(policy)), policy);
   }
   EXPECT_EQ(to_string(ThreadPolicy::fifo), "SCHED_FIFO");
@@ -89,7 +69,7 @@ TEST(ThreadPolicy, AnswersAnUnknownNameWithTheValidOnes) {
   EXPECT_THAT([] { thread_policy("SCHED_FIFA"); },
               ThrowsMessage<Error>("there is no thread policy 'SCHED_FIFA'; did you mean "
                                    "'SCHED_FIFO'? valid: SCHED_OTHER, SCHED_FIFO, SCHED_RR, "
-                                   "SCHED_BATCH, SCHED_IDLE"));
+                                   "SCHED_BATCH, SCHED_IDLE, SCHED_DEADLINE"));
 }
 
 // ---- What can never work ----
@@ -123,7 +103,35 @@ INSTANTIATE_TEST_SUITE_P(
                    "nice 3 means nothing for SCHED_FIFO; leave it out, or choose SCHED_OTHER or "
                    "SCHED_BATCH"},
         Impossible{{.nice = 20}, "nice 20 does not exist; choose -20 to 19"},
-        Impossible{{.nice = -21}, "nice -21 does not exist; choose -20 to 19"}));
+        Impossible{{.nice = -21}, "nice -21 does not exist; choose -20 to 19"},
+        Impossible{{.policy = ThreadPolicy::deadline, .priority = 5},
+                   "priority 5 means nothing for SCHED_DEADLINE; leave it out, or choose "
+                   "SCHED_FIFO or SCHED_RR"},
+        Impossible{{.policy = ThreadPolicy::deadline, .nice = 3},
+                   "nice 3 means nothing for SCHED_DEADLINE; leave it out, or choose SCHED_OTHER "
+                   "or SCHED_BATCH"},
+        Impossible{{.policy = ThreadPolicy::deadline, .period = 10ms},
+                   "SCHED_DEADLINE needs a runtime and a period; give both, such as 2ms and 10ms"},
+        Impossible{{.policy = ThreadPolicy::deadline, .runtime = 2ms, .deadline = 5ms},
+                   "SCHED_DEADLINE needs a runtime and a period; give both, such as 2ms and 10ms"},
+        Impossible{{.policy = ThreadPolicy::deadline, .runtime = 1us, .period = 10ms},
+                   "runtime 0.001ms is too short; give at least 1024 ns"},
+        Impossible{{.policy = ThreadPolicy::deadline, .runtime = 12ms, .period = 10ms},
+                   "runtime 12ms is longer than period 10ms; shorten the runtime"},
+        Impossible{
+            {.policy = ThreadPolicy::deadline, .runtime = 2ms, .deadline = 1ms, .period = 10ms},
+            "runtime 2ms is longer than deadline 1ms; shorten the runtime"},
+        Impossible{
+            {.policy = ThreadPolicy::deadline, .runtime = 2ms, .deadline = 20ms, .period = 10ms},
+            "deadline 20ms is longer than period 10ms; shorten the deadline, or leave it out: it "
+            "is the period then"},
+        Impossible{
+            {.policy = ThreadPolicy::deadline, .affinity = {0}, .runtime = 2ms, .period = 10ms},
+            "the kernel refuses SCHED_DEADLINE to a thread with an affinity; leave it out, or run "
+            "the process in an exclusive cpuset of these CPUs"},
+        Impossible{{.policy = ThreadPolicy::fifo, .priority = 5, .period = 10ms},
+                   "runtime, deadline and period mean nothing for SCHED_FIFO; leave them out, or "
+                   "choose SCHED_DEADLINE"}));
 
 TEST(ThreadAttributes, NameACpuThatIsNotThereAndThoseThatAre) {
   const ThreadAttributes attributes{.affinity = {CPU_SETSIZE - 1}};
@@ -191,10 +199,123 @@ TEST(ThreadAttributes, AskForNoPolicyWhenRealtimeIsOff) {
   EXPECT_TRUE(state.refused.empty());
 }
 
+TEST(ThreadAttributes, ReserveATimeOfEveryPeriod) {
+  ThreadState state = applied(reservation(), Realtime::prefer);
+  if (!state.refused.empty()) GTEST_SKIP() << state.refused;
+  EXPECT_EQ(state.policy, ThreadPolicy::deadline);
+  EXPECT_EQ(state.runtime, 2ms);
+  EXPECT_EQ(state.deadline, 10ms);  // when nothing is said of it
+  EXPECT_EQ(state.period, 10ms);
+  EXPECT_EQ(state.priority, 0);
+  EXPECT_EQ(state.affinity, available_cpus());
+  ThreadAttributes early = reservation();
+  early.deadline = 4ms;
+  state = applied(early, Realtime::prefer);
+  if (!state.refused.empty()) GTEST_SKIP() << state.refused;
+  EXPECT_EQ(state.deadline, 4ms);
+  EXPECT_EQ(state.period, 10ms);
+}
+
+TEST(ThreadAttributes, TellOfNoReservationWhereThereIsNone) {
+  const ThreadState state = this_thread_state();
+  EXPECT_EQ(state.runtime, 0ns);
+  EXPECT_EQ(state.deadline, 0ns);
+  EXPECT_EQ(state.period, 0ns);
+}
+
+// Without the flag for it the kernel would refuse the new thread: EAGAIN.
+TEST(ThreadAttributes, LetAThreadWithAReservationStartOthersWithoutOne) {
+  ThreadState parent, child;
+  std::thread([&] {
+    parent = apply(reservation(), Realtime::prefer);
+    std::thread([&] { child = this_thread_state(); }).join();
+  }).join();
+  if (!parent.refused.empty()) GTEST_SKIP() << parent.refused;
+  EXPECT_EQ(parent.policy, ThreadPolicy::deadline);
+  EXPECT_EQ(child.policy, ThreadPolicy::other);
+}
+
+// ---- Admission ----
+
+TEST(Admission, CountsEachReservationAgainstTheLimit) {
+  std::vector<ThreadAttributes> threads(9, reservation());
+  threads.push_back({.policy = ThreadPolicy::fifo, .priority = 80});
+  EXPECT_NO_THROW(check_admission({}, 0));
+  EXPECT_NO_THROW(check_admission(threads, 1.9));
+  threads.push_back(reservation());
+  EXPECT_THAT([&] { check_admission(threads, 1.9); },
+              ThrowsMessage<Error>(
+                  "SCHED_DEADLINE threads reserve 2 CPUs, of 1.9 that there are for them; shorten "
+                  "runtimes, lengthen periods, or raise kernel.sched_rt_runtime_us"));
+}
+
+TEST(Admission, TakesASumThatIsTheLimitWhateverRoundingMakesOfIt) {
+  const std::vector<ThreadAttributes> threads(
+      19, {.policy = ThreadPolicy::deadline, .runtime = 1ms, .period = 10ms});
+  EXPECT_NO_THROW(check_admission(threads, 1.9));
+}
+
+TEST(Admission, NeverGivesMoreThanTheCpusOfThisProcess) {
+  const ThreadAttributes whole{.policy = ThreadPolicy::deadline, .runtime = 9ms, .period = 9ms};
+  const std::vector<ThreadAttributes> threads(available_cpus().size() + 1, whole);
+  EXPECT_THROW(check_admission(threads), Error);
+}
+
+// Threads of 0.9 CPU each, until the kernel refuses one; what that has then.
+ThreadState one_too_many(Realtime realtime) {
+  ThreadAttributes greedy = reservation("greedy");
+  greedy.runtime = 9ms;
+  std::vector<std::unique_ptr<RealtimeThread>> threads;
+  std::promise<void> wanted;  // abandoned before the threads are joined
+  const std::shared_future<void> unwanted = wanted.get_future().share();
+  for (std::size_t i = 0; i <= 2 * available_cpus().size(); ++i) {
+    threads.push_back(std::make_unique<RealtimeThread>(greedy, realtime, [=] { unwanted.wait(); }));
+    if (!threads.back()->state().refused.empty()) break;
+  }
+  return threads.back()->state();
+}
+
+TEST(Admission, IsTheKernelsInTheEnd) {
+  const std::string refused = applied(reservation(), Realtime::prefer).refused;
+  if (!refused.empty()) GTEST_SKIP() << refused;
+  const ThreadState state = one_too_many(Realtime::prefer);
+  if (state.refused.empty()) GTEST_SKIP() << "no limit: kernel.sched_rt_runtime_us is -1";
+  EXPECT_EQ(state.policy, ThreadPolicy::other);
+  EXPECT_THAT(state.refused, StartsWith("SCHED_DEADLINE 9ms/10ms: Device or resource busy "
+                                        "(with what other threads and processes have"));
+  EXPECT_THAT([&] { one_too_many(Realtime::require); },
+              ThrowsMessage<Error>(
+                  AllOf(StartsWith("thread 'greedy' was refused SCHED_DEADLINE 9ms/10ms: Device or "
+                                   "resource busy"),
+                        HasSubstr("write `realtime: prefer` to go on without"))));
+}
+
 // ---- What is refused ----
 
+TEST(ThreadAttributes, SayThatAReservationNeedsAllCpusWhenTheThreadHasFewer) {
+  if (available_cpus().size() < 2) GTEST_SKIP() << "there is but one CPU";
+  ThreadState state;
+  std::thread([&] {
+    apply({.affinity = {available_cpus().back()}}, Realtime::require);
+    state = apply(reservation(), Realtime::prefer);
+  }).join();
+  EXPECT_EQ(state.policy, ThreadPolicy::other);
+  EXPECT_THAT(state.refused,
+              AllOf(StartsWith("SCHED_DEADLINE 2ms/10ms: Operation not permitted (it takes "
+                               "CAP_SYS_NICE, no rtprio is enough; and this thread may use CPU "),
+                    HasSubstr("start the process on all, or in an exclusive cpuset")));
+}
+
+TEST(ThreadAttributes, RecordARefusedReservationWithTheRightThatIsMissing) {
+  const std::string text =
+      in_child(Rights::none, [] { return apply(reservation(), Realtime::prefer).refused; });
+  if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
+  EXPECT_THAT(text, StartsWith("SCHED_DEADLINE 2ms/10ms: Operation not permitted (it takes "
+                               "CAP_SYS_NICE, no rtprio is enough"));
+}
+
 TEST(ThreadAttributes, ThrowWhenRequiredAndRefused) {
-  const std::string text = without_rights([] {
+  const std::string text = in_child(Rights::none, [] {
     try {
       apply({.name = "control", .policy = ThreadPolicy::fifo, .priority = 80}, Realtime::require);
     } catch (const Error& error) {
@@ -210,7 +331,7 @@ TEST(ThreadAttributes, ThrowWhenRequiredAndRefused) {
 }
 
 TEST(ThreadAttributes, RecordWhatWasRefusedWhenPreferred) {
-  const std::string text = without_rights([] {
+  const std::string text = in_child(Rights::none, [] {
     const ThreadState state = apply({.name = "control",
                                      .policy = ThreadPolicy::rr,
                                      .priority = 5,
@@ -225,14 +346,15 @@ TEST(ThreadAttributes, RecordWhatWasRefusedWhenPreferred) {
 }
 
 TEST(ThreadAttributes, RecordARefusedNiceValue) {
-  const std::string text = without_rights(
-      [] { return apply({.name = "control", .nice = -5}, Realtime::prefer).refused; });
+  const std::string text = in_child(Rights::none, [] {
+    return apply({.name = "control", .nice = -5}, Realtime::prefer).refused;
+  });
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
   EXPECT_THAT(text, StartsWith("nice -5: "));
 }
 
 TEST(ThreadAttributes, AskNothingThatCouldBeRefusedWhenRealtimeIsOff) {
-  const std::string text = without_rights([] {
+  const std::string text = in_child(Rights::none, [] {
     const ThreadState state =
         apply({.name = "control", .policy = ThreadPolicy::fifo, .priority = 80}, Realtime::off);
     return state.name + "," + std::string(to_string(state.policy)) + "," + state.refused;

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/intra_process.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <mutex>
+#include <span>
+
+#include <fmt/format.h>
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
+#include "takt/transport/participant.hpp"
 
 namespace takt {
 
@@ -38,14 +41,17 @@ class Topics {
     topic.readers.push_back(&reader);
     for (IntraProcessWriter* writer : topic.writers) {
       IntraProcessWriter::Table table = *writer->table_.load();
-      link(table, *writer, reader);
-      replace(*writer, std::move(table));
+      if (!link(table, *writer, reader)) continue;
+      const bool comes_late = writer->history_ != nullptr &&
+                              reader.endpoint().qos.durability == Durability::transient_local;
+      replace(*writer, std::move(table), comes_late ? &reader : nullptr);
     }
   }
 
   void remove(IntraProcessWriter& writer) noexcept {
     const std::lock_guard lock(mutex_);
     std::erase(topics_.find(writer.endpoint().topic)->second.writers, &writer);
+    for (IntraProcessReader* reader : *writer.table_.load()) match(writer, *reader, -1);
     replace(writer, {});
     forget_if_empty(writer.endpoint().topic);
   }
@@ -56,7 +62,8 @@ class Topics {
     std::erase(topic.readers, &reader);
     for (IntraProcessWriter* writer : topic.writers) {
       IntraProcessWriter::Table table = *writer->table_.load();
-      std::erase(table, &reader);
+      if (std::erase(table, &reader) == 0) continue;
+      match(*writer, reader, -1);
       replace(*writer, std::move(table));
     }
     forget_if_empty(reader.endpoint().topic);
@@ -87,20 +94,53 @@ class Topics {
     if (topic->second.writers.empty() && topic->second.readers.empty()) topics_.erase(topic);
   }
 
-  static void link(IntraProcessWriter::Table& table, const IntraProcessWriter& writer,
+  static bool link(IntraProcessWriter::Table& table, const IntraProcessWriter& writer,
                    IntraProcessReader& reader) {
-    if (writer.endpoint().qos.serves(reader.endpoint().qos)) {
+    const std::string_view policy = writer.endpoint().qos.refuses(reader.endpoint().qos);
+    if (policy.empty()) {
       table.push_back(&reader);
+      match(writer, reader, 1);
     } else {
-      log(LogLevel::warn, "{}: a best-effort publisher does not serve a reliable subscription",
-          writer.endpoint().topic);
+      writer.events_->incompatible(policy);
+      reader.events()->incompatible(policy);
+      log(LogLevel::warn, "{}: a publisher offers less than a subscription asks for: {}",
+          writer.endpoint().topic, policy);
     }
+    return policy.empty();
   }
 
-  static void replace(IntraProcessWriter& writer, IntraProcessWriter::Table table) {
-    const std::unique_ptr<const IntraProcessWriter::Table> old(
-        writer.table_.exchange(new IntraProcessWriter::Table(std::move(table))));
+  static void match(const IntraProcessWriter& writer, const IntraProcessReader& reader,
+                    int change) {
+    writer.events_->matched(change);
+    reader.events()->matched(change);
+    reader.events()->liveliness_changed(change, 0);
+  }
+
+  /// `late`: gets what the writer has kept, before anything that is sent from then on.
+  static void replace(IntraProcessWriter& writer, IntraProcessWriter::Table table,
+                      IntraProcessReader* late = nullptr) {
+    const auto* now = new IntraProcessWriter::Table(std::move(table));
+    std::unique_lock<PiMutex> lock;
+    if (late != nullptr) {
+      lock = std::unique_lock(writer.history_->mutex);
+      hand_over(*writer.history_, *late);
+    }
+    const std::unique_ptr<const IntraProcessWriter::Table> old(writer.table_.exchange(now));
+    if (lock) lock.unlock();
     wait_for_readers();
+  }
+
+  // No more than fit, so that none is dropped.
+  static void hand_over(const IntraProcessWriter::History& history, IntraProcessReader& late) {
+    const ReadSection section;
+    const std::size_t depth = history.messages.size();
+    const std::size_t count = std::min(depth, late.endpoint().qos.depth);
+    for (std::size_t i = depth - count; i < depth; ++i) {
+      MessageBlock* message = history.messages[(history.next + i) % depth];
+      if (message == nullptr) continue;  // fewer were sent
+      message->retain();
+      late.deliver(*message, {message->envelope.sequence, message->envelope.ready_time});
+    }
   }
 
   PiMutex mutex_;
@@ -108,13 +148,29 @@ class Topics {
 };
 
 IntraProcessReader::IntraProcessReader(Endpoint endpoint)
-    : endpoint_((endpoint.qos.check(), std::move(endpoint))), ring_(endpoint_.qos.depth) {}
+    : endpoint_((endpoint.qos.check(), std::move(endpoint))),
+      ring_(endpoint_.qos.depth),
+      has_deadline_(endpoint_.qos.deadline_period != Nanoseconds::zero()) {
+}
 
 IntraProcessReader::~IntraProcessReader() {
   bool more = true;
   while (more) {
     if (MessageBlock* message = take(more)) message->release();
   }
+}
+
+bool IntraProcessReader::is_for_us(const MessageBlock& message) const noexcept {
+  std::uint64_t address = 0;
+  if (message.payload() != nullptr) {
+    std::memcpy(&address, message.payload(), sizeof address);
+  } else {  // not decoded yet
+    const auto bytes = static_cast<const ReceivedBlock&>(message).bytes();
+    if (bytes.size() < kCdrHeader.size() + sizeof address)
+      return true;  // let the decoder refuse it
+    std::memcpy(&address, bytes.data() + kCdrHeader.size(), sizeof address);
+  }
+  return address == address_;
 }
 
 void IntraProcessReader::join() {
@@ -126,8 +182,30 @@ void IntraProcessReader::leave() noexcept {
   if (std::exchange(joined_, false)) Topics::instance().remove(*this);
 }
 
+MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more) noexcept {
+  while (message != nullptr && message->is_expired()) {
+    drop(*message);
+    message = ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
+  }
+  return message;
+}
+
+// Not inline: it would cost those who drop nothing their registers.
+void IntraProcessReader::drop(MessageBlock& message) noexcept {
+  dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
+  message.release();
+  events_->lost(1);
+}
+
 IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
-    : endpoint_((endpoint.qos.check(), std::move(endpoint))), clock_(clock), table_(new Table) {
+    : endpoint_((endpoint.qos.check(), std::move(endpoint))),
+      clock_(clock),
+      history_(endpoint_.qos.durability == Durability::transient_local ? std::make_unique<History>()
+                                                                       : nullptr),
+      has_policies_(history_ != nullptr || endpoint_.qos.lifespan_duration != Nanoseconds::zero() ||
+                    endpoint_.qos.deadline_period != Nanoseconds::zero()),
+      table_(new Table) {
+  if (history_ != nullptr) history_->messages.resize(endpoint_.qos.depth);
   try {
     Topics::instance().add(*this);
   } catch (...) {
@@ -139,24 +217,57 @@ IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
 IntraProcessWriter::~IntraProcessWriter() {
   Topics::instance().remove(*this);
   delete table_.load();
+  if (history_ == nullptr) return;
+  for (MessageBlock* message : history_->messages) {
+    if (message != nullptr) message->release();
+  }
 }
 
-void IntraProcessWriter::write(MessageBlock& message) noexcept {
+void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept) noexcept {
+  if (has_policies_) [[unlikely]]
+    return send_by_policies(message, kept);
+  send(message, kept);
+}
+
+void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t kept) noexcept {
+  const TimePoint now = clock_.now();
+  events_->set_last_message(now);
+  if (endpoint_.qos.lifespan_duration != Nanoseconds::zero()) {
+    message.expire_at(now + endpoint_.qos.lifespan_duration, clock_);
+  }
+  if (history_ == nullptr) return send(message, kept);
+  MessageBlock* oldest;
+  {
+    const std::lock_guard lock(history_->mutex);
+    message.envelope.sequence = next_sequence();  // there may be no reader yet
+    message.envelope.ready_time = now;
+    oldest = std::exchange(history_->messages[history_->next], &message);
+    history_->next = (history_->next + 1) % history_->messages.size();
+    send(message, kept + 1);
+  }
+  if (oldest != nullptr) oldest->release();
+}
+
+[[gnu::always_inline]] inline void IntraProcessWriter::send(MessageBlock& message,
+                                                            std::uint32_t kept) noexcept {
   const ReadSection section;
-  const Table& table = *table_.load();
+  const std::span readers(*table_.load());
+  if (readers.empty()) {
+    message.set_references(kept + 1);
+    return message.release();
+  }
   Arrival arrival{next_sequence(), {}};
-  for (const IntraProcessReader* reader : table) {
+  for (const IntraProcessReader* reader : readers) {
     if (reader->wants_time()) {
       arrival.ready_time = clock_.now();
       break;
     }
   }
   message.envelope.sequence = arrival.sequence;
-  message.envelope.publish_time = arrival.ready_time;
-  message.set_references(table.empty() ? 1 : static_cast<std::uint32_t>(table.size()));
-  if (table.empty()) message.release();
+  message.envelope.ready_time = arrival.ready_time;
+  message.set_references(kept + static_cast<std::uint32_t>(readers.size()));
   // Each reader owns one reference; after the last delivery the message may be gone.
-  for (IntraProcessReader* reader : table) reader->deliver(message, arrival);
+  for (IntraProcessReader* reader : readers) reader->deliver(message, arrival);
 }
 
 std::size_t IntraProcessWriter::reader_count() const noexcept {

@@ -11,6 +11,8 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/keep_last_ring.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/transport/endpoint_events.hpp"
 #include "takt/transport/message_block.hpp"
 #include "takt/transport/message_type.hpp"
 #include "takt/transport/qos.hpp"
@@ -40,48 +42,76 @@ class IntraProcessReader {
   void leave() noexcept;
 
   /// `arrival` tells what the envelope tells: the message may be gone once it is in the ring.
-  void deliver(MessageBlock& message, const Arrival& arrival) noexcept {
+  void deliver(MessageBlock& message, Arrival arrival) noexcept {
+    if (address_ != 0 && !is_for_us(message)) [[unlikely]]
+      return message.release();
     MessageBlock* old =
         ring_.push(&message, arrival.sequence, arrival.ready_time.time_since_epoch().count());
     if (old != nullptr) drop(*old);
-    on_message(arrival);
+    if (has_deadline_) [[unlikely]]
+      events_->set_last_message(arrival.ready_time);
+    if (ArrivalListener* listener = listener_.load()) listener->announce(arrival);
   }
+
+  /// Who is told of messages, on the publisher's thread; nullptr: nobody. Who was told before may
+  /// still be until wait_for_readers() has returned.
+  void set_listener(ArrivalListener* listener) noexcept { listener_.store(listener); }
+
+  /// From here on only messages arrive whose first field, a uint64, is this number: so one topic
+  /// can carry what is for one reader each. Before join.
+  void set_address(std::uint64_t address) noexcept { address_ = address; }
 
   /// The oldest message, which the caller must release; nullptr when there is none.
   /// `more` tells whether more were there.
   MessageBlock* take(bool& more) noexcept {
-    return ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
+    MessageBlock* message = ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
+    if (message != nullptr && message->can_expire()) [[unlikely]]
+      return skip_expired(message, more);
+    return message;
   }
 
-  std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+  /// So many messages were sent to it, and overwritten before they came here.
+  void miss(std::uint64_t count) noexcept { missed_.fetch_add(count, std::memory_order_relaxed); }
+
+  std::uint64_t dropped() const noexcept {
+    return dropped_.load(std::memory_order_relaxed) + missed_.load(std::memory_order_relaxed);
+  }
   /// How many messages were sent to it: taken, dropped and waiting ones.
-  std::uint64_t expected() const noexcept { return ring_.pushed(); }
+  std::uint64_t expected() const noexcept {
+    return ring_.pushed() + missed_.load(std::memory_order_relaxed);
+  }
   /// Whether someone looks at the publish time; without, publishers spare the clock reading.
   void set_wants_time(bool wants) noexcept { wants_time_.store(wants, std::memory_order_relaxed); }
-  bool wants_time() const noexcept { return wants_time_.load(std::memory_order_relaxed); }
+  bool wants_time() const noexcept {
+    return has_deadline_ || wants_time_.load(std::memory_order_relaxed);
+  }
+  const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
  protected:
-  /// A message has arrived. Called on the publisher's thread, inside a read section.
-  virtual void on_message(const Arrival& arrival) noexcept = 0;
   const KeepLastRing<MessageBlock>& ring() const noexcept { return ring_; }
 
  private:
-  void drop(MessageBlock& message) noexcept {
-    dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
-    message.release();
-  }
+  bool is_for_us(const MessageBlock& message) const noexcept;
+  MessageBlock* skip_expired(MessageBlock* message, bool& more) noexcept;
+  void drop(MessageBlock& message) noexcept;
 
   const Endpoint endpoint_;
   KeepLastRing<MessageBlock> ring_;
+  std::atomic<ArrivalListener*> listener_{nullptr};
   std::atomic<bool> wants_time_{false};
-  std::atomic<std::uint64_t> dropped_{0};
+  std::atomic<std::uint64_t> dropped_{0}, missed_{0};
+  std::uint64_t address_ = 0;  // 0: every message is for us
+  const bool has_deadline_;
   bool joined_ = false;
+  const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();
 };
 
 /// The sending end. It holds an immutable table of matched readers; joining and leaving replace
 /// the table and wait until no publication uses the old one.
 /// Thread safety: write from any thread.
-/// Real-time: write is lock-free and allocates nothing; linear in the number of readers.
+/// Real-time: write is lock-free and allocates nothing; linear in the number of readers. Where the
+/// QoS is transient local, it keeps messages for who comes late, under a lock with priority
+/// inheritance that is held for a publication, or for handing them over.
 class IntraProcessWriter {
  public:
   IntraProcessWriter(Endpoint endpoint, Clock& clock);
@@ -90,16 +120,31 @@ class IntraProcessWriter {
   IntraProcessWriter& operator=(const IntraProcessWriter&) = delete;
 
   const Endpoint& endpoint() const noexcept { return endpoint_; }
-  /// Sends the message to every matched reader and gives up the caller's hold of it.
-  void write(MessageBlock& message) noexcept;
+  /// Sends the message to every matched reader and gives up the caller's hold of it, but for
+  /// `kept` of them.
+  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept;
   std::size_t reader_count() const noexcept;
+  const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
  private:
   friend class Topics;
   using Table = std::vector<IntraProcessReader*>;
+  /// The last messages.
+  struct History {
+    PiMutex mutex;  // a publication is in the history and in the table's rings, or in none
+    std::vector<MessageBlock*> messages;  // a ring of `depth`
+    std::size_t next = 0;                 // where the oldest is, once it is full
+  };
+
+  void send(MessageBlock& message, std::uint32_t kept) noexcept;
+  [[gnu::cold, gnu::noinline]] void send_by_policies(MessageBlock& message,
+                                                     std::uint32_t kept) noexcept;
 
   const Endpoint endpoint_;
   Clock& clock_;
+  const std::unique_ptr<History> history_;  // nullptr: nothing is kept
+  const bool has_policies_;                 // for which more is done than to send
+  const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();
   std::atomic<const Table*> table_;
 };
 

@@ -45,9 +45,12 @@ Endpoint on(std::string topic, const QoS& qos = {}) {
   return {std::move(topic), &message_type<T>(), qos};
 }
 
-class Reader final : public IntraProcessReader {
+class Reader final : public IntraProcessReader, ArrivalListener {
  public:
-  explicit Reader(Endpoint endpoint) : IntraProcessReader(std::move(endpoint)) { join(); }
+  explicit Reader(Endpoint endpoint) : IntraProcessReader(std::move(endpoint)) {
+    set_listener(this);
+    join();
+  }
   ~Reader() override { leave(); }
 
   MessageBlock* take() {
@@ -65,7 +68,7 @@ class Reader final : public IntraProcessReader {
   std::atomic<int> arrivals{0};
 
  private:
-  void on_message(const Arrival&) noexcept override { arrivals.fetch_add(1); }
+  void announce(Arrival) noexcept override { arrivals.fetch_add(1); }
 };
 
 class IntraProcessTest : public testing::Test {
@@ -207,7 +210,7 @@ TEST_F(IntraProcessTest, StampsMessagesOnlyWhenAReaderWantsTheTime) {
   const auto publish_time = [&] {
     write(writer, 1);
     MessageBlock* message = wants.take();
-    const TimePoint time = message->envelope.publish_time;
+    const TimePoint time = message->envelope.ready_time;
     message->release();
     does_not.take()->release();
     return time;
@@ -263,13 +266,80 @@ TEST_F(IntraProcessTest, DoesNotMatchABestEffortWriterWithAReliableReaderAndSays
   Logger::instance().flush();
   Logger::instance().set_writer({});
   EXPECT_THAT(lines,
-              ElementsAre("/a: a best-effort publisher does not serve a reliable subscription"));
+              ElementsAre("/a: a publisher offers less than a subscription asks for: reliability"));
+}
+
+TEST_F(IntraProcessTest, KeepsTheLastMessagesForReadersThatComeLate) {
+  const auto kept = [](std::size_t depth) { return on("/a", QoS(depth).transient_local()); };
+  IntraProcessWriter writer(kept(3), clock_);
+  Reader first(kept(10));
+  EXPECT_EQ(first.arrivals, 0);
+  write(writer, 1);
+  write(writer, 2);
+  Reader second(kept(10));
+  EXPECT_THAT(second.take_values(), ElementsAre(1, 2));
+  for (int value = 3; value <= 5; ++value) write(writer, value);
+  Reader late(kept(10)), small(kept(2)), indifferent(on("/a", 10));
+  write(writer, 6);
+  EXPECT_THAT(first.take_values(), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(second.take_values(), ElementsAre(3, 4, 5, 6));
+  EXPECT_THAT(late.take_values(), ElementsAre(3, 4, 5, 6));
+  EXPECT_THAT(small.take_values(), ElementsAre(5, 6));
+  EXPECT_EQ(small.dropped(), 1u);  // by the sixth: what it was handed over fitted
+  EXPECT_THAT(indifferent.take_values(), ElementsAre(6));
+}
+
+TEST_F(IntraProcessTest, KeepsNothingForReadersThatComeWhenTheWriterIsGone) {
+  {
+    IntraProcessWriter writer(on("/a", QoS(3).transient_local()), clock_);
+    write(writer, 1);
+  }
+  Reader late(on("/a", QoS(3).transient_local()));
+  EXPECT_EQ(late.arrivals, 0);
+}
+
+// Whenever it comes: without a gap, and nothing twice.
+TEST_F(IntraProcessTest, HandsOverToALateReaderWhereWhatIsSentFollows) {
+  IntraProcessWriter writer(on("/a", QoS(4).transient_local()), clock_);
+  std::atomic<bool> stop{false};
+  std::thread writing([&] {
+    for (int value = 1; !stop.load();) {
+      Block* block = loans_->acquire();
+      if (block == nullptr) continue;
+      block->message.value = value++;
+      writer.write(*block);
+    }
+  });
+  for (int round = 0; round < 200; ++round) {
+    Reader late(on("/a", QoS(1000).transient_local()));
+    while (late.arrivals < 8) std::this_thread::yield();
+    late.leave();
+    const std::vector<int> values = late.take_values();
+    for (std::size_t i = 1; i < values.size(); ++i) ASSERT_EQ(values[i], values[i - 1] + 1);
+  }
+  stop.store(true);
+  writing.join();
+}
+
+TEST_F(IntraProcessTest, DropsWhatIsOlderThanItsLifespan) {
+  IntraProcessWriter writer(on("/a", QoS(10).lifespan(100ms)), clock_);
+  Reader reader(on("/a"));
+  write(writer, 1);
+  clock_.advance(60ms);
+  write(writer, 2);
+  clock_.advance(41ms);
+  EXPECT_THAT(reader.take_values(), ElementsAre(2));
+  EXPECT_EQ(reader.dropped(), 1u);
+  write(writer, 3);
+  clock_.advance(101ms);
+  EXPECT_THAT(reader.take_values(), testing::IsEmpty());
+  EXPECT_EQ(reader.dropped(), 2u);
 }
 
 TEST_F(IntraProcessTest, WritesAndTakesWithoutAllocating) {
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
   Reader reader(on("/a", 2)), other(on("/a", 5));
-  IntraProcessWriter writer(on("/a"), clock_);
+  IntraProcessWriter writer(on("/a", QoS(3).transient_local().lifespan(1h)), clock_);
   write(writer, 0);  // this thread's first read section allocates
   const RealtimeScope scope;
   for (int i = 0; i < 10; ++i) write(writer, i);

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "takt/base/clock.hpp"
 #include "takt/base/pool.hpp"
-#include "takt/base/time.hpp"
 
 namespace takt {
 
@@ -18,13 +18,24 @@ struct Arrival {
   TimePoint ready_time;
 };
 
+/// Who wants to know of arrivals: an executor, or a wait set.
+class ArrivalListener {
+ public:
+  /// Something has arrived. Any thread, inside a read section; neither blocks nor allocates.
+  virtual void announce(Arrival arrival) noexcept = 0;
+
+ protected:
+  ~ArrivalListener() = default;
+};
+
 /// What travels with a message. `publish` fills it from the callback that it is called in, so
 /// chains, latencies and later logical execution time and tracing all live on this one hook.
 struct Envelope {
-  std::uint64_t sequence = 0;    // order of publication, over the process
-  TimePoint publish_time{};      // only when a receiver wants time
-  TimePoint root_release{};      // when the first callback of the chain became ready
+  std::uint64_t sequence = 0;        // order of publication, over the process
+  TimePoint ready_time{};            // when it was published; only when a receiver wants time
+  TimePoint root_release{};          // when the first callback of the chain became ready
   std::uint64_t chain_instance = 0;  // sequence of the first release of the chain; 0 outside chains
+  std::uint64_t way = 0;             // through which callbacks it has come, see extend_way
   Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
 };
 
@@ -33,7 +44,8 @@ struct Envelope {
 /// and is read-only afterwards.
 /// Real-time: release neither blocks nor allocates; the last one gives the payload back to its
 /// pool, or to the heap if the user's message came from there.
-class MessageBlock {
+/// Aligned: two messages in different threads' hands share no cache line.
+class alignas(64) MessageBlock {
  public:
   Envelope envelope;
 
@@ -42,6 +54,16 @@ class MessageBlock {
   void set_references(std::uint32_t count) noexcept {
     references_.store(count, std::memory_order_relaxed);  // published by the ring's swap
   }
+  /// Nobody gets it later than that. Only who has a lifespan says so, each time it is sent.
+  void expire_at(TimePoint expiry, const Clock& clock) noexcept {
+    expiry_ = expiry;
+    expiry_clock_ = &clock;
+  }
+  bool can_expire() const noexcept { return expiry_clock_ != nullptr; }
+  bool is_expired() const noexcept { return can_expire() && expiry_clock_->now() > expiry_; }
+
+  /// One more, for a caller who has one.
+  void retain() noexcept { references_.fetch_add(1, std::memory_order_relaxed); }
   void release() noexcept {
     // Acquire and release: pair with each other; all uses end before the payload goes.
     if (references_.load(std::memory_order_acquire) == 1 ||
@@ -67,6 +89,8 @@ class MessageBlock {
 
  private:
   std::atomic<std::uint32_t> references_{0};
+  const Clock* expiry_clock_ = nullptr;  // nullptr: it is delivered however old
+  TimePoint expiry_{};
 };
 
 /// A message that lives in its publisher's pool. It is constructed once and keeps its memory
@@ -74,6 +98,7 @@ class MessageBlock {
 template <class T>
 class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
  public:
+  LoanedBlock() : message() { payload_ = &message; }
   explicit LoanedBlock(const T& prototype) : message(prototype) { payload_ = &message; }
   T message;
 

@@ -11,6 +11,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "takt/transport/cdr.hpp"
+
 namespace takt {
 
 /// One field: its name, its type in IDL's words ("uint32", "sequence<float>"), and where it lies.
@@ -24,12 +26,15 @@ struct MessageField {
 /// One message type. Publishers and subscriptions match by name and layout hash.
 /// Thread safety: never changes.
 struct MessageType {
-  std::string name;  // as in ROS 2: "sensor_msgs/msg/LaserScan"
+  std::string name;  // as in ROS 2: "sensor_msgs/msg/LaserScan"; or an IDL type's: "robot::Scan"
   std::vector<MessageField> fields;
   std::size_t size = 0;
   std::size_t alignment = 0;
-  bool fixed_size = true;         // no strings, no sequences: may lie in shared memory
+  bool fixed_size = true;         // its bytes are all of it: no strings, no sequences
   std::uint64_t layout_hash = 0;  // of names, types and offsets of all fields, nested ones too
+  void (*encode)(const void* message, ByteBuffer& bytes) = nullptr;
+  /// False when the bytes are not such a message.
+  bool (*decode)(std::span<const std::byte> bytes, void* message) = nullptr;
 };
 
 /// A type that TAKT_MESSAGE has described.
@@ -57,7 +62,7 @@ struct FieldType {  // the general case: a nested message
   static bool fixed_size() { return message_type<T>().fixed_size; }
 };
 template <class T>
-  requires std::is_arithmetic_v<T> || std::same_as<T, std::byte>
+requires std::is_arithmetic_v<T> || std::same_as<T, std::byte>
 struct FieldType<T> {
   static std::string name() {
     if constexpr (std::same_as<T, bool>) return "boolean";
@@ -69,6 +74,10 @@ struct FieldType<T> {
   }
   static bool fixed_size() { return true; }
 };
+template <class T>
+requires(std::is_enum_v<T> && !std::same_as<T, std::byte>) struct FieldType<T>
+    : FieldType<std::underlying_type_t<T>> {
+};
 template <>
 struct FieldType<std::string> {
   static std::string name() { return "string"; }
@@ -77,6 +86,13 @@ struct FieldType<std::string> {
 template <class T>
 struct FieldType<std::vector<T>> {
   static std::string name() { return "sequence<" + FieldType<T>::name() + ">"; }
+  static bool fixed_size() { return false; }
+};
+template <class Container, std::size_t kMost>
+struct FieldType<Bounded<Container, kMost>> {
+  static std::string name() {
+    return "at_most<" + FieldType<Container>::name() + "," + std::to_string(kMost) + ">";
+  }
   static bool fixed_size() { return false; }
 };
 template <class T, std::size_t N>
@@ -88,6 +104,18 @@ struct FieldType<std::array<T, N>> {
 template <class T>
 MessageField describe_field(const char* name, std::size_t offset) {
   return {name, FieldType<T>::name(), offset, FieldType<T>::fixed_size()};
+}
+
+template <class T>
+void encode_message(const void* message, ByteBuffer& bytes) {
+  CdrWriter writer(bytes);
+  writer(*static_cast<const T*>(message));
+}
+template <class T>
+bool decode_message(std::span<const std::byte> bytes, void* message) {
+  CdrReader reader(bytes);
+  reader(*static_cast<T*>(message));
+  return reader.ok();
 }
 
 // Applies `macro(type, field)` to each further argument, with commas between.
@@ -104,17 +132,28 @@ MessageField describe_field(const char* name, std::size_t offset) {
 #define TAKT_DESCRIBE_FIELD(type, field) \
   ::takt::describe_field<decltype(type::field)>(#field, offsetof(type, field))
 
+#define TAKT_VISIT_FIELD(message, field) visitor(message.field)
+
 /// `TAKT_MESSAGE(LaserScan, "sensor_msgs/msg/LaserScan", stamp, ranges);` in the namespace of the
 /// aggregate, with its fields in order of declaration, at most 80 of them: makes it a message.
-#define TAKT_MESSAGE(Type, type_name, ...)                                       \
-  [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {             \
-    static const ::takt::MessageType type = ::takt::finish_message_type(                          \
-        {.name = type_name,                                                                       \
-         .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},         \
-         .size = sizeof(Type),                                                                    \
-         .alignment = alignof(Type)});                                                            \
-    return type;                                                                                  \
-  }                                                                                               \
+#define TAKT_MESSAGE(Type, type_name, ...)                                                  \
+  [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {       \
+    static const ::takt::MessageType type = ::takt::finish_message_type(                    \
+        {.name = type_name,                                                                 \
+         .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},   \
+         .size = sizeof(Type),                                                              \
+         .alignment = alignof(Type),                                                        \
+         .fixed_size = std::is_trivially_copyable_v<Type>,                                  \
+         .encode = &::takt::encode_message<Type>,                                           \
+         .decode = &::takt::decode_message<Type>});                                         \
+    return type;                                                                            \
+  }                                                                                         \
+  template <class Visitor, class Message>                                                   \
+  requires std::same_as<std::remove_const_t<Message>, Type>                                 \
+  void takt_visit_fields(Visitor& visitor, [[maybe_unused]] Message& message) {             \
+    __VA_OPT__(TAKT_FOR_EACH(TAKT_VISIT_FIELD, message, __VA_ARGS__); if constexpr (false)) \
+    visitor.no_fields();                                                                    \
+  }                                                                                         \
   static_assert(true, "so that the macro ends in a semicolon")
 
 }  // namespace takt

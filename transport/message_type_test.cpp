@@ -99,6 +99,12 @@ static_assert(Message<Point>);
 static_assert(!Message<Undescribed>);
 static_assert(!Message<int>);
 
+struct Hiding {
+  std::int32_t told = 0;
+  std::string untold;
+};
+TAKT_MESSAGE(Hiding, "test_msgs/msg/Hiding", told);
+
 TEST(MessageType, KnowsNameSizeAndAlignment) {
   const MessageType& type = message_type<Point>();
   EXPECT_EQ(type.name, "geometry_msgs/msg/Point");
@@ -137,6 +143,7 @@ TEST(MessageType, IsOfFixedSizeWithoutStringsAndSequencesOnly) {
         << field.name;
   }
   EXPECT_TRUE(message_type<HoldsBase>().fixed_size);
+  EXPECT_FALSE(message_type<Hiding>().fixed_size);  // as its bytes are not all of it
 }
 
 TEST(MessageType, MayHaveNoFieldsAndEightyFields) {

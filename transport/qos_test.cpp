@@ -11,6 +11,7 @@
 namespace takt {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::ThrowsMessage;
 
 TEST(QoS, IsAReliableHistoryOfTenMessagesByDefault) {
@@ -31,12 +32,40 @@ TEST(QoS, CanBeChangedInOneExpression) {
 }
 
 TEST(QoS, ServesWhoAsksForNoMoreThanIsOffered) {
-  const QoS reliable = QoS().reliable();
-  const QoS best_effort = QoS().best_effort();
-  EXPECT_TRUE(reliable.serves(reliable));
-  EXPECT_TRUE(reliable.serves(best_effort));
-  EXPECT_TRUE(best_effort.serves(best_effort));
-  EXPECT_FALSE(best_effort.serves(reliable));
+  const QoS usual, best_effort = QoS().best_effort(), kept = QoS().transient_local(),
+                   manual = QoS().liveliness(Liveliness::manual_by_topic);
+  const auto deadline = [](Nanoseconds period) { return QoS().deadline(period); };
+  const auto lease = [](Nanoseconds time) { return QoS().liveliness_lease_duration(time); };
+  EXPECT_EQ(usual.refuses(usual), "");
+  EXPECT_EQ(usual.refuses(best_effort), "");
+  EXPECT_EQ(best_effort.refuses(usual), "reliability");
+  EXPECT_EQ(kept.refuses(usual), "");
+  EXPECT_EQ(usual.refuses(kept), "durability");
+  EXPECT_EQ(deadline(10ms).refuses(usual), "");
+  EXPECT_EQ(deadline(10ms).refuses(deadline(10ms)), "");
+  EXPECT_EQ(deadline(11ms).refuses(deadline(10ms)), "deadline");
+  EXPECT_EQ(usual.refuses(deadline(10ms)), "deadline");
+  EXPECT_EQ(manual.refuses(usual), "");
+  EXPECT_EQ(usual.refuses(manual), "liveliness");
+  EXPECT_EQ(usual.refuses(lease(1s)), "lease_duration");
+  EXPECT_EQ(lease(1s).refuses(lease(1s)), "");
+  EXPECT_EQ(QoS().lifespan(1s).refuses(QoS()), "");
+}
+
+TEST(QoS, HasTheProfilesOfRclcpp) {
+  EXPECT_EQ(qos_profile("sensor_data"), QoS(5).best_effort());
+  EXPECT_EQ(qos_profile("system_default"), QoS(10));
+  EXPECT_EQ(qos_profile("sensors"), std::nullopt);
+  for (const std::string& name : qos_profile_names()) EXPECT_NO_THROW(qos_profile(name)->check());
+}
+
+TEST(QoS, OfTheCodeHoldsWhereNothingElseIsDecided) {
+  const QoS code = QoS(7).transient_local().deadline(5ms);
+  EXPECT_EQ(QosOverrides{}.over(code), code);
+  EXPECT_EQ(QosOverrides{.reliability = Reliability::best_effort}.over(code),
+            QoS(7).transient_local().deadline(5ms).best_effort());
+  EXPECT_EQ((QosOverrides{.profile = *qos_profile("sensor_data"), .depth = 3}.over(code)),
+            QoS(3).best_effort());
 }
 
 TEST(QoS, RefusesADepthThatARingCannotHold) {
@@ -47,6 +76,10 @@ TEST(QoS, RefusesADepthThatARingCannotHold) {
               ThrowsMessage<Error>(
                   "a history of 16385 messages cannot be kept; choose a depth from 1 to 16384"));
   EXPECT_NO_THROW(QoS(1).check());
+  EXPECT_NO_THROW(QoS().keep_all().check());
+  EXPECT_THAT([] { QoS().lifespan(-1ns).check(); },
+              ThrowsMessage<Error>(
+                  "a lifespan of -1 ns cannot be kept; choose one above 0, or 0 for none"));
   EXPECT_NO_THROW(QoS(KeepLastRing<int>::kMaxDepth).check());
 }
 

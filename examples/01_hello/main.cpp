@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
 
   const auto publisher = talker->create_publisher<Greeting>("greeting", 10);
   int count = 0;
-  const auto timer = talker->create_timer("tick", 100ms, [&] { publisher->publish(Greeting{++count}); });
+  const auto timer =
+      talker->create_timer("tick", 100ms, [&] { publisher->publish(Greeting{++count}); });
   const auto subscription =
       listener->create_subscription<Greeting>("greeting", 10, [&](const Greeting& greeting) {
         fmt::print("hello {}\n", greeting.number);

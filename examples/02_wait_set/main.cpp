@@ -1,8 +1,9 @@
 // One's own loop instead of an executor: wait for two inputs, take both, act once.
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
+#include <optional>
 #include <thread>
+
+#include <fmt/format.h>
 
 #include "takt/entities/node.hpp"
 #include "takt/executors/wait_set.hpp"
@@ -30,13 +31,14 @@ int main() {
     }
   });
 
-  Wheel left_wheel, right_wheel;
-  for (int pairs = 0; pairs < 5;) {
-    // Both are needed: while only one is there, it is left where it is and we wait for the other.
-    if (wait_set.wait().size() < 2) continue;
-    left->take(left_wheel);
-    right->take(right_wheel);
-    fmt::print("turned by {}\n", right_wheel.ticks - left_wheel.ticks);
-    ++pairs;
+  for (int pairs = 0; pairs < 5; ++pairs) {
+    // Both are needed. What is ready is taken at once, so that the next wait sleeps.
+    std::optional<Wheel> left_wheel, right_wheel;
+    while (!left_wheel || !right_wheel) {
+      wait_set.wait();
+      if (Wheel wheel; left->take(wheel)) left_wheel = wheel;
+      if (Wheel wheel; right->take(wheel)) right_wheel = wheel;
+    }
+    fmt::print("turned by {}\n", right_wheel->ticks - left_wheel->ticks);
   }
 }

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "commands.hpp"
 #include "takt/containers/system_description.hpp"
+
+#include "commands.hpp"
 
 namespace takt::tools {
 

@@ -3,9 +3,10 @@
 #ifndef TAKT_TOOLS_TAKT_COMMANDS_HPP_
 #define TAKT_TOOLS_TAKT_COMMANDS_HPP_
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+#include <CLI/CLI.hpp>
 
 namespace takt::tools {
 
@@ -13,9 +14,16 @@ namespace takt::tools {
 inline constexpr int kBadUsage = 2;
 
 void add_list(CLI::App& app);
+void add_bench(CLI::App& app);
 void add_check(CLI::App& app);
 void add_run(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_component(CLI::App& app);
+void add_doctor(CLI::App& app);
+void add_latency(CLI::App& app);
+void add_lifecycle(CLI::App& app);
+void add_plan(CLI::App& app);
+void add_reference(CLI::App& app);
 
 }  // namespace takt::tools
 

@@ -1,20 +1,21 @@
 // takt compare: the same system under each executor and scheduler, interleaved, in one table.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <csignal>
-
-#include "commands.hpp"
-#include "comparison.hpp"
-#include "result_json.hpp"
-#include "table.hpp"
+#include "takt/base/histogram.hpp"
 #include "takt/containers/duration.hpp"
 #include "takt/containers/system_description.hpp"
+#include "takt/rt_tests/rounds.hpp"
+
+#include "commands.hpp"
+#include "report.hpp"
+#include "result_json.hpp"
+#include "run_again.hpp"
+#include "table.hpp"
 
 namespace takt::tools {
 namespace {
@@ -23,53 +24,40 @@ using nlohmann::json;
 
 struct Options {
   std::vector<std::string> files;
-  std::string executors = "all", schedulers, duration = "5s", report, json;
+  std::string executors = "all", schedulers, compositions = "file", duration = "5s", report, json;
   int repeat = 1;
 };
 
-/// "all", or a list with commas, every word of which must be registered.
+/// All repeats of one chain, over all processes that it goes through.
+struct ChainComparison {
+  std::uint64_t instances = 0, misses = 0, aborted = 0;
+  Histogram latency;
+};
+
+/// All repeats of one file under one executor and scheduler.
+struct Comparison {
+  std::string file, executor, scheduler, composition = "file";
+  Histogram latency;        // of all subscriptions, over all repeats
+  Histogram timer_latency;  // due → start
+  std::uint64_t received = 0, lost = 0, dropped = 0, late = 0, too_late = 0, deadline_misses = 0;
+  std::map<std::string, ChainComparison> chains;  // by name
+  // One value a repeat; tables show the median.
+  std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
+};
+
+/// As the file says, and nothing else.
+constexpr std::string_view kFile = "file";
+
+/// "all", or a list with commas, every word of which must be registered, or kFile.
 template <class AnyRegistry>
 std::vector<std::string> selection(const std::string& text, const AnyRegistry& registry) {
   if (text == "all") return registry.names();
   std::vector<std::string> names;
   for (const std::string& name : CLI::detail::split(text, ',')) {
-    registry.check(name);
+    if (name != kFile) registry.check(name);
     names.push_back(name);
   }
   return names;
-}
-
-/// Runs this very program again, so that each run has a fresh process, and reads its JSON.
-json run_again(std::vector<std::string> arguments) {
-  std::array<int, 2> pipe_ends{};
-  if (pipe(pipe_ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
-  const pid_t child = fork();
-  if (child < 0) throw Error("no process: " + errno_message(errno));
-  if (child == 0) {
-    dup2(pipe_ends[1], STDOUT_FILENO);
-    close(pipe_ends[0]);
-    close(pipe_ends[1]);
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    execv("/proc/self/exe", argv.data());
-    _exit(127);
-  }
-  close(pipe_ends[1]);
-  std::string text;
-  std::array<char, 65536> buffer;
-  for (ssize_t size; (size = read(pipe_ends[0], buffer.data(), buffer.size())) > 0;) {
-    text.append(buffer.data(), static_cast<std::size_t>(size));
-  }
-  close(pipe_ends[0]);
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    throw Error(fmt::format("a run ended with status {}", WIFEXITED(status) ? WEXITSTATUS(status)
-                                                                            : WTERMSIG(status)),
-                "see its message above");
-  }
-  return json::parse(text).at("runs").at(0);
 }
 
 void add_run(Comparison& row, const json& run) {
@@ -86,73 +74,146 @@ void add_run(Comparison& row, const json& run) {
       into += callback.at(key).get<std::uint64_t>();
     };
     sum("received", row.received);
-    sum("expected", row.expected);
     sum("lost", row.lost);
     sum("dropped", row.dropped);
     sum("late", row.late);
     sum("too_late", row.too_late);
     sum("deadline_misses", row.deadline_misses);
   }
+  for (const json& chain : run.at("chains")) {
+    ChainComparison& sum = row.chains[chain.at("name")];
+    sum.instances += chain.at("instances").get<std::uint64_t>();
+    sum.misses += chain.at("misses").get<std::uint64_t>();
+    sum.aborted += chain.at("aborted").get<std::uint64_t>();
+    sum.latency.merge(read_histogram(chain.at("latency_us")));
+  }
   for (const json& thread : run.at("threads")) wakeups += thread.at("wakeups").get<double>();
   row.latency.merge(latency);
-  const json& process = run.at("processes").at(0);
-  row.p99_us.push_back(static_cast<double>(latency.percentile(0.99).count()) / 1e3);
-  row.cpu_percent.push_back(process.at("cpu_percent"));
+  double cpu_percent = 0, pss_kb = 0;
+  for (const json& process : run.at("processes")) {
+    cpu_percent += process.at("cpu_percent").get<double>();
+    pss_kb += process.at("pss_kb").get<double>();
+  }
+  row.cpu_percent.push_back(cpu_percent);
   row.wakeups_per_s.push_back(wakeups / run.at("duration_s").get<double>());
-  row.pss_mb.push_back(process.at("pss_kb").get<double>() / 1024);
+  row.pss_mb.push_back(pss_kb / 1024);
+}
+
+/// What tells the rows apart.
+class Names {
+ public:
+  explicit Names(const std::vector<Comparison>& rows)
+      : has_schedulers_(std::any_of(rows.begin(), rows.end(),
+                                    [](const auto& row) { return !row.scheduler.empty(); })),
+        has_compositions_(std::any_of(rows.begin(), rows.end(),
+                                      [](const auto& row) { return row.composition != "file"; })) {}
+
+  std::vector<std::string> header(const std::vector<std::string>& rest) const {
+    return cells("executor", "scheduler", "composition", rest);
+  }
+  std::vector<std::string> row(const Comparison& row, const std::vector<std::string>& rest) const {
+    return cells(row.executor, row.scheduler, row.composition, rest);
+  }
+
+ private:
+  std::vector<std::string> cells(const std::string& executor, const std::string& scheduler,
+                                 const std::string& composition,
+                                 const std::vector<std::string>& rest) const {
+    std::vector<std::string> cells{executor};
+    if (has_schedulers_) cells.push_back(scheduler);
+    if (has_compositions_) cells.push_back(composition);
+    cells.insert(cells.end(), rest.begin(), rest.end());
+    return cells;
+  }
+  const bool has_schedulers_, has_compositions_;
+};
+
+std::vector<std::string> percentiles(const Histogram& latency) {
+  std::vector<std::string> cells;
+  for (const double fraction : {0.5, 0.9, 0.99, 0.999, 1.0}) {
+    cells.push_back(latency.count() == 0 ? "-" : microseconds(latency.percentile(fraction)));
+  }
+  return cells;
 }
 
 void print(const std::vector<Comparison>& rows, int repeats) {
-  const bool has_schedulers = std::any_of(rows.begin(), rows.end(),
-                                          [](const auto& row) { return !row.scheduler.empty(); });
-  std::string file;
+  const Names names(rows);
+  const std::string runs =
+      fmt::format("{} run{} each, interleaved", repeats, repeats == 1 ? "" : "s");
   for (std::size_t first = 0; first < rows.size();) {
-    std::vector<std::string> header{"executor"};
-    if (has_schedulers) header.emplace_back("scheduler");
-    for (const char* name : {"received", "lost", "dropped", "late", "too_late", "misses", "p50", "p90",
-                             "p99", "p99.9", "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}) {
-      header.emplace_back(name);
-    }
-    Table table(header);
-    file = rows[first].file;
+    const std::string file = rows[first].file;
+    Table table(
+        names.header({"received", "lost", "dropped", "late", "too_late", "misses", "p50", "p90",
+                      "p99", "p99.9", "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
+    // By chain, so that what is compared stands together.
+    std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
     for (; first < rows.size() && rows[first].file == file; ++first) {
       const Comparison& row = rows[first];
-      std::vector<std::string> cells{row.executor};
-      if (has_schedulers) cells.push_back(row.scheduler);
-      for (const std::uint64_t count : {row.received, row.lost, row.dropped, row.late, row.too_late,
-                                        row.deadline_misses}) {
+      std::vector<std::string> cells;
+      for (const std::uint64_t count :
+           {row.received, row.lost, row.dropped, row.late, row.too_late, row.deadline_misses}) {
         cells.push_back(std::to_string(count));
       }
-      for (const double fraction : {0.5, 0.9, 0.99, 0.999, 1.0}) {
-        cells.push_back(microseconds(row.latency.percentile(fraction)));
-      }
+      for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
       cells.push_back(microseconds(row.timer_latency.percentile(0.99)));
-      cells.push_back(fmt::format("{:.2f}", median(row.cpu_percent)));
-      cells.push_back(fmt::format("{:.0f}", median(row.wakeups_per_s)));
-      cells.push_back(fmt::format("{:.1f}", median(row.pss_mb)));
-      table.add(std::move(cells));
+      cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
+      cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
+      cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
+      table.add(names.row(row, cells));
+      for (const auto& [name, chain] : row.chains) {
+        std::vector<std::string> chain_cells{name, std::to_string(chain.instances),
+                                             std::to_string(chain.misses),
+                                             std::to_string(chain.aborted)};
+        for (std::string& cell : percentiles(chain.latency)) chain_cells.push_back(std::move(cell));
+        by_chain[name].push_back(names.row(row, chain_cells));
+      }
     }
-    table.print(fmt::format("{} ({} run{} each, interleaved; latency of subscriptions in µs, "
-                            "publish → callback)",
-                            file, repeats, repeats == 1 ? "" : "s"));
+    table.print(
+        fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", file, runs));
+    Table chains(names.header(
+        {"chain", "instances", "misses", "aborted", "p50", "p90", "p99", "p99.9", "max"}));
+    for (auto& [name, chain_rows] : by_chain) {
+      for (auto& row : chain_rows) chains.add(std::move(row));
+    }
+    chains.print(fmt::format("{} ({}; chains, release of the first callback → end of the last, µs)",
+                             file, runs));
   }
 }
 
 void compare(const Options& options) {
+  for (const std::string& file : options.files) read_system(file);  // may bring schedulers
   const std::vector<std::string> executor_names = selection(options.executors, executors());
   const std::vector<std::string> scheduler_names =
       options.schedulers.empty() ? std::vector<std::string>{""}
                                  : selection(options.schedulers, schedulers());
-  parse_duration(options.duration);
+  const std::vector<std::string> composition_names =
+      options.compositions == "all" ? std::vector<std::string>{"single", "per-node"}
+                                    : CLI::detail::split(options.compositions, ',');
+  for (const std::string& name : composition_names) {
+    const std::vector<std::string> valid{"file", "single", "per-node"};
+    if (std::find(valid.begin(), valid.end(), name) == valid.end()) {
+      throw Error(fmt::format("there is no composition '{}'", name), suggest(name, valid));
+    }
+  }
+  parse_run_time(options.duration);
+  check_writable(options.json);
+  if (!options.report.empty()) check_report(options.report);
   std::vector<Comparison> rows;
   for (const std::string& file : options.files) {
-    read_system(file);
     for (const std::string& executor : executor_names) {
       for (const std::string& scheduler : scheduler_names) {
-        rows.push_back({.file = file, .executor = executor, .scheduler = scheduler});
+        for (const std::string& composition : composition_names) {
+          rows.push_back({.file = file,
+                          .executor = executor,
+                          .scheduler = scheduler,
+                          .composition = composition});
+        }
       }
     }
   }
+  // The runs get theirs from us, and nothing from the environment.
+  unsetenv("TAKT_EXECUTOR");
+  unsetenv("TAKT_SCHEDULER");
   json runs = json::array();
   std::size_t done = 0;
   const bool shows_progress = isatty(STDERR_FILENO) != 0;
@@ -161,15 +222,18 @@ void compare(const Options& options) {
       if (shows_progress) {
         fmt::print(stderr, "\r\033[K{} of {}: {} {}", ++done,
                    rows.size() * static_cast<std::size_t>(options.repeat), row.executor,
-                   row.scheduler);
+                   fmt::format("{} {}", row.scheduler, row.composition));
       }
-      std::vector<std::string> arguments{"takt",  "run",        row.file, "--executor",
-                                         row.executor, "--duration", options.duration,
-                                         "--json", "-",          "--histograms"};
-      if (!row.scheduler.empty()) {
+      std::vector<std::string> arguments{"run",          row.file, "--duration",   options.duration,
+                                         "--json",       "-",      "--histograms", "--composition",
+                                         row.composition};
+      if (row.executor != kFile) {
+        arguments.insert(arguments.end(), {"--executor", row.executor});
+      }
+      if (!row.scheduler.empty() && row.scheduler != kFile) {
         arguments.insert(arguments.end(), {"--scheduler", row.scheduler});
       }
-      json run = run_again(std::move(arguments));
+      json run = run_again(std::move(arguments)).at("runs").at(0);
       run["repeat"] = repeat;
       add_run(row, run);
       runs.push_back(std::move(run));
@@ -177,21 +241,12 @@ void compare(const Options& options) {
   }
   if (shows_progress) fmt::print(stderr, "\r\033[K");
   if (options.json != "-") print(rows, options.repeat);
-  if (!options.json.empty()) write_json(result_document(std::move(runs)), options.json);
-  if (!options.report.empty()) {
-    write_report(rows, options.report);
-    fmt::print(stderr, "report: {}\n", options.report);
-  }
+  const json document = result_document(std::move(runs));
+  if (!options.json.empty()) write_json(document, options.json);
+  if (!options.report.empty()) write_report(document, options.report);
 }
 
 }  // namespace
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
 
 void add_compare(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
@@ -199,9 +254,12 @@ void add_compare(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads")
       ->required();
-  command->add_option("--executors", options->executors, "all, or a list: events,single_threaded");
+  command->add_option("--executors", options->executors,
+                      "all, or a list: events,single_threaded; file: as the file says");
   command->add_option("--schedulers", options->schedulers,
                       "all, or a list; without it each executor has its own");
+  command->add_option("--compositions", options->compositions,
+                      "file, single, per-node, or a list; all: single,per-node");
   command->add_option("--duration", options->duration, "Of each run: 5s");
   command->add_option("--repeat", options->repeat, "Runs of each")->check(CLI::Range(1, 1000));
   command->add_option("--report", options->report, "Write an HTML page too");

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "commands.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backend.hpp"
+
+#include "commands.hpp"
 
 namespace takt::tools {
 namespace {
@@ -18,20 +20,45 @@ void print(const AnyRegistry& registry) {
   }
 }
 
+// Whether this kernel grants one is known when it is made.
+void print_wait_backends() {
+  const WaitBackendRegistry& registry = wait_backends();
+  for (const std::string& name : registry.names()) {
+    std::string granted = "granted";
+    try {
+      registry.make(name, 1);
+    } catch (const Error& error) {
+      granted = fmt::format("refused: {}", error.what());
+    }
+    fmt::print("{:<8}  {}; {}\n", name, registry.description(name), granted);
+  }
+}
+
 }  // namespace
 
 void add_list(CLI::App& app) {
   CLI::App* command = app.add_subcommand("list", "What can be chosen by name, one a line");
   const auto kind = std::make_shared<std::string>();
-  command->add_option("KIND", *kind, "executors, schedulers, transports or components")
+  command
+      ->add_option("KIND", *kind, "executors, schedulers, wait_backends, transports or components")
       ->required()
-      ->check(CLI::IsMember({"executors", "schedulers", "transports", "components"}));
+      ->check(
+          CLI::IsMember({"executors", "schedulers", "wait_backends", "transports", "components"}));
   command->footer("Example:\n  takt list executors\n");
   command->callback([kind] {
     if (*kind == "executors") print(executors());
     if (*kind == "schedulers") print(schedulers());
-    if (*kind == "components") print(components());
-    if (*kind == "transports") fmt::print("intra  by pointer inside one process\n");
+    if (*kind == "wait_backends") print_wait_backends();
+    if (*kind == "components") {
+      print(components());
+      for (const auto& [name, library] : component_index()) fmt::print("{}  {}\n", name, library);
+    }
+    if (*kind == "transports") {
+      fmt::print(
+          "intra  by pointer inside one process\n"
+          "dds    through Cyclone DDS, between processes and inside one\n"
+          "shm    dds, with messages of fixed size by shared memory\n");
+    }
   });
 }
 

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "commands.hpp"
+#include "takt/base/version.hpp"
 #include "takt/containers/system_description.hpp"
+
+#include "commands.hpp"
 
 int main(int argc, char** argv) {
   using namespace takt;
@@ -17,10 +19,19 @@ int main(int argc, char** argv) {
   tools::add_list(app);
   tools::add_check(app);
   tools::add_run(app);
+  tools::add_bench(app);
   tools::add_compare(app);
+  tools::add_component(app);
+  tools::add_doctor(app);
+  tools::add_latency(app);
+  tools::add_lifecycle(app);
+  tools::add_plan(app);
+  tools::add_reference(app);
   try {
     app.parse(argc, argv);
     return 0;
+  } catch (const CLI::RuntimeError& error) {  // not of usage: a command found something wrong
+    return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : tools::kBadUsage;
   } catch (const ConfigurationError& error) {

@@ -1,45 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_json.hpp"
 
-#include <fmt/format.h>
-#include <sys/utsname.h>
-
 #include <fstream>
-#include <thread>
+
+#include <fmt/format.h>
+
+#include "takt/base/version.hpp"
+#include "takt/rt_tests/machine.hpp"
+#include "takt/rt_tests/rounds.hpp"
 
 namespace takt::tools {
 namespace {
 
 using nlohmann::json;
 
-double us(Nanoseconds duration) { return static_cast<double>(duration.count()) / 1e3; }
-
-std::string cpu_model() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  }
-  return "unknown";
-}
-
-json machine() {
-  utsname name{};
-  uname(&name);
-  double load = 0;
-  std::ifstream("/proc/loadavg") >> load;
-  return {{"cpu", cpu_model()},       {"cpus", std::thread::hardware_concurrency()},
-          {"kernel", name.release},   {"kernel_version", name.version},
-          {"architecture", name.machine}, {"load_average", load},
-          {"compiler", __VERSION__}};
-}
-
 json histogram_json(const Histogram& histogram, bool with_buckets) {
-  json result = {{"mean", us(histogram.mean())},
-                 {"p50", us(histogram.percentile(0.5))},
-                 {"p90", us(histogram.percentile(0.9))},
-                 {"p99", us(histogram.percentile(0.99))},
-                 {"p999", us(histogram.percentile(0.999))},
-                 {"max", us(histogram.max())}};
+  json result = {{"mean", rt::us(histogram.mean())},
+                 {"p50", rt::us(histogram.percentile(0.5))},
+                 {"p90", rt::us(histogram.percentile(0.9))},
+                 {"p99", rt::us(histogram.percentile(0.99))},
+                 {"p999", rt::us(histogram.percentile(0.999))},
+                 {"max", rt::us(histogram.max())}};
   if (with_buckets) {
     json buckets = json::array();
     histogram.for_each_bucket([&](std::size_t bucket, Nanoseconds, std::uint64_t count) {
@@ -50,21 +31,45 @@ json histogram_json(const Histogram& histogram, bool with_buckets) {
   return result;
 }
 
-json attributes_json(const ThreadAttributes& asked) {
-  return {{"policy", std::string(to_string(asked.policy))},
-          {"priority", asked.priority},
-          {"nice", asked.nice},
-          {"affinity", asked.affinity}};
+/// Of ThreadAttributes and ThreadState what they have in common.
+template <class Attributes>
+json attributes_json(const Attributes& attributes) {
+  json result = {{"policy", std::string(to_string(attributes.policy))},
+                 {"priority", attributes.priority},
+                 {"nice", attributes.nice},
+                 {"affinity", attributes.affinity}};
+  if (attributes.policy == ThreadPolicy::deadline) {
+    result["runtime_us"] = rt::us(attributes.runtime);
+    result["deadline_us"] = rt::us(attributes.deadline);
+    result["period_us"] = rt::us(attributes.period);
+  }
+  return result;
+}
+
+json trace_json(const std::string& process, const ThreadStatistics& thread) {
+  json events = json::array();
+  for (const NamedTraceEvent& event : thread.trace) {
+    const auto ns = [](TimePoint time) { return time.time_since_epoch().count(); };
+    events.push_back({event.name, std::string(to_string(event.kind)), event.sequence,
+                      event.chain_instance, event.lost, ns(event.ready), ns(event.start),
+                      ns(event.end)});
+  }
+  return {{"process", process},
+          {"thread", thread.in_force.name},
+          {"tid", thread.in_force.tid},
+          {"overwritten", thread.trace_overwritten},
+          {"events", std::move(events)}};
 }
 
 }  // namespace
 
 json result_document(json runs) {
-  return {{"takt", {{"version", TAKT_VERSION}}}, {"machine", machine()}, {"runs", std::move(runs)}};
+  return {{"takt", {{"version", TAKT_VERSION}}},
+          {"machine", rt::machine_json()},
+          {"runs", std::move(runs)}};
 }
 
-json run_json(const RunDescription& description, const ProcessResult& process,
-              bool with_histograms) {
+json process_json(const ProcessResult& process) {
   json callbacks = json::array();
   for (const auto& callback : process.callbacks) {
     const CallbackStatistics& statistics = callback.statistics;
@@ -77,22 +82,30 @@ json run_json(const RunDescription& description, const ProcessResult& process,
                          {"topic", statistics.topic},
                          {"received", statistics.received},
                          {"expected", statistics.expected},
+                         {"from_outside", statistics.from_outside},
                          {"lost", callback.lost()},
                          {"dropped", statistics.dropped},
                          {"late", statistics.late},
                          {"too_late", statistics.too_late},
                          {"deadline_misses", statistics.deadline_misses},
                          {"overruns", statistics.overruns},
-                         {"latency_us", histogram_json(statistics.latency, with_histograms)},
-                         {"execution_us", histogram_json(statistics.execution, with_histograms)}});
+                         {"latency_us", histogram_json(statistics.latency, true)},
+                         {"execution_us", histogram_json(statistics.execution, true)}});
   }
-  json threads = json::array();
+  json chains = json::array();
+  for (const auto& chain : process.chains) {
+    chains.push_back({{"process", process.name},
+                      {"name", chain.name},
+                      {"deadline_us", rt::us(chain.deadline)},
+                      {"instances", chain.statistics.instances},
+                      {"misses", chain.statistics.misses},
+                      {"aborted", chain.statistics.aborted},
+                      {"latency_us", histogram_json(chain.statistics.latency, true)}});
+  }
+  json threads = json::array(), trace = json::array();
   for (const auto& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;
-    json in_force = {{"policy", std::string(to_string(statistics.in_force.policy))},
-                     {"priority", statistics.in_force.priority},
-                     {"nice", statistics.in_force.nice},
-                     {"affinity", statistics.in_force.affinity}};
+    json in_force = attributes_json(statistics.in_force);
     if (!statistics.in_force.refused.empty()) in_force["refused"] = statistics.in_force.refused;
     threads.push_back({{"process", process.name},
                        {"executor", thread.executor},
@@ -101,26 +114,24 @@ json run_json(const RunDescription& description, const ProcessResult& process,
                        {"in_force", std::move(in_force)},
                        {"cpu_percent", statistics.cpu_percent()},
                        {"wakeups", statistics.counters.voluntary_switches}});
+    if (!statistics.trace.empty()) trace.push_back(trace_json(process.name, statistics));
   }
-  json notes = process.notes;
-  return {{"file", description.file},
-          {"executor", description.executor},
-          {"scheduler", description.scheduler},
-          {"composition", description.composition},
-          {"transport", description.transport},
-          {"duration_s", process.duration_s},
-          {"repeat", description.repeat},
-          {"callbacks", std::move(callbacks)},
-          {"chains", json::array()},
-          {"threads", std::move(threads)},
-          {"processes",
-           json::array({{{"name", process.name},
-                         {"pss_kb", process.pss_kb},
-                         {"cpu_percent", process.cpu_percent},
-                         {"allocations_while_spinning",
-                          process.allocations_counted ? json(process.allocations_while_spinning)
-                                                      : json()}}})},
-          {"notes", std::move(notes)}};
+  const auto counted = [&](std::uint64_t count) {
+    return process.allocations_counted ? json(count) : json();
+  };
+  return {
+      {"duration_s", process.duration_s},
+      {"callbacks", std::move(callbacks)},
+      {"chains", std::move(chains)},
+      {"threads", std::move(threads)},
+      {"processes",
+       json::array({{{"name", process.name},
+                     {"pss_kb", process.pss_kb},
+                     {"cpu_percent", process.cpu_percent},
+                     {"allocations_while_spinning", counted(process.allocations_while_spinning)},
+                     {"allocations_in_dds", counted(process.allocations_in_dds)}}})},
+      {"trace", std::move(trace)},
+      {"notes", process.notes}};
 }
 
 Histogram read_histogram(const json& latency) {
@@ -129,6 +140,11 @@ Histogram read_histogram(const json& latency) {
     histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
   }
   return histogram;
+}
+
+void check_writable(const std::string& path) {
+  if (path.empty() || path == "-" || std::ofstream(path, std::ios::app)) return;
+  throw Error("results could not be written", "choose a place that can be", path);
 }
 
 void write_json(const json& document, const std::string& path) {

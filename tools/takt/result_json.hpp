@@ -3,26 +3,25 @@
 #ifndef TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include <nlohmann/json.hpp>
 
 #include "takt/containers/result.hpp"
 
 namespace takt::tools {
 
-/// How a run was asked for.
-struct RunDescription {
-  std::string file, executor = "file", scheduler = "file", composition = "file", transport = "auto";
-  int repeat = 0;
-};
-
 /// The whole document: version, machine, runs.
 nlohmann::json result_document(nlohmann::json runs);
-/// One entry of "runs". Histograms are lists of [bucket, count], see base/histogram.hpp.
-nlohmann::json run_json(const RunDescription& description, const ProcessResult& process,
-                        bool with_histograms);
+/// One process as an entry of "runs", but for what was asked for. Histograms are lists of
+/// [bucket, count], see base/histogram.hpp.
+nlohmann::json process_json(const ProcessResult& process);
 /// The histogram that run_json wrote, or an empty one.
 Histogram read_histogram(const nlohmann::json& latency);
+
+/// Throws the Error of write_json when the file, if one is named, could not be written: before a
+/// run, so that none is lost for it.
+void check_writable(const std::string& path);
 
 /// Writes the document to the file, or to stdout for "-". Throws Error when it cannot.
 void write_json(const nlohmann::json& document, const std::string& path);

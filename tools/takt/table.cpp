@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "table.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
+
+#include <fmt/format.h>
 
 namespace takt::tools {
 
@@ -36,8 +36,9 @@ void Table::print(const std::string& title) const {
 
 std::string microseconds(Nanoseconds duration) {
   const double us = static_cast<double>(duration.count()) / 1e3;
-  return us < 10 ? fmt::format("{:.2f}", us)
-                 : us < 100 ? fmt::format("{:.1f}", us) : fmt::format("{:.0f}", us);
+  return us < 10    ? fmt::format("{:.2f}", us)
+         : us < 100 ? fmt::format("{:.1f}", us)
+                    : fmt::format("{:.0f}", us);
 }
 
 }  // namespace takt::tools

@@ -1,0 +1,88 @@
+// What do our own queues cost, beside those of Boost.Lockfree that come nearest?
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include <benchmark/benchmark.h>
+#include <boost/lockfree/queue.hpp>
+#include <boost/lockfree/spsc_queue.hpp>
+
+#include "takt/base/inbox.hpp"
+#include "takt/base/keep_last_ring.hpp"
+#include "takt/base/pool.hpp"
+
+namespace takt {
+namespace {
+
+struct Item : PoolNode<Item> {
+  Item* inbox_next = nullptr;
+};
+
+/// In and out again, on one thread; another is alive, see dispatch_benchmark.cpp.
+template <class Round>
+void measure(benchmark::State& state, Round&& round) {
+  std::atomic<bool> stop{false};
+  std::jthread second([&] { stop.wait(false); });
+  for ([[maybe_unused]] const auto iteration : state) round();
+  stop = true;
+  stop.notify_one();
+}
+
+void boost_spsc_queue(benchmark::State& state) {
+  boost::lockfree::spsc_queue<Item*> queue(16);
+  Item item;
+  measure(state, [&] {
+    Item* out = nullptr;
+    queue.push(&item);
+    queue.pop(out);
+    benchmark::DoNotOptimize(out);
+  });
+}
+BENCHMARK(boost_spsc_queue);
+
+void boost_queue(benchmark::State& state) {
+  boost::lockfree::queue<Item*> queue(16);
+  Item item;
+  measure(state, [&] {
+    Item* out = nullptr;
+    queue.push(&item);
+    queue.pop(out);
+    benchmark::DoNotOptimize(out);
+  });
+}
+BENCHMARK(boost_queue);
+
+void keep_last_ring(benchmark::State& state) {
+  KeepLastRing<Item> ring(8);
+  Item item;
+  std::uint64_t sequence = 0;
+  measure(state, [&] {
+    bool more = false;
+    ring.push(&item, ++sequence, 0);
+    benchmark::DoNotOptimize(ring.pop([](Item*) {}, more));
+  });
+}
+BENCHMARK(keep_last_ring);
+
+void inbox(benchmark::State& state) {
+  Inbox<Item> inbox;
+  Item item;
+  measure(state, [&] {
+    inbox.push(item);
+    benchmark::DoNotOptimize(inbox.take_all());
+  });
+}
+BENCHMARK(inbox);
+
+void pool(benchmark::State& state) {
+  auto* pool = Pool<Item>::create(16, [](std::uint32_t) { return std::make_unique<Item>(); });
+  measure(state, [&] {
+    Item* item = pool->acquire();
+    benchmark::DoNotOptimize(item);
+    Pool<Item>::recycle(*item);
+  });
+  pool->close();
+}
+BENCHMARK(pool);
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,372 @@
+#!/usr/bin/python3
+"""Draws one self-contained HTML page from a result document of takt bench or takt compare.
+
+usage: report.py OUT.html < results.json
+
+Every figure is an SVG with its text as text, the number of samples, and the machine's block.
+SPDX-License-Identifier: Apache-2.0
+"""
+import html
+import io
+import json
+import re
+import sys
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
+
+plt.rcParams.update({
+    "svg.fonttype": "none", "font.size": 10, "font.family": "sans-serif", "axes.grid": True,
+    "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False,
+    "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
+
+COLOURS = ["#3566a8", "#d0632b", "#3c8a4e", "#a83c6b", "#7a5cc0", "#8a6d3b", "#2b9aa0", "#555555"]
+LABELS = {
+    "pss_mb": "memory, PSS (MB)", "cpu_percent": "CPU (% of one core)",
+    "latency_us": "mean latency (µs)", "p99_us": "p99 latency (µs)",
+    "goodput_mb_s": "goodput (MB/s)", "hot_path_ms": "hot path, median (ms)",
+    "hot_path_max_ms": "hot path, maximum (ms)", "hot_path_drops": "hot path drops",
+    "planner_jitter_ms": "planner's mean distance from 100 ms (ms)"}
+# Of the paper's figures: experiment, metric → (x values, series, factor to our unit).
+PAPER = {
+    ("memory", "pss_mb"): ("ram_pss_mb_vs_nodes", "nodes", None, 1),
+    ("latency", "latency_us"): ("pub_sub_50hz", "size_kb", "latency_ms", 1000),
+    ("latency", "cpu_percent"): ("pub_sub_50hz", "size_kb", "cpu_pct", 1),
+    ("goodput", "goodput_mb_s"): ("goodput_mb_s", "size_kb", None, 1),
+    ("executors", "latency_us"): ("containers_500kb_50hz_500us_work", "subs", "latency_ms", 1000),
+    ("executors", "cpu_percent"): ("containers_500kb_50hz_500us_work", "subs", "cpu_pct", 1)}
+
+
+class Page:
+    """Collects figures and tables, each with what it says about its data."""
+
+    def __init__(self, document):
+        machine = document["machine"]
+        self.machine = (f"{machine['cpus']} × {machine['cpu']}, Linux {machine['kernel']}, "
+                        f"{machine.get('preemption', '')}, load average "
+                        f"{machine['load_average']:.2f}, takt {document['takt']['version']}")
+        self.parts = []
+        self.count = 0
+
+    def heading(self, text):
+        self.parts.append(f"<h2>{html.escape(text)}</h2>")
+
+    def figure(self, figure, caption):
+        self.count += 1
+        text = io.StringIO()
+        figure.tight_layout()
+        figure.savefig(text, format="svg")
+        plt.close(figure)
+        svg = text.getvalue()
+        svg = svg[svg.index("<svg"):]
+        # Several pictures share the page, but their ids must not.
+        svg = re.sub(r'id="([^"]+)"', rf'id="f{self.count}_\1"', svg)
+        svg = re.sub(r'url\(#([^)]+)\)', rf'url(#f{self.count}_\1)', svg)
+        svg = re.sub(r'href="#([^"]+)"', rf'href="#f{self.count}_\1"', svg)
+        self.parts.append(
+            f"<figure>{svg}<figcaption><b>Figure {self.count}.</b> {html.escape(caption)} "
+            f'<span class="machine">{html.escape(self.machine)}</span></figcaption></figure>')
+
+    def table(self, header, rows):
+        cells = "".join(f"<th>{html.escape(name)}</th>" for name in header)
+        lines = [f"<tr>{cells}</tr>"]
+        for row in rows:
+            cells = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row)
+            lines.append(f"<tr>{cells}</tr>")
+        self.parts.append("<table>" + "\n".join(lines) + "</table>")
+
+    def note(self, text):
+        self.parts.append(f'<p class="note">{html.escape(text)}</p>')
+
+    def write(self, path, title):
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(
+                "<!doctype html><html lang=en><head><meta charset=utf-8>"
+                f"<title>{html.escape(title)}</title><link rel=icon href=data:,><style>"
+                "body{font:15px/1.5 system-ui,sans-serif;max-width:1500px;margin:2em auto;"
+                "padding:0 1em;color:#222}figure{display:inline-block;margin:0 1.5em 2em 0;"
+                "vertical-align:top;width:700px}figure svg{width:100%;height:auto}"
+                "figcaption{font-size:13px}.machine,.note{color:#666;font-size:12px}"
+                "table{border-collapse:collapse;margin:1em 0;font-size:13px}"
+                "td,th{padding:3px 10px;text-align:right;border-bottom:1px solid #ddd}"
+                "td:first-child,th:first-child{text-align:left}"
+                f"</style></head><body><h1>{html.escape(title)}</h1>"
+                f'<p class="machine">{html.escape(self.machine)}</p>'
+                + "\n".join(self.parts) + "</body></html>\n")
+
+
+def quantile(buckets, fraction):
+    """Of [value, count] pairs in order of value."""
+    total = sum(count for _, count in buckets)
+    seen = 0
+    for value, count in buckets:
+        seen += count
+        if seen >= fraction * total:
+            return value
+    return 0
+
+
+def percentile_curves(page, named_buckets, caption):
+    """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws)."""
+    figure, axes = plt.subplots()
+    samples = 0
+    for colour, (name, buckets) in zip(COLOURS * 9, named_buckets):
+        total = sum(count for _, count in buckets)
+        if total == 0:
+            continue
+        samples += total
+        xs, ys, seen = [], [], 0
+        for value, count in buckets:
+            seen += count
+            xs.append(total / max(total - seen, 0.5))
+            ys.append(max(value, 0.01))
+        axes.plot(xs, ys, label=f"{name} (n={total})", color=colour, drawstyle="steps-pre")
+    ticks = [1, 2, 10, 100, 1000, 10000, 100000]
+    names = ["0", "50", "90", "99", "99.9", "99.99", "99.999"]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xticks(ticks, names)
+    axes.minorticks_off()
+    axes.set_xlim(1, None)
+    axes.set_xlabel("percentile (%)")
+    axes.set_ylabel("latency (µs)")
+    axes.legend(fontsize=8)
+    page.figure(figure, f"{caption} n = {samples} samples.")
+
+
+def boxes(page, named_buckets, caption):
+    """p25 to p75 with the median, whiskers from p1 to p99, the maximum as a point."""
+    figure, axes = plt.subplots()
+    statistics, samples = [], 0
+    for name, buckets in named_buckets:
+        total = sum(count for _, count in buckets)
+        if total == 0:
+            continue
+        samples += total
+        statistics.append({
+            "label": f"{name}\nn={total}", "med": quantile(buckets, .5),
+            "q1": quantile(buckets, .25), "q3": quantile(buckets, .75),
+            "whislo": quantile(buckets, .01), "whishi": quantile(buckets, .99),
+            "fliers": [buckets[-1][0]]})
+    axes.bxp(statistics, vert=False, patch_artist=True, boxprops={"facecolor": "#c9d8ec"},
+             medianprops={"color": "#d0632b"}, flierprops={"markersize": 4})
+    axes.set_xscale("log")
+    axes.set_xlabel("latency (µs)")
+    axes.plot([], [], color="#d0632b", label="median; box p25–p75, whiskers p1–p99, point: maximum")
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.12))
+    page.figure(figure, f"{caption} n = {samples} samples.")
+
+
+def curves(page, experiment, metric, paper):
+    """One metric against x: ours with the spread of its runs, the paper's dashed."""
+    figure, axes = plt.subplots()
+    series = {}
+    for row in experiment["rows"]:
+        if "metrics" in row and metric in row["metrics"]:
+            series.setdefault(row["series"], []).append(row)
+    for colour, (name, rows) in zip(COLOURS * 9, series.items()):
+        values = [row["metrics"][metric] for row in rows]
+        medians = [value["median"] for value in values]
+        below = [value["median"] - value["min"] for value in values]
+        above = [value["max"] - value["median"] for value in values]
+        axes.errorbar([row["x"] for row in rows], medians, yerr=[below, above], marker="o",
+                      markersize=4, capsize=3, color=colour, label=name)
+    source = PAPER.get((experiment["name"], metric))
+    if paper and source:
+        table, x_key, key, factor = source
+        data = paper[table] if key is None else paper[table][key]
+        names = [name for name in data if isinstance(data[name], list) and name != x_key]
+        for name in names:
+            points = [(x, y * factor) for x, y in zip(paper[table][x_key], data[name])
+                      if y is not None]
+            colour = COLOURS[list(series).index(name) % len(COLOURS)] if name in series else "#999"
+            axes.plot(*zip(*points), "--", marker="x", markersize=4, color=colour, alpha=0.6,
+                      label=f"{name}, paper (Raspberry Pi 4B)")
+    if "size" in experiment["x_label"]:
+        axes.set_xscale("log")
+    positive = [row["metrics"][metric]["median"] for rows in series.values() for row in rows]
+    if positive and min(positive) > 0 and max(positive) / min(positive) > 30:
+        axes.set_yscale("log")
+    axes.set_xlabel(experiment["x_label"])
+    axes.set_ylabel(LABELS.get(metric, metric))
+    axes.legend(fontsize=7)
+    page.figure(figure, f"{experiment['title']}: {LABELS.get(metric, metric)}. Medians and range "
+                        f"of n = {experiment['repeat']} runs of {experiment['duration']} each.")
+
+
+def bars(page, experiment, metric):
+    """One metric as a bar for each row, with the spread of its runs."""
+    rows = [row for row in experiment["rows"] if metric in row.get("metrics", {})]
+    figure, axes = plt.subplots(figsize=(7.2, 1.2 + 0.35 * len(rows)))
+    values = [row["metrics"][metric] for row in rows]
+    axes.barh([row["series"] for row in rows], [value["median"] for value in values],
+              xerr=[[value["median"] - value["min"] for value in values],
+                    [value["max"] - value["median"] for value in values]],
+              color="#3566a8", capsize=3, label=f"median and range of {experiment['repeat']} runs")
+    axes.invert_yaxis()
+    axes.set_xlabel(LABELS.get(metric, metric))
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.25))
+    page.figure(figure, f"{experiment['title']}: {LABELS.get(metric, metric)}. "
+                        f"n = {experiment['repeat']} runs of {experiment['duration']} each.")
+
+
+def draw_experiment(page, experiment, paper):
+    page.heading(f"{experiment['name']}: {experiment['title']}")
+    for metric in experiment["metrics"]:
+        if experiment["x_label"]:
+            curves(page, experiment, metric, paper)
+        else:
+            bars(page, experiment, metric)
+    rows = [row for row in experiment["rows"] if row.get("latency_buckets_us")]
+    if experiment["x_label"] and rows:  # the last point, where the series differ most
+        most = max(row["x"] for row in rows)
+        rows = [row for row in rows if row["x"] == most]
+        where = f"at {most:g} {experiment['x_label']}"
+    else:
+        where = ""
+    named = [(row["series"], row["latency_buckets_us"]) for row in rows]
+    if named and experiment["name"] not in ("memory", "goodput"):
+        percentile_curves(page, named, f"{experiment['title']}: publish → callback {where}.")
+        boxes(page, named, f"{experiment['title']}: publish → callback {where}.")
+    metrics = experiment["metrics"]
+    page.table(["series"] + ([experiment["x_label"]] if experiment["x_label"] else []) +
+               [LABELS.get(metric, metric) for metric in metrics] + ["lost"],
+               [[row["series"]] + ([f"{row['x']:g}"] if "x" in row else []) +
+                [f"{row['metrics'][m]['median']:.4g} "
+                 f"({row['metrics'][m]['min']:.4g} – {row['metrics'][m]['max']:.4g})"
+                 for m in metrics] + [f"{row['metrics']['lost']['median']:g}"]
+                for row in experiment["rows"] if "metrics" in row])
+    for series, why in sorted({(row["series"], row["missing"])
+                               for row in experiment["rows"] if "missing" in row}):
+        page.note(f"{series}: not measured, {why}.")
+
+
+def bucket_limit_us(bucket):
+    """The upper limit of a bucket of base/histogram.hpp."""
+    sub = 32
+    if bucket < sub:
+        return bucket / 1e3
+    shift = bucket // sub - 1
+    return (((bucket % sub + sub + 1) << shift) - 1) / 1e3
+
+
+def draw_runs(page, runs):
+    """What takt compare has run: a curve and a box for each executor."""
+    files = []
+    for run in runs:
+        if run["file"] not in files:
+            files.append(run["file"])
+    for file in files:
+        page.heading(file)
+        groups = {}
+        for run in runs:
+            if run["file"] != file:
+                continue
+            name = run["executor"]
+            name += f", {run['scheduler']}" if run["scheduler"] != "file" else ""
+            name += f", {run['composition']}" if run["composition"] != "file" else ""
+            group = groups.setdefault(
+                name, {"buckets": {}, "cpu": [], "received": 0, "lost": 0, "dropped": 0})
+            group["cpu"].append(sum(process["cpu_percent"] for process in run["processes"]))
+            for callback in run["callbacks"]:
+                if callback["kind"] == "timer":
+                    continue
+                for key in ("received", "lost", "dropped"):
+                    group[key] += callback[key]
+                for bucket, count in callback["latency_us"].get("histogram", []):
+                    limit = bucket_limit_us(bucket)
+                    group["buckets"][limit] = group["buckets"].get(limit, 0) + count
+        named = [(name, sorted(group["buckets"].items())) for name, group in groups.items()]
+        named = [(name, buckets) for name, buckets in named if buckets]
+        if named:
+            percentile_curves(page, named, "Subscriptions: publish → callback.")
+            boxes(page, named, "Subscriptions: publish → callback.")
+        page.table(["executor", "received", "lost", "dropped", "p50 (µs)", "p99 (µs)", "CPU (%)"],
+                   [[name, groups[name]["received"], groups[name]["lost"],
+                     groups[name]["dropped"], f"{quantile(buckets, .5):.4g}",
+                     f"{quantile(buckets, .99):.4g}",
+                     f"{sorted(groups[name]['cpu'])[len(groups[name]['cpu']) // 2]:.2f}"]
+                    for name, buckets in named])
+
+
+def draw_jitter(page, jitter):
+    """The histogram as OSADL draws it: linear x, logarithmic y, the maximum in the legend."""
+    page.heading("jitter: timers under each executor beside the bare clock_nanosleep loop")
+    rows = list(jitter["thread"].values())
+    figure, axes = plt.subplots()
+    far = max(quantile(sorted((int(k), v) for k, v in row["histogram"].items()), .999)
+              for row in rows if row["histogram"])
+    for colour, row in zip(COLOURS * 9, rows):
+        points = sorted((int(key), count) for key, count in row["histogram"].items())
+        points = [point for point in points if point[0] <= far]
+        axes.step([x for x, _ in points], [y for _, y in points], where="mid", color=colour,
+                  label=f"{row['name']} (n={row['cycles']}, max {row['max']} µs)", linewidth=1)
+    axes.set_yscale("log")
+    axes.set_xlabel("latency (µs)")
+    axes.set_ylabel("cycles per 1 µs")
+    axes.legend(fontsize=7)
+    samples = sum(row["cycles"] for row in rows)
+    asked = rows[0]["in_force"]
+    page.figure(figure, f"Wake-up latency of a periodic timer, {asked['policy']} "
+                        f"{asked['priority']}, up to p99.9; n = {samples} cycles.")
+    named = [(row["name"], sorted((int(k) + 1, v) for k, v in row["histogram"].items()))
+             for row in rows]
+    percentile_curves(page, named, "The same as percentiles (resolution 1 µs).")
+    page.table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"],
+               [[row["name"], row["cycles"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}",
+                 row["max"], row["early"], f"{row['cpu_percent']:.2f}"] for row in rows])
+
+
+def draw_timeline(page, timeline):
+    """Callbacks on their threads, over a short span from the middle of the trace."""
+    events = timeline["traceEvents"]
+    names = {(event["pid"], event["tid"]): event["args"]["name"] for event in events
+             if event["ph"] == "M" and event["name"] == "thread_name"}
+    slices = [event for event in events if event["ph"] == "X"]
+    if not slices:
+        return
+    page.heading("timeline: callbacks on their threads")
+    times = sorted(event["ts"] for event in slices)
+    begin = times[len(times) // 2]
+    end = begin + 40_000
+    shown = [event for event in slices if begin <= event["ts"] < end]
+    threads = sorted({(event["pid"], event["tid"]) for event in shown})
+    callbacks = sorted({event["name"] for event in shown})
+    figure, axes = plt.subplots(figsize=(7.2, 1.8 + 0.4 * len(threads)))
+    for index, name in enumerate(callbacks):
+        first = True
+        for row, thread in enumerate(threads):
+            spans = [((event["ts"] - begin) / 1e3, max(event["dur"], 20) / 1e3) for event in shown
+                     if event["name"] == name and (event["pid"], event["tid"]) == thread]
+            if spans:
+                axes.broken_barh(spans, (row - 0.35, 0.7), facecolors=COLOURS[index % 8],
+                                 label=name if first and index < 12 else None)
+                first = False
+    axes.set_yticks(range(len(threads)), [names.get(thread, str(thread)) for thread in threads])
+    axes.set_xlabel("time (ms)")
+    axes.set_ylabel("thread")
+    axes.legend(fontsize=7, ncol=3, loc="upper center", bbox_to_anchor=(0.5, -0.25))
+    page.figure(figure, f"Executions in 40 ms, from takt run --trace; n = {len(shown)} callbacks.")
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    document = json.load(sys.stdin)
+    page = Page(document)
+    for experiment in document.get("experiments", []):
+        draw_experiment(page, experiment, document.get("paper"))
+    if "jitter" in document:
+        draw_jitter(page, document["jitter"])
+    if "timeline" in document:
+        draw_timeline(page, document["timeline"])
+    if document.get("runs"):
+        draw_runs(page, document["runs"])
+    is_bench = "experiments" in document
+    page.write(sys.argv[1], "takt bench" if is_bench else "takt compare")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+// What theory says of the workloads, in virtual time.
+// SPDX-License-Identifier: Apache-2.0
+#include <atomic>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "takt/base/manual_clock.hpp"
+#include "takt/containers/container.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// Runs the file for so long on two virtual CPUs; `threads` is how many it has then.
+ProcessResult simulate(const std::string& file, const std::string& executor, std::size_t threads,
+                       Nanoseconds duration) {
+  ManualClock clock(TimePoint{}, {0, 1});
+  SystemDescription system = read_system(std::string(TAKT_WORKLOADS) + "/" + file);
+  system.realtime = Realtime::off;
+  system.lock_memory = false;
+  Container container(system, {.executor = executor, .clock = &clock});
+  container.start();
+  clock.wait_for_participants(threads);
+  container.release();
+  clock.advance(duration);
+  container.hold();
+  clock.advance(1s);
+  // Whoever ends needs time to pass.
+  std::atomic<bool> has_stopped{false};
+  std::thread controller([&] {
+    while (!has_stopped.load()) clock.advance(1s);
+  });
+  container.stop();
+  has_stopped.store(true);
+  controller.join();
+  return container.result();
+}
+
+std::map<std::string, ChainStatistics> chains(const ProcessResult& result) {
+  std::map<std::string, ChainStatistics> chains;
+  for (const auto& chain : result.chains) chains[chain.name] = chain.statistics;
+  return chains;
+}
+
+TEST(ThreeChains, MissNothingWithTheAssignmentOfTakt) {
+  if (available_cpus().size() < 2) GTEST_SKIP() << "the assignment is for two CPUs";
+  const auto measured = chains(simulate("three_chains.yaml", "", 3, 10'010ms));
+  EXPECT_EQ(measured.at("brake").instances, 500u);
+  EXPECT_EQ(measured.at("steer").instances, 200u);
+  EXPECT_EQ(measured.at("look").instances, 100u);
+  for (const auto& [name, chain] : measured) EXPECT_EQ(chain.misses, 0u) << name;
+  EXPECT_EQ(measured.at("brake").latency.max(), 8ms);  // nobody is in its way
+}
+
+TEST(ThreeChains, MissWithoutIt) {
+  const auto measured = chains(simulate("three_chains.yaml", "single_threaded", 1, 10s));
+  EXPECT_GT(measured.at("brake").misses, 0u);
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,61 @@
+// What an application asks of a callback: urgency, times, and what follows when it overruns.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
+#define TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "takt/sched/scheduler.hpp"
+
+namespace takt {
+
+/// What follows when a callback misses its deadline, runs longer than its budget, or is a timer
+/// that still runs when its next release comes. It is counted whatever follows.
+enum class OverrunPolicy {
+  catch_up,  // timers: of the releases that came meanwhile one is served at once (the default)
+  skip,      // timers: none of them is served; the next one is the next of the phase
+  abort,     // the chain instance ends: what it has sent, and sends yet, is received by nobody
+  demote,    // it runs after all others, until it has ended once without an overrun
+};
+/// The words of the configuration file with what they mean.
+const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
+
+/// What a handler is told.
+struct OverrunReport {
+  std::string_view node, callback;  // valid during the call
+  std::uint64_t sequence = 0;       // of the message or release
+  TimePoint ready_time{}, deadline = kNever;
+  /// When its execution ended; kNever when the watchdog tells of it before.
+  TimePoint end = kNever;
+  Nanoseconds execution_time{0}, budget{0};  // 0: not known, none
+};
+/// Called by the thread that ran the callback, after it, or by the watchdog at the deadline. Must
+/// neither block, nor allocate, nor throw, if the callback must not.
+using OverrunHandler = std::function<void(const OverrunReport&)>;
+
+/// A group's parameters hold for its callbacks; what a callback has of its own comes first. Times
+/// are positive.
+struct CallbackParameters {
+  std::optional<int> priority;          // larger is more urgent; else 0
+  std::optional<Nanoseconds> deadline;  // from release or publication to the end
+  std::optional<Nanoseconds> period;    // between two messages at the least; a timer has its own
+  std::optional<Nanoseconds> budget;    // execution takes so long at the most (wall time)
+  std::optional<int> criticality;       // larger matters more; else its chain's, or 0
+  std::optional<OverrunPolicy> overrun;
+  OverrunHandler on_deadline_miss, on_overrun;
+
+  /// These, and what they do not say from `others`.
+  CallbackParameters or_else(const CallbackParameters& others) const;
+  /// Throws the Error about the first value that cannot be: times that are not positive, a budget
+  /// above deadline or period. `own_period`: of a timer, else 0.
+  void check(Nanoseconds own_period = Nanoseconds::zero()) const;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_

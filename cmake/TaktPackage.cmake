@@ -1,0 +1,56 @@
+# What is installed, and how other projects find it. No file knows its prefix: it may be moved.
+
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/takt)
+
+# The command finds the library of its own installation, wherever that lies.
+cmake_path(RELATIVE_PATH CMAKE_INSTALL_FULL_LIBDIR BASE_DIRECTORY ${CMAKE_INSTALL_FULL_BINDIR}
+           OUTPUT_VARIABLE bin_to_lib)
+if(TARGET takt_cli)
+  set_target_properties(takt_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
+  install(TARGETS takt_cli)
+endif()
+install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder})
+
+# Headers in folders of a module are the module's own.
+foreach(module ${takt_modules})
+  file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${module}/*.hpp)
+  # cyclone_type.hpp is for two files of the library, and needs Cyclone's headers.
+  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/cyclone_type\\.hpp$")
+  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${module})
+endforeach()
+install(DIRECTORY transport/messages DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/transport
+        FILES_MATCHING PATTERN *.hpp)
+
+# find_package(takt). Before 1.0 each minor version may break its users.
+include(CMakePackageConfigHelpers)
+configure_package_config_file(cmake/taktConfig.cmake.in ${PROJECT_BINARY_DIR}/taktConfig.cmake
+                              INSTALL_DESTINATION ${package_folder}
+                              NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/taktConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${package_folder})
+install(FILES ${PROJECT_BINARY_DIR}/taktConfig.cmake ${PROJECT_BINARY_DIR}/taktConfigVersion.cmake
+              cmake/TaktComponent.cmake transport/idl/TaktMessages.cmake
+        DESTINATION ${package_folder})
+install(PROGRAMS transport/idl/takt_messages.py DESTINATION ${package_folder})
+
+# pkg-config.
+cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
+           BASE_DIRECTORY ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig OUTPUT_VARIABLE takt_pc_to_prefix)
+configure_file(cmake/takt.pc.in ${PROJECT_BINARY_DIR}/takt.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/takt.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# A package that nobody has used is a guess. A library with sanitizers is for its own tests only.
+if(TAKT_BUILD_TESTS AND TARGET takt_cli AND NOT TAKT_SANITIZE)
+  foreach(way FindPackage PkgConfig AddSubdirectory)
+    add_test(NAME Package.${way} COMMAND ${PROJECT_SOURCE_DIR}/cmake/consumer/test.sh ${way}
+                                         ${PROJECT_BINARY_DIR})
+    # Alone, as its compilers would disturb the tests that look at the clock.
+    set_tests_properties(
+      Package.${way}
+      PROPERTIES LABELS package TIMEOUT 900 RUN_SERIAL ON
+                 ENVIRONMENT "CXX=${CMAKE_CXX_COMPILER};CMAKE_GENERATOR=${CMAKE_GENERATOR};\
+CMAKE_CXX_COMPILER_LAUNCHER=${CMAKE_CXX_COMPILER_LAUNCHER}")
+  endforeach()
+endif()

@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# Uses a build of Takt as another project would: test.sh FindPackage|PkgConfig|AddSubdirectory BUILD
+set -euo pipefail
+way=$1 build=$2
+consumer=$(cd "$(dirname "$0")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+install_takt() {  # and moves it, as nothing in it may remember where it was installed
+  cmake --install "$build" --prefix "$work/installed" >/dev/null
+  mv "$work/installed" "$work/moved"
+  "$work/moved/bin/takt" list executors >/dev/null
+}
+run() {  # run FOLDER: the programs end by themselves when a message has come
+  "$1/hello"
+  "$1/component" "$consumer/system.yaml"
+}
+run_messages() {  # run_messages FOLDER: what takt_add_messages made, which CMake alone has
+  if command -v idlc >/dev/null; then "$1/messages"; fi
+}
+none() {  # none COMMAND: it must print nothing
+  local found
+  found=$("$@") || true
+  [ -z "$found" ] || { echo "there should be no $found" >&2; exit 1; }
+}
+
+case $way in
+  FindPackage)
+    install_takt
+    cmake -S "$consumer" -B "$work/build" -D CMAKE_PREFIX_PATH="$work/moved"
+    grep "^takt_DIR:PATH=$work/moved/" "$work/build/CMakeCache.txt"  # and no other installation
+    cmake --build "$work/build"
+    run "$work/build"
+    run_messages "$work/build"
+    ;;
+  PkgConfig)
+    install_takt
+    PKG_CONFIG_PATH=$(dirname "$(find "$work/moved" -name takt.pc)")
+    export PKG_CONFIG_PATH
+    read -ra flags <<<"$(pkg-config --cflags takt)"
+    read -ra libraries <<<"$(pkg-config --libs takt)"
+    export LD_LIBRARY_PATH=$(pkg-config --variable=libdir takt)
+    for program in hello component; do
+      "$CXX" -std=c++20 "${flags[@]}" "$consumer/$program.cpp" -o "$work/$program" "${libraries[@]}"
+    done
+    run "$work"
+    # A scheduler, as docs/how_to/write_a_scheduler.md builds it.
+    example=$consumer/../../examples/06_scheduler
+    "$CXX" -std=c++20 -O2 -shared -fPIC "$example/fair_share.cpp" -o "$work/libfair_share.so" \
+      "${flags[@]}" "${libraries[@]}"
+    cp "$example/robot.yaml" "$work"
+    "$work/moved/bin/takt" check "$work/robot.yaml"
+    # No installed header needs the headers of what only the library uses.
+    (cd "$work/moved/include" && find takt -name '*.hpp' -printf '#include "%p"\n') >"$work/all.cpp"
+    "$CXX" -std=c++20 "${flags[@]}" -fsyntax-only -MD -MF "$work/all.d" "$work/all.cpp"
+    none grep -E '/(dds|iceoryx[^/]*|yaml-cpp|nlohmann|boost|CLI|gtest)/|/liburing' "$work/all.d"
+    ;;
+  AddSubdirectory)
+    # Compiles the whole library again, unoptimised and several files as one, as other projects may;
+    # later only what has changed since.
+    cmake -S "$consumer" -B "$build/consumer" -D TAKT_SOURCE="$consumer/../.." \
+      -D CMAKE_BUILD_TYPE=Debug -D CMAKE_UNITY_BUILD=ON -D BUILD_TESTING=ON
+    cmake --build "$build/consumer"
+    run "$build/consumer"
+    run_messages "$build/consumer"
+    # Only the library: no tests, benchmarks, examples or tools, though the parent has tests.
+    none find "$build/consumer/takt" -type f -executable ! -name "libtakt.so*" \
+      ! -name libcycloneddsidltakt.so ! -path "*/CMakeFiles/*"
+    ;;
+esac

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/component_manager.hpp"
+
+#include <map>
+
+#include <fmt/format.h>
+
+#include "takt/containers/container.hpp"
+#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/system_reader.hpp"
+#include "takt/entities/lifecycle_services.hpp"
+#include "takt/entities/parameter_services.hpp"
+
+namespace takt {
+namespace {
+
+namespace ci = composition_interfaces;
+using document::List;
+using document::Map;
+using document::Value;
+
+// What the readers of files call the place of what comes in a request.
+constexpr const char* kRequest = "request";
+constexpr std::string_view kPlace = "request:1: ";
+
+Value value_of(const std::string& name, const rcl_interfaces::ParameterValue& message,
+               document::Errors& errors) {
+  Value value{name, 1, std::monostate()};
+  const auto put = [&]<class T>(const T& content) {
+    if constexpr (std::is_constructible_v<decltype(value.content), const T&>) {
+      value.content = content;
+    } else {
+      List list;
+      for (const typename T::value_type& item : content) list.push_back({name, 1, item});
+      value.content = std::move(list);
+    }
+  };
+  try {
+    std::visit(put, from_message(message));
+  } catch (const Error& error) {
+    errors.add(1, fmt::format("'{}': {}", name, error.what()), "");
+  }
+  return value;
+}
+
+void put(Map& map, Value value) {
+  map.values.push_back(std::move(value));
+}
+
+// "10" is rcl_interfaces/msg/Log's DEBUG.
+std::string log_level(std::uint8_t level) {
+  return level <= 10 ? "debug" : level <= 20 ? "info" : level <= 30 ? "warn" : "error";
+}
+
+// The request as the file would say it, so that one reader checks both.
+Value component_of(const ci::LoadNode::Request& request, document::Errors& errors) {
+  Map component;
+  put(component, {"component", 1, request.plugin_name});
+  if (!request.node_name.empty()) put(component, {"name", 1, request.node_name});
+  if (!request.node_namespace.empty()) put(component, {"namespace", 1, request.node_namespace});
+  if (request.log_level != 0) put(component, {"log_level", 1, log_level(request.log_level)});
+  Map remaps, parameters, groups;
+  for (const std::string& rule : request.remap_rules) {
+    const std::size_t middle = rule.find(":=");
+    if (middle == std::string::npos) {
+      errors.add(1, fmt::format("'{}' is no remap rule", rule), "write from:=to");
+      continue;
+    }
+    put(remaps, {rule.substr(0, middle), 1, rule.substr(middle + 2)});
+  }
+  for (const auto& [name, value] : request.parameters)
+    put(parameters, value_of(name, value, errors));
+  std::map<std::string, Map> by_group;
+  for (const auto& [name, value] : request.extra_arguments) {
+    const std::size_t key = name.rfind('.');
+    if (name.starts_with("callback_group.") && key > name.find('.')) {
+      const std::size_t begin = name.find('.') + 1;
+      put(by_group[name.substr(begin, key - begin)], value_of(name.substr(key + 1), value, errors));
+    } else if (name == "use_intra_process_comms" && value.bool_value) {
+      // It always is.
+    } else if (name == "executor" || name == "library" || name == "on_exception") {
+      put(component, value_of(name, value, errors));
+    } else {
+      errors.add(1, fmt::format("'{}' is no extra argument", name),
+                 "valid: executor, library, on_exception, callback_group.NAME.KEY, "
+                 "use_intra_process_comms (true)");
+    }
+  }
+  for (auto& [name, group] : by_group) put(groups, {name, 1, std::move(group)});
+  if (!remaps.values.empty()) put(component, {"remap", 1, std::move(remaps)});
+  if (!parameters.values.empty()) put(component, {"parameters", 1, std::move(parameters)});
+  if (!groups.values.empty()) put(component, {"callback_groups", 1, std::move(groups)});
+  return {"", 1, std::move(component)};
+}
+
+// Without the place, as there is only one.
+std::string text_of(const std::exception& error) {
+  std::string text = error.what();
+  for (std::size_t at; (at = text.find(kPlace)) != std::string::npos;)
+    text.erase(at, kPlace.size());
+  return text;
+}
+
+}  // namespace
+
+ComponentDescription describe(const ci::LoadNode::Request& request,
+                              const std::vector<std::string>& executors) {
+  document::Errors errors(kRequest);
+  const Value component = component_of(request, errors);
+  ComponentDescription description = read_component(component, executors, errors);
+  errors.throw_if_any();
+  return description;
+}
+
+ComponentManager::ComponentManager(Container& container, const std::shared_ptr<Node>& node,
+                                   bool serves_parameters)
+    : node_(node), serves_parameters_(serves_parameters) {
+  services_.push_back(node->create_service<ci::LoadNode>(
+      "~/_container/load_node",
+      [&container](const auto& request, auto& response) {
+        try {
+          const LoadedComponent loaded =
+              container.load(describe(request, container.executor_names()));
+          response.success = true;
+          response.full_node_name = loaded.name;
+          response.unique_id = loaded.id;
+        } catch (const std::exception& error) {
+          response.error_message = text_of(error);
+        }
+      },
+      nullptr, ServiceOptions{.loans = 0}));
+  services_.push_back(node->create_service<ci::UnloadNode>(
+      "~/_container/unload_node",
+      [&container](const auto& request, auto& response) {
+        try {
+          container.unload(request.unique_id);
+          response.success = true;
+        } catch (const std::exception& error) {
+          response.error_message = text_of(error);
+        }
+      },
+      nullptr, kRareService));
+  services_.push_back(node->create_service<ci::ListNodes>(
+      "~/_container/list_nodes",
+      [&container](const auto&, auto& response) {
+        for (const LoadedComponent& component : container.components()) {
+          response.full_node_names.push_back(component.name);
+          response.unique_ids.push_back(component.id);
+        }
+      },
+      nullptr, kRareService));
+  services_.push_back(node->create_service<SetCallbackParameters>(
+      "~/set_callback_parameters",
+      [&container](const auto& request, auto& response) {
+        try {
+          container.change_parameters(request.changes);
+          response.success = true;
+        } catch (const Error& error) {
+          response.reason = error.what();
+        }
+      },
+      nullptr, kRareService));
+}
+
+std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& component) {
+  struct Services {
+    std::shared_ptr<Node> node;  // outlives the others
+    std::unique_ptr<ParameterServices> parameters;
+    std::unique_ptr<LifecycleServices> lifecycle;
+  };
+  auto services = std::make_shared<Services>();
+  services->node = component;
+  if (serves_parameters_) {
+    services->parameters = std::make_unique<ParameterServices>(*component, *node_);
+  }
+  if (const auto lifecycle = std::dynamic_pointer_cast<LifecycleNode>(component)) {
+    services->lifecycle = std::make_unique<LifecycleServices>(*lifecycle, *node_);
+  }
+  return services;
+}
+
+}  // namespace takt

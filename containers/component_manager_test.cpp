@@ -1,0 +1,97 @@
+// What a request to load a component may say.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/component_manager.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration_file_test.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+using rcl_interfaces::Parameter;
+using rcl_interfaces::ParameterType;
+using testing::HasSubstr;
+using Request = composition_interfaces::LoadNode::Request;
+
+Parameter text(const std::string& name, const std::string& value) {
+  return {name, {.type = static_cast<std::uint8_t>(ParameterType::string), .string_value = value}};
+}
+Parameter number(const std::string& name, std::int64_t value) {
+  return {name,
+          {.type = static_cast<std::uint8_t>(ParameterType::integer), .integer_value = value}};
+}
+
+Request workload() {
+  provide_workload();
+  Request request;
+  request.package_name = "not_looked_at";
+  request.plugin_name = "takt::Workload";
+  return request;
+}
+
+std::string errors_of(const Request& request) {
+  try {
+    describe(request, {"fast", "default"});
+    return "no error";
+  } catch (const ConfigurationError& error) {
+    return error.what();
+  }
+}
+
+TEST(LoadNode, SaysWhatAFileWouldSay) {
+  Request request = workload();
+  request.node_name = "imu";
+  request.node_namespace = "/front";
+  request.log_level = 40;
+  request.remap_rules = {"raw:=/imu/raw"};
+  request.parameters = {number("rate_hz", 10), text("frame.id", "base")};
+  Parameter list{"list", {.type = static_cast<std::uint8_t>(ParameterType::integer_array)}};
+  list.value.integer_array_value = {1, 2};
+  request.parameters.push_back(list);
+  request.extra_arguments = {
+      text("executor", "fast"),
+      text("on_exception", "ignore"),
+      number("callback_group.loop.priority", 90),
+      text("callback_group.loop.deadline", "2ms"),
+      text("callback_group.rest.executor", "default"),
+      {"use_intra_process_comms",
+       {.type = static_cast<std::uint8_t>(ParameterType::boolean), .bool_value = true}}};
+  const ComponentDescription component = describe(request, {"fast", "default"});
+  EXPECT_EQ(component.type, "takt::Workload");
+  EXPECT_EQ(full_name(component), "/front/imu");
+  EXPECT_EQ(component.log_level, LogLevel::error);
+  EXPECT_EQ(component.remap.at("raw"), "/imu/raw");
+  EXPECT_EQ(component.parameters.at("rate_hz"), ParameterValue(std::int64_t{10}));
+  EXPECT_EQ(component.parameters.at("frame.id"), ParameterValue("base"));
+  EXPECT_EQ(component.parameters.at("list"), ParameterValue(std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(component.executor, "fast");
+  EXPECT_EQ(component.on_exception, OnException::ignore);
+  EXPECT_EQ(component.callback_groups.at("loop").parameters.priority, 90);
+  EXPECT_EQ(component.callback_groups.at("loop").parameters.deadline, Nanoseconds(2ms));
+  EXPECT_EQ(component.callback_groups.at("rest").executor, "default");
+}
+
+TEST(LoadNode, ThatIsWrongIsRefusedWithEverythingThatIsWrong) {
+  Request request = workload();
+  request.remap_rules = {"raw"};
+  request.extra_arguments = {text("executor", "fats"), text("exekutor", "fast"),
+                             text("callback_group.loop.prio", "1"), text("callback_group.", "1")};
+  const std::string errors = errors_of(request);
+  EXPECT_THAT(errors, HasSubstr("'raw' is no remap rule; write from:=to"));
+  EXPECT_THAT(errors, HasSubstr("no executor is called 'fats'; did you mean 'fast'?"));
+  EXPECT_THAT(errors, HasSubstr("'exekutor' is no extra argument; valid: executor, library"));
+  EXPECT_THAT(errors, HasSubstr("'prio' is no key of a callback group"));
+  EXPECT_THAT(errors, HasSubstr("'callback_group.' is no extra argument"));
+  Request nameless = workload();
+  nameless.plugin_name = "";
+  EXPECT_NE(errors_of(nameless), "no error");
+  Request unset = workload();
+  unset.parameters = {{"empty", {}}};
+  EXPECT_THAT(errors_of(unset), HasSubstr("'empty'"));
+}
+
+}  // namespace
+}  // namespace takt

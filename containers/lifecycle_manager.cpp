@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/lifecycle_manager.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "takt/base/logger.hpp"
+#include "takt/transport/messages/lifecycle_msgs.hpp"
+
+namespace takt {
+namespace {
+
+using lifecycle_msgs::ChangeState;
+
+constexpr const char* kTopic = "/takt/heartbeat";
+constexpr std::size_t kDepth = 100;  // nodes that tell at the same time
+
+}  // namespace
+
+// ---- Heartbeats ----
+
+HeartbeatSender::HeartbeatSender(Node& host, Nanoseconds heartbeat)
+    : publisher_(host.create_publisher<Heartbeat>(kTopic, kDepth)),
+      timer_(host.create_timer("heartbeat", heartbeat / 3, [this] { send(); })) {
+  // The first at once: who brings nodes up waits for it.
+  timer_->release_at(host.clock().now());
+}
+
+std::shared_ptr<void> HeartbeatSender::tell(const std::shared_ptr<LifecycleNode>& node) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  nodes_.push_back(node);
+  return {nullptr, [this, gone = std::weak_ptr<LifecycleNode>(node)](void*) {
+            const std::lock_guard guard(mutex_);
+            std::erase_if(nodes_, [&](const auto& known) {
+              return !known.owner_before(gone) && !gone.owner_before(known);
+            });
+          }};
+}
+
+void HeartbeatSender::send() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) {
+      publisher_->publish(std::make_unique<Heartbeat>(Heartbeat{
+          node->fully_qualified_name(), static_cast<std::uint8_t>(node->get_current_state())}));
+    }
+  }
+}
+
+// ---- The manager ----
+
+struct LifecycleManager::Managed {
+  std::string name;
+  std::vector<std::string> depends_on;
+  std::shared_ptr<Client<ChangeState>> client;
+  LifecycleState state = LifecycleState::unknown;
+  TimePoint heard{}, answered{};
+  std::uint64_t call = 0;   // the number of the request that is under way, or was the last
+  bool is_asked = false;    // a request is under way
+  bool is_lost = false;     // was heard of, and is not any more
+  bool has_failed = false;  // a transition
+  bool was_up = false;      // so who deactivates it, but us, knows why
+  bool waits = false;       // was deactivated because of what it depends on
+
+  /// Those after it in the order need not wait for it.
+  bool is_settled() const {
+    return state == LifecycleState::active || is_lost || has_failed || (was_up && !waits);
+  }
+  bool is_down() const { return state == LifecycleState::finalized || is_lost || has_failed; }
+};
+
+LifecycleManager::LifecycleManager(Node& host, const LifecycleDescription& description)
+    : description_(description), clock_(host.clock()) {
+  for (const auto& node : description.bring_up) {
+    nodes_.push_back(std::make_unique<Managed>());
+    nodes_.back()->name = node.name;
+    nodes_.back()->depends_on = node.depends_on;
+    nodes_.back()->client = host.create_client<ChangeState>(node.name + "/change_state");
+  }
+  heartbeats_ = host.create_subscription<Heartbeat>(
+      kTopic, kDepth, [this](const Heartbeat& heartbeat) { heard(heartbeat); });
+  watch_ = host.create_timer("watch", description.heartbeat / 4, [this] { look_for_lost(); });
+}
+
+LifecycleManager::~LifecycleManager() = default;
+
+void LifecycleManager::bring_up() {
+  const std::lock_guard lock(mutex_);
+  target_ = Target::up;
+  for (const auto& node : nodes_) node->heard = clock_.now();
+  step();  // some may have told already
+}
+
+std::vector<std::string> LifecycleManager::shut_down(Nanoseconds limit) {
+  const auto all_down = [this] {
+    return std::all_of(nodes_.begin(), nodes_.end(),
+                       [](const auto& node) { return node->is_down(); });
+  };
+  std::unique_lock lock(mutex_);
+  target_ = Target::down;
+  for (const auto& node : nodes_) node->has_failed = false;
+  step();
+  changed_.wait_for(lock, limit, all_down);
+  std::vector<std::string> left;
+  for (const auto& node : nodes_) {
+    if (node->state != LifecycleState::finalized) left.push_back(node->name);
+  }
+  return left;
+}
+
+bool LifecycleManager::is_up() const {
+  const std::lock_guard lock(mutex_);
+  return std::all_of(nodes_.begin(), nodes_.end(),
+                     [](const auto& node) { return node->state == LifecycleState::active; });
+}
+
+void LifecycleManager::heard(const Heartbeat& heartbeat) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& node : nodes_) {
+    if (node->name != heartbeat.node) continue;
+    node->heard = clock_.now();
+    if (std::exchange(node->is_lost, false)) {
+      log(LogLevel::warn, "lifecycle: {} is back", node->name);
+      node->was_up = node->has_failed = false;  // it begins anew
+    }
+    // While a request is under way, its answer tells, and right after it what was sent before.
+    const bool may_be_old = clock_.now() - node->answered < description_.heartbeat / 3;
+    if (!node->is_asked && !may_be_old) node->state = static_cast<LifecycleState>(heartbeat.state);
+    node->was_up |= node->state == LifecycleState::active;
+  }
+  step();
+}
+
+void LifecycleManager::look_for_lost() {
+  const std::lock_guard lock(mutex_);
+  if (target_ == Target::none) return;
+  for (const auto& node : nodes_) {
+    if (node->is_lost || clock_.now() - node->heard <= description_.heartbeat) continue;
+    node->is_lost = true;
+    node->is_asked = false;
+    node->state = LifecycleState::unknown;
+    log(LogLevel::error, "lifecycle: nothing heard of {} for {} ms", node->name,
+        description_.heartbeat / std::chrono::milliseconds(1));
+    if (description_.on_loss == LifecycleDescription::OnLoss::shutdown) target_ = Target::down;
+  }
+  step();
+}
+
+// With the mutex held, as all below. Asks for what may be done now.
+void LifecycleManager::step() {
+  if (target_ == Target::up) {
+    for (const auto& node : nodes_) {
+      step_up(*node);
+      if (!node->is_settled()) break;
+    }
+    // Those further back are up already, and may have to rest.
+    for (const auto& node : nodes_) {
+      if (node->state == LifecycleState::active && !may_be_active(*node)) step_up(*node);
+    }
+  } else if (target_ == Target::down) {
+    for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+      step_down(**node);
+      if (!(*node)->is_down()) break;
+    }
+  }
+  changed_.notify_all();
+}
+
+const LifecycleManager::Managed& LifecycleManager::find(const std::string& name) const {
+  return **std::find_if(nodes_.begin(), nodes_.end(),
+                        [&](const auto& node) { return node->name == name; });
+}
+
+bool LifecycleManager::may_be_active(const Managed& node) const {
+  return std::all_of(node.depends_on.begin(), node.depends_on.end(), [this](const auto& name) {
+    return find(name).state == LifecycleState::active;
+  });
+}
+
+void LifecycleManager::step_up(Managed& node) {
+  if (node.is_asked || node.is_lost || node.has_failed) return;
+  if (node.state == LifecycleState::unconfigured && !node.was_up) {
+    ask(node, "configure");
+  } else if (node.state == LifecycleState::inactive && (!node.was_up || node.waits)) {
+    if (may_be_active(node)) ask(node, "activate");
+  } else if (node.state == LifecycleState::active && !may_be_active(node) &&
+             description_.on_loss == LifecycleDescription::OnLoss::deactivate_dependents) {
+    node.waits = true;
+    ask(node, "deactivate");
+  }
+}
+
+void LifecycleManager::step_down(Managed& node) {
+  if (node.is_asked || node.is_down()) return;
+  if (node.state == LifecycleState::active) {
+    ask(node, "deactivate");
+  } else if (node.state == LifecycleState::inactive) {
+    ask(node, "cleanup");
+  } else if (node.state == LifecycleState::unconfigured) {
+    ask(node, "shutdown");
+  }
+}
+
+void LifecycleManager::ask(Managed& node, std::string_view transition) {
+  if (!node.client->service_is_ready()) return;  // the next heartbeat brings us here again
+  node.is_asked = true;
+  const std::uint64_t call = ++node.call;
+  log(LogLevel::info, "lifecycle: {} {}", transition, node.name);
+  ChangeState::Request request;
+  request.transition.label = transition;
+  node.client->async_send_request(
+      request, [this, &node, call, label = std::string(transition)](const auto* response) {
+        const std::lock_guard lock(mutex_);
+        if (!node.is_asked || node.call != call) return;  // it was lost meanwhile
+        node.is_asked = false;
+        node.answered = clock_.now();
+        if (response == nullptr || !response->success) {
+          node.has_failed = true;
+          log(LogLevel::error, "lifecycle: {} has failed to {}", node.name, label);
+        } else {
+          node.state = label == "activate"   ? LifecycleState::active
+                       : label == "cleanup"  ? LifecycleState::unconfigured
+                       : label == "shutdown" ? LifecycleState::finalized
+                                             : LifecycleState::inactive;
+          if (label == "activate") node.was_up = true, node.waits = false;
+        }
+        step();
+      });
+}
+
+}  // namespace takt

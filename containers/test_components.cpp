@@ -1,0 +1,27 @@
+// A library of components, good or broken as the macro says, for loading_test.cpp.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/version.hpp"
+#ifdef TAKT_TEST_OLD
+#undef TAKT_VERSION
+#define TAKT_VERSION "0.0.1"
+#endif
+#include "takt/containers/component.hpp"
+
+#ifdef TAKT_TEST_UNDEFINED
+void nowhere();
+#endif
+
+namespace guests {
+
+class Good : public takt::Node {
+ public:
+  explicit Good(const takt::NodeOptions& options) : Node("good", options) {
+#ifdef TAKT_TEST_UNDEFINED
+    nowhere();
+#endif
+  }
+};
+
+}  // namespace guests
+
+TAKT_REGISTER_COMPONENT(guests::Good)

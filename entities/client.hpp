@@ -1,0 +1,221 @@
+// Calls services, without waiting.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_CLIENT_HPP_
+#define TAKT_ENTITIES_CLIENT_HPP_
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "takt/base/future.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/entities/publisher.hpp"
+#include "takt/entities/service_message.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/entities/timer.hpp"
+
+namespace takt {
+
+struct ClientOptions {
+  /// Calls without an answer so far; one more is refused with an Error.
+  std::size_t calls_in_flight = 100;
+  /// How long a call waits for its answer; then it ends without one. 0: for ever.
+  Nanoseconds timeout{0};
+};
+
+/// The calls that wait for an answer, with what is to be done then.
+/// Thread safety: from any thread.
+/// Real-time: a lock with priority inheritance, held while at most `calls_in_flight` places are
+/// looked at.
+template <class Completion>
+class PendingCalls {
+ public:
+  explicit PendingCalls(const ClientOptions& options)
+      : timeout_(options.timeout), calls_(options.calls_in_flight) {}
+
+  /// The number of the new call; nothing: as many are in flight as may be.
+  std::optional<std::int64_t> begin(TimePoint now, Completion completion) noexcept {
+    const std::lock_guard lock(mutex_);
+    Call* free = find([](const Call& call) { return call.sequence == 0; });
+    if (free == nullptr) return std::nullopt;
+    *free = {++last_sequence_, timeout_ == Nanoseconds::zero() ? kNever : now + timeout_,
+             std::move(completion)};
+    return free->sequence;
+  }
+  /// Nothing: the call is over.
+  std::optional<Completion> end(std::int64_t sequence) noexcept {
+    return end_if([=](const Call& call) { return call.sequence == sequence; });
+  }
+  /// A call whose time is up ends.
+  std::optional<Completion> end_late(TimePoint now) noexcept {
+    return end_if([=](const Call& call) { return call.sequence != 0 && call.deadline <= now; });
+  }
+  /// When the next call ends without an answer; kNever when none does.
+  TimePoint next_deadline() const noexcept {
+    const std::lock_guard lock(mutex_);
+    TimePoint first = kNever;
+    for (const Call& call : calls_) {
+      if (call.sequence != 0) first = std::min(first, call.deadline);
+    }
+    return first;
+  }
+  std::size_t count() const noexcept {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::size_t>(std::count_if(
+        calls_.begin(), calls_.end(), [](const Call& call) { return call.sequence != 0; }));
+  }
+
+ private:
+  struct Call {
+    std::int64_t sequence = 0;  // 0: the place is free
+    TimePoint deadline{};
+    Completion completion;
+  };
+  template <class Condition>
+  Call* find(Condition&& condition) noexcept {
+    const auto call = std::find_if(calls_.begin(), calls_.end(), condition);
+    return call == calls_.end() ? nullptr : &*call;
+  }
+  template <class Condition>
+  std::optional<Completion> end_if(Condition&& condition) noexcept {
+    const std::lock_guard lock(mutex_);
+    Call* call = find(condition);
+    if (call == nullptr) return std::nullopt;
+    call->sequence = 0;
+    return std::move(call->completion);
+  }
+
+  const Nanoseconds timeout_;
+  mutable PiMutex mutex_;
+  std::vector<Call> calls_;
+  std::int64_t last_sequence_ = 0;
+};
+
+/// A number that no other client has.
+std::uint64_t new_client_id();
+
+/// A client as its node hands it out. Answers come to the executor like messages, so whoever waits
+/// for one must let the executor spin: a callback that blocks until its own executor serves the
+/// answer waits for ever, as in every executor.
+///
+/// Thread safety: every method from any thread.
+/// Real-time: a call with a callback that fits into std::function allocates nothing inside the
+/// process; the other form allocates its future. With services in other processes see Participant.
+template <ServiceType S>
+class Client : public SubscriptionBase {
+ public:
+  using Request = ServiceMessage<typename S::Request>;
+  using Response = ServiceMessage<typename S::Response>;
+  /// nothing: no answer came in time.
+  using Answer = std::optional<typename S::Response>;
+  /// nullptr: no answer came in time.
+  using AnswerCallback = std::function<void(const typename S::Response*)>;
+
+  Client(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
+         Clock& clock, const ClientOptions& options,
+         const std::shared_ptr<Participant>& participant)
+      : SubscriptionBase(EntityKind::client, std::move(name), std::move(group),
+                         {reply_topic(path), &message_type<Response>(),
+                          std::max<std::size_t>(options.calls_in_flight, 1)},
+                         participant),
+        clock_(clock),
+        id_(new_client_id()),
+        path_(path),
+        pending_(options),
+        decoded_(participant != nullptr ? 4 : 0),
+        requests_(request_topic(path), kServiceDepth, clock,
+                  {.loans = service_loans<Request>(options.calls_in_flight)}, participant) {
+    set_address(id_);
+  }
+
+  /// Whether somebody would receive a call now.
+  bool service_is_ready() const noexcept {
+    return requests_.local_subscription_count() != 0 ||
+           (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
+  }
+
+  /// The answer comes to the callback, which runs as this client's callback. Throws Error when
+  /// ClientOptions::calls_in_flight are.
+  void async_send_request(const typename S::Request& request, AnswerCallback callback) {
+    send(request, std::move(callback));
+  }
+  /// The answer comes to the future, see Executor::spin_until_future_complete.
+  Future<Answer> async_send_request(const typename S::Request& request) {
+    Promise<Answer> promise;
+    const Future<Answer> future = promise.get_future();
+    send(request, [promise = std::move(promise)](const typename S::Response* response) mutable {
+      promise.set_value(response != nullptr ? Answer(*response) : Answer());
+    });
+    return future;
+  }
+  std::size_t calls_in_flight() const noexcept { return pending_.count(); }
+
+  void execute(Slot& slot) override {
+    const std::unique_ptr<MessageBlock, Release> held(slot.message);
+    const auto& response = *static_cast<const Response*>(held->payload());
+    if (const auto completion = pending_.end(response.sequence)) (*completion)(&response.body);
+  }
+
+  // For Node.
+
+  /// The timer that ends calls without an answer; it is the client's from then on.
+  void set_timer(std::shared_ptr<Timer> timer) {
+    timer_ = std::move(timer);
+    timer_->cancel();
+  }
+  void end_late_calls() {
+    while (const auto completion = pending_.end_late(clock_.now())) (*completion)(nullptr);
+    set_alarm();
+  }
+
+ private:
+  struct Release {
+    void operator()(MessageBlock* block) const noexcept { block->release(); }
+  };
+
+  void send(const typename S::Request& request, AnswerCallback callback) {
+    const auto sequence = pending_.begin(clock_.now(), std::move(callback));
+    if (!sequence) {
+      throw Error(fmt::format("service '{}': {} calls wait for their answers already", path_,
+                              pending_.count()),
+                  "wait for some, or give the client more ClientOptions::calls_in_flight");
+    }
+    if (timer_ != nullptr) set_alarm();
+    if (auto loan = requests_.borrow_loaned_message()) {
+      *loan = Request{id_, *sequence, request};
+      requests_.publish(std::move(loan));
+    } else {
+      requests_.publish(std::make_unique<Request>(Request{id_, *sequence, request}));
+    }
+  }
+  // For the first call that ends without an answer. Of two threads that do this, the later one
+  // knows all calls.
+  void set_alarm() noexcept {
+    const std::lock_guard lock(alarm_mutex_);
+    const TimePoint deadline = pending_.next_deadline();
+    if (timer_->next_release() != deadline) timer_->release_at(deadline);
+  }
+  MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
+    return decoded_.decode(bytes);
+  }
+
+  Clock& clock_;
+  const std::uint64_t id_;
+  const std::string path_;
+  PendingCalls<AnswerCallback> pending_;
+  PiMutex alarm_mutex_;
+  DecodedMessages<Response> decoded_;
+  Publisher<Request> requests_;
+  std::shared_ptr<Timer> timer_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_CLIENT_HPP_

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/qos_event.hpp"
+
+namespace takt {
+
+void DeadlineEvent::look() {
+  const TimePoint last = events_->last_message();
+  if (last == TimePoint{}) return;
+  const TimePoint now = clock().now();
+  TimePoint due = std::max(last, missed_) + period();
+  if (due <= now) {
+    const auto further = (now - due) / period();
+    missed_ = due + further * period();
+    events_->missed_deadlines(static_cast<std::uint64_t>(further) + 1);
+    told_ = events_->status(told_);
+    callback_(told_);
+    due = missed_ + period();
+  }
+  release_at(due);
+}
+
+}  // namespace takt

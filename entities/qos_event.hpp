@@ -1,0 +1,91 @@
+// Callbacks for what happens to a publisher or a subscription besides messages.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_QOS_EVENT_HPP_
+#define TAKT_ENTITIES_QOS_EVENT_HPP_
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "takt/base/read_section.hpp"
+#include "takt/entities/guard_condition.hpp"
+#include "takt/entities/timer.hpp"
+#include "takt/transport/endpoint_events.hpp"
+
+namespace takt {
+
+/// The callback is called once for all that happened since it was called last, on its executor as
+/// every other. What was so already when the event was made is told too. Made by
+/// Node::create_qos_event; it may outlive its publisher or subscription.
+/// Thread safety and real-time: as GuardCondition.
+template <class Status>
+class QosEvent final : public GuardCondition, EndpointEvents::Listener {
+ public:
+  using Callback = std::function<void(const Status&)>;
+
+  QosEvent(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
+           std::shared_ptr<EndpointEvents> events, Callback callback)
+      : GuardCondition(std::move(name), std::move(group), clock, [this] { tell(); }),
+        events_(std::move(events)),
+        callback_(std::move(callback)) {}
+
+  /// From here on it is told of what happens.
+  void start() noexcept {
+    events_->set_listener(Status::kEvent, this);
+    trigger();
+  }
+  void retire() noexcept override {
+    events_->remove_listener(Status::kEvent, this);
+    wait_for_readers();
+    GuardCondition::retire();
+  }
+
+ private:
+  void happened() noexcept override { trigger(); }
+  void tell() {
+    const Status status = events_->status(told_);
+    if (!differs(status)) return;
+    told_ = status;
+    callback_(status);
+  }
+  static bool differs(const MatchedStatus& status) noexcept {
+    return status.total_count_change != 0 || status.current_count_change != 0;
+  }
+  static bool differs(const LivelinessChangedStatus& status) noexcept {
+    return status.alive_count_change != 0 || status.not_alive_count_change != 0;
+  }
+  template <class Counted>
+  static bool differs(const Counted& status) noexcept {
+    return status.total_count_change != 0;
+  }
+
+  const std::shared_ptr<EndpointEvents> events_;
+  const Callback callback_;
+  Status told_;  // by the executor
+};
+
+/// A timer that is due when the next message should have passed; each time that none has, the
+/// deadline is missed. As in DDS, that begins with the first message.
+class DeadlineEvent final : public Timer {
+ public:
+  using Callback = std::function<void(const DeadlineMissedStatus&)>;
+
+  DeadlineEvent(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
+                Nanoseconds deadline, std::shared_ptr<EndpointEvents> events, Callback callback)
+      : Timer(std::move(name), std::move(group), clock, deadline, [this] { look(); }),
+        events_(std::move(events)),
+        callback_(std::move(callback)) {}
+
+ private:
+  void look();
+
+  const std::shared_ptr<EndpointEvents> events_;
+  const Callback callback_;
+  TimePoint missed_{};  // the deadline that was missed last
+  DeadlineMissedStatus told_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_QOS_EVENT_HPP_

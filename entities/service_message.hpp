@@ -1,0 +1,76 @@
+// What services and clients send each other.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_SERVICE_MESSAGE_HPP_
+#define TAKT_ENTITIES_SERVICE_MESSAGE_HPP_
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "takt/transport/message_type.hpp"
+#include "takt/transport/qos.hpp"
+
+namespace takt {
+
+/// A type that describes a service: `struct AddTwoInts { struct Request {...}; struct Response
+/// {...}; };`, with TAKT_MESSAGE(AddTwoInts::Request, "example_interfaces/srv/AddTwoInts_Request",
+/// a, b) and TAKT_MESSAGE(AddTwoInts::Response, "example_interfaces/srv/AddTwoInts_Response", sum).
+template <class S>
+concept ServiceType = Message<typename S::Request> && Message<typename S::Response>;
+
+/// A request or a response, behind ROS 2's header on the wire: whose call it is, and which of the
+/// client's. A service returns both numbers as they came.
+template <Message T>
+struct ServiceMessage {
+  std::uint64_t client = 0;  // the first field, because readers are addressed by it
+  std::int64_t sequence = 0;
+  T body{};
+};
+
+template <Message T>
+const MessageType& takt_message_type(const ServiceMessage<T>*) {
+  using Type = ServiceMessage<T>;
+  static const MessageType type = finish_message_type(
+      {.name = message_type<T>().name,
+       .fields = {describe_field<std::uint64_t>("client", offsetof(Type, client)),
+                  describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
+                  describe_field<T>("body", offsetof(Type, body))},
+       .size = sizeof(Type),
+       .alignment = alignof(Type),
+       .encode = &encode_message<Type>,
+       .decode = &decode_message<Type>});
+  return type;
+}
+
+template <class Visitor, class M>
+requires requires(M& message) {
+  message.client, message.sequence, message.body;
+}
+void takt_visit_fields(Visitor& visitor, M& message) {
+  visitor(message.client), visitor(message.sequence), visitor(message.body);
+}
+
+/// How many requests a service keeps that it has not served: what comes beyond replaces the oldest,
+/// and is counted as dropped.
+inline constexpr std::size_t kServiceDepth = 200;
+
+/// How many messages of a service are made in advance: as many as can be on their way, but no more
+/// than a mebibyte of them, or four. Beyond that, they come from the heap.
+template <class T>
+constexpr std::size_t service_loans(std::size_t most) {
+  constexpr std::size_t kFit = (std::size_t{1} << 20) / sizeof(T);
+  return std::min(most, std::max<std::size_t>(kFit, 4));
+}
+
+/// ROS 2's names: "/add" is "rq/addRequest" and "rr/addReply".
+inline std::string request_topic(const std::string& service) {
+  return "rq" + service + "Request";
+}
+inline std::string reply_topic(const std::string& service) {
+  return "rr" + service + "Reply";
+}
+
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_SERVICE_MESSAGE_HPP_

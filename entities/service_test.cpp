@@ -1,0 +1,200 @@
+// Tests of services and clients: in the process, and between two participants.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/service.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "takt/base/manual_clock.hpp"
+#include "takt/base/realtime_scope.hpp"
+#include "takt/entities/node.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+struct Add {
+  struct Request {
+    std::int64_t a = 0, b = 0;
+  };
+  struct Response {
+    std::int64_t sum = 0;
+  };
+};
+TAKT_MESSAGE(Add::Request, "test_msgs/srv/Add_Request", a, b);
+TAKT_MESSAGE(Add::Response, "test_msgs/srv/Add_Response", sum);
+
+void add(const Add::Request& request, Add::Response& response) {
+  response.sum = request.a + request.b;
+}
+
+// What an executor does, without one.
+bool serve(Entity& entity) {
+  Slot slot;
+  if (!entity.take(slot)) return false;
+  entity.execute(slot);
+  return true;
+}
+
+class ServiceTest : public testing::Test {
+ protected:
+  ManualClock clock_;
+  const std::shared_ptr<Node> node_ = std::make_shared<Node>("node", NodeOptions{.clock = &clock_});
+};
+
+TEST_F(ServiceTest, AnswersACallIntoItsFuture) {
+  const auto service = node_->create_service<Add>("add", add);
+  const auto client = node_->create_client<Add>("add");
+  EXPECT_TRUE(client->service_is_ready());
+  const auto future = client->async_send_request({.a = 2, .b = 3});
+  EXPECT_EQ(client->calls_in_flight(), 1u);
+  EXPECT_TRUE(serve(*service));
+  EXPECT_TRUE(serve(*client));
+  ASSERT_TRUE(future.ready());
+  EXPECT_EQ(future.get()->sum, 5);
+  EXPECT_EQ(client->calls_in_flight(), 0u);
+}
+
+TEST_F(ServiceTest, GivesEachClientItsOwnAnswersOnly) {
+  const auto service = node_->create_service<Add>("add", add);
+  const auto one = node_->create_client<Add>("add");
+  const auto other = node_->create_client<Add>("add");
+  std::vector<std::int64_t> sums;
+  one->async_send_request({.a = 1, .b = 1},
+                          [&](const auto* answer) { sums.push_back(answer->sum); });
+  one->async_send_request({.a = 2, .b = 2},
+                          [&](const auto* answer) { sums.push_back(answer->sum); });
+  while (serve(*service)) {
+  }
+  EXPECT_EQ(other->ready_count(), 0u);
+  while (serve(*one)) {
+  }
+  EXPECT_THAT(sums, ElementsAre(2, 4));
+}
+
+TEST_F(ServiceTest, IsNotReadyWithoutAService) {
+  const auto client = node_->create_client<Add>("add");
+  EXPECT_FALSE(client->service_is_ready());
+  {
+    const auto service = node_->create_service<Add>("add", add);
+    EXPECT_TRUE(client->service_is_ready());
+  }
+  EXPECT_FALSE(client->service_is_ready());
+}
+
+TEST_F(ServiceTest, RefusesMoreCallsThanTheClientsBound) {
+  const auto client = node_->create_client<Add>("add", {.calls_in_flight = 2});
+  client->async_send_request({});
+  client->async_send_request({});
+  EXPECT_THAT([&] { client->async_send_request({}); },
+              ThrowsMessage<Error>(HasSubstr("'/add': 2 calls wait for their answers already")));
+  EXPECT_EQ(client->calls_in_flight(), 2u);
+}
+
+TEST_F(ServiceTest, EndsCallsWithoutAnswerWhenTheirTimeIsUp) {
+  const auto client = node_->create_client<Add>("add", {.timeout = 10ms});
+  const auto timer = node_->entities().front();
+  ASSERT_EQ(timer->name(), "add_timeout");
+  EXPECT_EQ(timer->next_release(), kNever);
+  const auto first = client->async_send_request({});
+  const TimePoint begin = clock_.now();
+  clock_.advance(4ms);
+  const auto second = client->async_send_request({});
+  EXPECT_EQ(timer->next_release(), begin + 10ms);
+  clock_.advance(6ms);
+  EXPECT_TRUE(serve(*timer));
+  ASSERT_TRUE(first.ready());
+  EXPECT_FALSE(first.get().has_value());
+  EXPECT_FALSE(second.ready());
+  EXPECT_EQ(timer->next_release(), begin + 14ms);
+  clock_.advance(4ms);
+  EXPECT_TRUE(serve(*timer));
+  EXPECT_TRUE(second.ready());
+  EXPECT_EQ(timer->next_release(), kNever);
+}
+
+TEST_F(ServiceTest, IgnoresAnAnswerThatComesTooLate) {
+  const auto service = node_->create_service<Add>("add", add);
+  const auto client = node_->create_client<Add>("add", {.timeout = 10ms});
+  int answers = 0, failures = 0;
+  client->async_send_request(
+      {}, [&](const auto* answer) { ++(answer != nullptr ? answers : failures); });
+  clock_.advance(10ms);
+  for (const auto& entity : node_->entities()) {
+    if (entity->kind() == EntityKind::timer) {
+      EXPECT_TRUE(serve(*entity));
+    }
+  }
+  while (serve(*service)) {
+  }
+  while (serve(*client)) {
+  }
+  EXPECT_EQ(answers, 0);
+  EXPECT_EQ(failures, 1);
+}
+
+TEST_F(ServiceTest, GivesTheCallbackAnEmptyResponseEachTime) {
+  std::vector<std::int64_t> seen;
+  const auto service =
+      node_->create_service<Add>("add", [&](const Add::Request& request, Add::Response& response) {
+        seen.push_back(response.sum);
+        response.sum = request.a;
+      });
+  const auto client = node_->create_client<Add>("add");
+  for (int call = 1; call <= 2 * static_cast<int>(kServiceDepth); ++call) {
+    client->async_send_request({.a = call}, [](const auto*) {});
+    serve(*service);
+    serve(*client);
+  }
+  EXPECT_THAT(seen, testing::Each(0));
+}
+
+TEST_F(ServiceTest, CallsInTheProcessAllocateNothing) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const auto service = node_->create_service<Add>("add", add);
+  const auto client = node_->create_client<Add>("add", {.timeout = 10ms});
+  std::int64_t sum = 0;
+  const RealtimeScope scope;
+  for (int call = 0; call < 1000; ++call) {
+    client->async_send_request({.a = call}, [&sum](const auto* answer) { sum += answer->sum; });
+    serve(*service);
+    serve(*client);
+  }
+  EXPECT_EQ(scope.so_far().allocations, 0u);
+  EXPECT_EQ(sum, 999 * 500);
+}
+
+// Two participants of one process stand for two processes: they do not ignore each other.
+TEST(ServiceOverDds, AnswersCallsOfAnotherProcess) {
+  const int domain = 100 + static_cast<int>(getpid() % 100);
+  const auto make_node = [&](const char* name) {
+    NodeOptions options;
+    options.participant = Participant::create({.domain = domain, .serves_own_process = true});
+    return std::make_shared<Node>(name, options);
+  };
+  const auto server = make_node("server"), caller = make_node("caller");
+  const auto service = server->create_service<Add>("add", add);
+  const auto client = caller->create_client<Add>("add");
+  const auto eventually = [](auto&& condition) {
+    const auto limit = std::chrono::steady_clock::now() + 10s;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > limit) return false;
+      usleep(1000);
+    }
+    return true;
+  };
+  ASSERT_TRUE(eventually([&] { return client->service_is_ready(); }));
+  const auto future = client->async_send_request({.a = 20, .b = 22});
+  EXPECT_TRUE(eventually([&] { return serve(*service); }));
+  EXPECT_TRUE(eventually([&] { return serve(*client); }));
+  ASSERT_TRUE(future.ready());
+  EXPECT_EQ(future.get()->sum, 42);
+}
+
+}  // namespace
+}  // namespace takt

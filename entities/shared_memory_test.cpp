@@ -1,0 +1,409 @@
+// Between processes by shared memory. A machine has one RouDi, and a process can use one in its
+// life; so each test starts its own, and all that use it are processes of their own.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/shared_memory.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <random>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "peer_process_test.hpp"
+
+namespace takt {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// What a peer says of one end of a topic.
+struct State {
+  std::uint64_t messages = 0, uncopied = 0, lost = 0;
+  std::string way;
+};
+/// And of a subscription.
+struct Received {
+  std::uint64_t received = 0, lost = 0, expected = 0;
+  std::int64_t last = 0;
+  std::uint64_t broken = 0;
+};
+
+class Peer : public PeerProcess {
+ public:
+  explicit Peer(const std::string& mode = "auto")
+      : PeerProcess(TAKT_SHARED_MEMORY_PEER, std::to_string(test_domain()) + " " + mode) {}
+  State state(const std::string& topic) const {
+    State state;
+    std::istringstream words(ask("state " + topic));
+    words >> state.messages >> state.uncopied >> state.lost >> std::ws;
+    std::getline(words, state.way);
+    return state;
+  }
+  Received received(const std::string& topic) const {
+    Received received;
+    std::istringstream words(ask("received " + topic));
+    words >> received.received >> received.lost >> received.expected >> received.last >>
+        received.broken;
+    return received;
+  }
+  /// Whether so many come, and callbacks have had them or they are lost.
+  bool has(const std::string& topic, std::uint64_t count) const {
+    return eventually([&] {
+      const Received now = received(topic);
+      return now.received + now.lost >= count;
+    });
+  }
+};
+
+class BySharedMemory : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!RoudiProcess::is_installed()) GTEST_SKIP() << "iox-roudi is not installed";
+    if (find_roudi().pid != 0) GTEST_SKIP() << "a RouDi of somebody else runs";
+  }
+  /// Memory for 1 KB and 5 MB messages of a few ends.
+  void start_roudi() {
+    roudi_ = std::make_unique<RoudiProcess>(
+        std::vector<ChunkPool>{{1024, 500}, {5'000'016, 2 * kChunksOfWriter + 12}});
+  }
+  /// Publisher and subscription of a type, matched with each other.
+  static void match(const Peer& from, const Peer& to, const std::string& type,
+                    const std::string& topic, std::size_t depth = 10) {
+    ASSERT_EQ(to.ask("subscription " + type + " " + topic + " " + std::to_string(depth)), "ok");
+    ASSERT_EQ(from.ask("publisher " + type + " " + topic + " " + std::to_string(depth)), "ok");
+    ASSERT_TRUE(eventually([&] { return from.ask("matched " + topic) == "1"; }));
+  }
+
+  std::unique_ptr<RoudiProcess> roudi_;
+};
+
+TEST_F(BySharedMemory, ALoanIsReadWhereItWasWritten) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  for (const std::string type : {"block", "image"}) {
+    const std::string topic = "/" + type;
+    match(from, to, type, topic);
+    EXPECT_EQ(from.ask("publish " + topic + " 7 20 1000"), "ok");
+    ASSERT_TRUE(to.has(topic, 20)) << type;
+    const Received received = to.received(topic);
+    EXPECT_EQ(received.received + received.lost, 20u);
+    EXPECT_EQ(received.last, 26);
+    EXPECT_EQ(received.broken, 0u);
+    EXPECT_EQ(from.state(topic).uncopied, 20u);
+    EXPECT_EQ(from.state(topic).way, "shared memory");
+    EXPECT_GT(to.state(topic).uncopied, 0u);
+  }
+}
+
+TEST_F(BySharedMemory, WhatWasNotLentIsCopiedOnce) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/copied");
+  EXPECT_EQ(from.ask("copy /copied 3"), "ok");
+  ASSERT_TRUE(to.has("/copied", 1));
+  EXPECT_EQ(to.received("/copied").last, 3);
+  EXPECT_EQ(to.received("/copied").broken, 0u);
+  EXPECT_EQ(to.state("/copied").uncopied, 1u);
+  EXPECT_EQ(from.state("/copied").messages, 1u);
+  EXPECT_EQ(from.state("/copied").uncopied, 0u);
+}
+
+TEST_F(BySharedMemory, VariableSizeGoesByUdp) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "text", "/text");
+  EXPECT_EQ(from.ask("publish /text 5"), "ok");
+  ASSERT_TRUE(to.has("/text", 1));
+  EXPECT_EQ(to.received("/text").last, 5);
+  EXPECT_EQ(from.state("/text").way, "UDP: variable size");
+}
+
+TEST_F(BySharedMemory, ManyLoansFallBackToThePool) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/many");
+  EXPECT_EQ(from.ask("borrow /many 12"), "12");  // seven of them in shared memory
+  EXPECT_EQ(from.ask("publish /many 1"), "ok");
+  ASSERT_TRUE(to.has("/many", 1));
+  EXPECT_EQ(from.state("/many").uncopied, 0u);
+  EXPECT_EQ(from.ask("return /many"), "ok");
+  EXPECT_EQ(from.ask("publish /many 2"), "ok");
+  ASSERT_TRUE(to.has("/many", 2));
+  EXPECT_EQ(to.received("/many").last, 2);
+  EXPECT_EQ(to.received("/many").broken, 0u);
+  EXPECT_EQ(from.state("/many").uncopied, 1u);
+}
+
+TEST_F(BySharedMemory, AReaderOfTheOwnProcessGetsAMessageOnce) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  ASSERT_EQ(from.ask("subscription block /both 10"), "ok");
+  ASSERT_EQ(to.ask("subscription block /both 10"), "ok");
+  ASSERT_EQ(from.ask("publisher block /both 10"), "ok");
+  ASSERT_TRUE(eventually([&] { return from.ask("matched /both") == "2"; }));
+  EXPECT_EQ(from.ask("publish /both 1 5 1000"), "ok");
+  ASSERT_TRUE(to.has("/both", 5));
+  ASSERT_TRUE(from.has("/both", 5));
+  EXPECT_EQ(from.ask("publish /both 6"), "ok");
+  ASSERT_TRUE(to.has("/both", 6));
+  EXPECT_EQ(from.received("/both").expected, 6u);
+  EXPECT_EQ(to.received("/both").expected, 6u);
+  EXPECT_EQ(to.received("/both").last, 6);
+}
+
+TEST_F(BySharedMemory, WithAndWithoutTalkByUdp) {
+  start_roudi();
+  const Peer from("require"), with("require"), without("off");
+  match(from, with, "block", "/mixed");
+  ASSERT_EQ(without.ask("subscription block /mixed 10"), "ok");
+  ASSERT_TRUE(eventually([&] { return from.ask("matched /mixed") == "2"; }));
+  EXPECT_EQ(from.ask("publish /mixed 1 5 1000"), "ok");
+  for (const Peer* to : {&with, &without}) {
+    ASSERT_TRUE(to->has("/mixed", 5));
+    EXPECT_EQ(to->received("/mixed").last, 5);
+    EXPECT_EQ(to->received("/mixed").broken, 0u);
+  }
+  EXPECT_EQ(without.state("/mixed").way, "UDP: switched off");
+
+  match(without, with, "block", "/back");
+  EXPECT_EQ(without.ask("publish /back 9"), "ok");
+  ASSERT_TRUE(with.has("/back", 1));
+  EXPECT_EQ(with.received("/back").last, 9);
+}
+
+TEST_F(BySharedMemory, MessagesCanBeHeldForLongerThanTheirReader) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/kept", 200);
+  EXPECT_EQ(to.ask("keep /kept"), "ok");
+  EXPECT_EQ(from.ask("publish /kept 1 300 100"), "ok");  // more than iceoryx lets a reader hold
+  ASSERT_TRUE(to.has("/kept", 300));
+  const Received received = to.received("/kept");
+  EXPECT_EQ(received.received + received.lost, 300u);
+  EXPECT_EQ(received.last, 300);
+  EXPECT_EQ(to.ask("drop /kept"), "ok");
+  EXPECT_EQ(to.ask("check /kept"), std::to_string(received.received));
+  EXPECT_EQ(to.ask("forget /kept"), "ok");
+  match(from, to, "block", "/next");
+  EXPECT_EQ(from.ask("publish /next 1"), "ok");
+  EXPECT_TRUE(to.has("/next", 1));
+}
+
+TEST_F(BySharedMemory, WhatIsOverwrittenIsCounted) {
+  start_roudi();
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/fast", 2);
+  EXPECT_EQ(from.ask("publish /fast 1"), "ok");
+  ASSERT_TRUE(to.has("/fast", 1));
+  to.stop();
+  EXPECT_EQ(from.ask("publish /fast 2 1999 1"), "ok");
+  to.resume();
+  ASSERT_TRUE(to.has("/fast", 2000));
+  ASSERT_TRUE(eventually([&] { return to.received("/fast").last == 2000; }));
+  const Received received = to.received("/fast");
+  EXPECT_EQ(received.expected, 2000u);
+  EXPECT_EQ(received.received + received.lost, 2000u);
+  EXPECT_EQ(to.state("/fast").messages, 2000u);
+  EXPECT_GT(to.state("/fast").lost, 1000u);
+}
+
+TEST_F(BySharedMemory, EmptyPoolsAreCountedAndNoEnd) {
+  roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 12}});
+  const Peer from("require"), to("require");
+  match(from, to, "block", "/empty", 20);
+  EXPECT_EQ(to.ask("keep /empty"), "ok");
+  EXPECT_EQ(from.ask("publish /empty 1 15 1000"), "ok");
+  const State full = from.state("/empty");
+  EXPECT_EQ(full.messages + full.lost, 15u);
+  EXPECT_GT(full.lost, 0u);
+  ASSERT_TRUE(to.has("/empty", full.messages));
+  EXPECT_EQ(to.ask("forget /empty"), "ok");
+  EXPECT_EQ(from.ask("publish /empty 16"), "ok");
+  ASSERT_TRUE(to.has("/empty", full.messages + 1));
+  EXPECT_EQ(to.received("/empty").last, 16);
+}
+
+TEST_F(BySharedMemory, TooLargeForThePoolsGoesByUdpOrIsRefused) {
+  roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 100}});
+  const Peer from, to, strict("require");
+  match(from, to, "image", "/large");
+  EXPECT_EQ(from.state("/large").way, "UDP: 5000016 bytes do not fit into RouDi's largest pool");
+  EXPECT_EQ(from.ask("publish /large 4"), "ok");
+  ASSERT_TRUE(to.has("/large", 1));
+  EXPECT_EQ(to.received("/large").broken, 0u);
+  EXPECT_THAT(strict.ask("publisher image /large 10"),
+              HasSubstr("topic '/large' cannot go by shared memory: 5000016 bytes do not fit"));
+}
+
+TEST_F(BySharedMemory, WithoutRoudiItIsUdpOrRefused) {
+  const Peer from, to, strict("require");
+  EXPECT_THAT(strict.greeting(), StartsWith("shared memory is required: RouDi is not running"));
+  match(from, to, "block", "/without");
+  EXPECT_EQ(from.ask("publish /without 4"), "ok");
+  ASSERT_TRUE(to.has("/without", 1));
+  EXPECT_EQ(from.state("/without").way, "UDP: RouDi is not running");
+}
+
+TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
+  start_roudi();
+  const Peer from, to, strict("require");
+  match(from, to, "block", "/on");
+  EXPECT_EQ(from.ask("publish /on 1"), "ok");
+  ASSERT_TRUE(to.has("/on", 1));
+
+  kill(roudi_->pid(), SIGKILL);
+  ASSERT_TRUE(eventually([] { return find_roudi().pid == 0; }));
+  EXPECT_EQ(from.ask("publish /on 2 10 1000"), "ok");
+  ASSERT_TRUE(to.has("/on", 11));
+  EXPECT_EQ(to.received("/on").last, 11);
+  EXPECT_EQ(from.state("/on").uncopied, 11u);
+
+  match(from, to, "block", "/new");
+  EXPECT_EQ(from.state("/new").way, "UDP: RouDi is not running");
+  EXPECT_EQ(from.ask("publish /new 1"), "ok");
+  ASSERT_TRUE(to.has("/new", 1));
+  EXPECT_THAT(strict.ask("publisher block /new 10"), HasSubstr("RouDi is not running"));
+  EXPECT_THAT(Peer("require").greeting(), HasSubstr("RouDi is not running"));
+
+  roudi_.reset();
+  start_roudi();  // who was there before cannot use it, and who comes new can
+  const Peer late("require");
+  ASSERT_EQ(late.greeting(), "ok");
+  match(from, late, "block", "/late");
+  EXPECT_EQ(from.state("/late").way, "UDP: RouDi was started again after this process");
+  EXPECT_EQ(from.ask("publish /late 5"), "ok");
+  ASSERT_TRUE(late.has("/late", 1));
+  EXPECT_EQ(late.received("/late").last, 5);
+}
+
+TEST_F(BySharedMemory, SurvivesKilledPeers) {
+  start_roudi();
+  const Peer from("require");
+  ASSERT_EQ(from.ask("publisher block /killed 10"), "ok");
+  for (int life = 1; life <= 3; ++life) {
+    const Peer to("require");
+    ASSERT_EQ(to.ask("subscription block /killed 10"), "ok");
+    ASSERT_TRUE(eventually([&] {
+      from.ask("publish /killed " + std::to_string(life));
+      return to.received("/killed").last == life;
+    }));
+    to.kill();
+  }
+}
+
+// Each message is received or counted, by those who stay as by those who come, and who stays holds
+// no more than before.
+TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
+  roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 50'000}});
+  struct Life {
+    Peer publisher{"require"}, subscriber{"require"};
+  };
+  const Peer stays("require");
+  ASSERT_EQ(stays.ask("subscription block /in 100"), "ok");
+  ASSERT_EQ(stays.ask("publisher block /out 10"), "ok");
+  std::mt19937 random(1);
+  const auto below = [&](std::uint32_t limit) {
+    return static_cast<std::uint32_t>(random() % limit);
+  };
+  std::uint64_t sent = 0;
+  std::int64_t own_value = 0;
+  const auto publish = [&](std::uint32_t times) {
+    stays.ask(fmt::format("publish /out {} {} 100", own_value + 1, times));
+    own_value += times;
+  };
+  std::vector<std::unique_ptr<Life>> lives(2);
+  const auto restart = [&](std::unique_ptr<Life>& life) {
+    life = std::make_unique<Life>();
+    ASSERT_EQ(life->publisher.ask("publisher block /in 10"), "ok");
+    ASSERT_EQ(life->subscriber.ask("subscription block /out 100"), "ok");
+    ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }));
+    ASSERT_TRUE(eventually([&] {
+      publish(1);
+      return life->subscriber.received("/out").last == own_value;
+    }));
+  };
+  for (auto& life : lives) restart(life);
+  const Footprint before = footprint(stays.pid());
+  int deaths = 0;
+  const auto end = std::chrono::steady_clock::now() + fault_time();
+  while (std::chrono::steady_clock::now() < end && !HasFatalFailure()) {
+    std::unique_ptr<Life>& life = lives[below(2)];
+    switch (below(8)) {
+      case 0:
+        // Without RouDi's watch, iceoryx has 512 publishers and 300 processes, dead or alive.
+        if (++deaths > 100) break;
+        life->publisher.kill();
+        life->subscriber.kill();
+        restart(life);
+        break;
+      case 1:
+        life->publisher.stop();
+        life->subscriber.stop();
+        publish(20);
+        std::this_thread::sleep_for(std::chrono::milliseconds(below(300)));
+        life->publisher.resume();
+        life->subscriber.resume();
+        break;
+      default:
+        const std::uint32_t times = 1 + below(20);
+        life->publisher.ask(fmt::format("publish /in {} {} 100", sent + 1, times));
+        sent += times;
+        publish(times);
+    }
+  }
+  EXPECT_GT(deaths, 0);
+  EXPECT_TRUE(stays.has("/in", sent));
+  const Received received = stays.received("/in");
+  EXPECT_EQ(received.received + received.lost, sent);
+  EXPECT_EQ(received.broken, 0u);
+  for (const auto& life : lives) {
+    ASSERT_TRUE(eventually([&] { return life->subscriber.received("/out").last == own_value; }));
+    const Received theirs = life->subscriber.received("/out");
+    EXPECT_EQ(theirs.received + theirs.lost, theirs.expected);
+    EXPECT_EQ(theirs.broken, 0u);
+  }
+  expect_flat(before, footprint(stays.pid()));
+}
+
+TEST_F(BySharedMemory, RoudiIsNotUsedWhileItIsStopped) {
+  start_roudi();
+  kill(roudi_->pid(), SIGSTOP);
+  ASSERT_TRUE(eventually([] { return !find_roudi().unusable.empty(); }));
+  EXPECT_THAT(Peer("require").greeting(), HasSubstr("RouDi is stopped"));
+  kill(roudi_->pid(), SIGCONT);
+  ASSERT_TRUE(eventually([] { return find_roudi().unusable.empty(); }));
+  EXPECT_EQ(Peer("require").greeting(), "ok");
+}
+
+TEST_F(BySharedMemory, RoudiThatWatchesItsClientsIsNotUsed) {
+  const pid_t roudi = fork();
+  if (roudi == 0) {
+    execlp("iox-roudi", "iox-roudi", "-l", "off", nullptr);
+    _exit(127);
+  }
+  EXPECT_TRUE(eventually([&] {
+    return find_roudi().pid == roudi && find_roudi().unusable.starts_with("RouDi watches");
+  })) << find_roudi().unusable;
+  kill(roudi, SIGTERM);
+  waitpid(roudi, nullptr, 0);
+}
+
+TEST_F(BySharedMemory, RoudiLeavesNothingBehind) {
+  start_roudi();
+  EXPECT_EQ(find_roudi().pid, roudi_->pid());
+  EXPECT_EQ(find_roudi().unusable, "");
+  EXPECT_GE(find_roudi().largest_message, 5'000'016u);
+  roudi_.reset();
+  EXPECT_EQ(find_roudi().unusable, "RouDi is not running");
+  for (const char* file : {"/tmp/roudi", "/dev/shm/iceoryx_mgmt"}) {
+    EXPECT_FALSE(std::filesystem::exists(file)) << file;
+  }
+}
+
+}  // namespace
+}  // namespace takt

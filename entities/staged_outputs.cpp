@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/staged_outputs.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+namespace takt {
+namespace {
+
+/// All that live, so that a publisher that goes finds what it has left.
+struct Registry {
+  PiMutex mutex;
+  std::vector<StagedOutputs*> all;
+  std::atomic<std::size_t> count{0};
+};
+Registry& registry() noexcept {
+  static Registry instance;
+  return instance;
+}
+
+}  // namespace
+
+StagedOutputs::StagedOutputs(std::size_t capacity) : capacity_(capacity) {
+  outputs_.reserve(capacity);
+  const std::lock_guard lock(registry().mutex);
+  registry().all.push_back(this);
+  ++registry().count;
+}
+
+StagedOutputs::~StagedOutputs() {
+  {
+    const std::lock_guard lock(registry().mutex);
+    std::erase(registry().all, this);
+    --registry().count;
+  }
+  publish();
+}
+
+void StagedOutputs::add(IntraProcessWriter& writer, RemoteWriter* remote,
+                        MessageBlock& message) noexcept {
+  message.set_references(1);
+  {
+    const std::lock_guard lock(mutex_);
+    if (outputs_.size() < capacity_) {
+      outputs_.push_back({&writer, remote, &message});
+      return;
+    }
+    ++dropped_;
+  }
+  message.release();
+}
+
+// With the mutex held, so that no publisher goes meanwhile.
+void StagedOutputs::publish() noexcept {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [writer, remote, message] : outputs_) send(*writer, remote, *message);
+  outputs_.clear();
+}
+
+std::size_t StagedOutputs::size() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return outputs_.size();
+}
+
+std::uint64_t StagedOutputs::dropped() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return dropped_;
+}
+
+void StagedOutputs::forget(const IntraProcessWriter& writer) noexcept {
+  if (registry().count.load() == 0) return;
+  const std::lock_guard lock(registry().mutex);
+  for (StagedOutputs* staged : registry().all) {
+    const std::lock_guard staged_lock(staged->mutex_);
+    std::erase_if(staged->outputs_, [&](const Output& output) {
+      if (output.writer != &writer) return false;
+      output.message->release();
+      return true;
+    });
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,66 @@
+// A process that does what its standard input tells: the other side of transport_test.cpp.
+//   DOMAIN, then lines: create TOPIC DEPTH DURABILITY | publish TOPIC VALUE TEXT | matched TOPIC |
+//   drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC
+// "last" is the value that was received last, "gaps" how often it was not one more than before.
+// It answers each line with one: "ok", or a number.
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <map>
+#include <sstream>
+
+#include "transport_messages_test.hpp"
+
+int main() {
+  using takt::Labelled;
+  int domain = 0;
+  std::cin >> domain;
+  takt::NodeOptions options;
+  options.participant = takt::Participant::create({.domain = domain});
+  const auto node = std::make_shared<takt::Node>("peer", options);
+  std::map<std::string, std::shared_ptr<takt::Publisher<Labelled>>> publishers;
+  struct Received {
+    std::shared_ptr<takt::Subscription<Labelled>> subscription;
+    std::int64_t last = 0;
+    std::uint64_t gaps = 0;
+    void take() {
+      for (Labelled message; subscription->take(message); last = message.value) {
+        if (last != 0 && message.value != last + 1) ++gaps;
+      }
+    }
+  };
+  std::map<std::string, Received> subscriptions;
+  std::cout << "ok" << std::endl;
+  for (std::string line; std::getline(std::cin, line);) {
+    std::istringstream words(line);
+    std::string command, topic;
+    if (!(words >> command >> topic)) continue;
+    if (command == "create") {
+      takt::QoS qos;
+      std::string durability;
+      words >> qos.depth >> durability;
+      if (durability == "transient_local") qos.transient_local();
+      publishers[topic] = node->create_publisher<Labelled>(topic, qos);
+    } else if (command == "publish") {
+      Labelled message;
+      words >> message.value >> message.label;
+      publishers.at(topic)->publish(message);
+    } else if (command == "matched") {
+      std::cout << publishers.at(topic)->subscription_count() << std::endl;
+      continue;
+    } else if (command == "subscribe") {
+      std::size_t depth = 0;
+      words >> depth;
+      subscriptions[topic].subscription =
+          node->create_subscription<Labelled>(topic, depth, [](const Labelled&) {});
+    } else if (command == "last" || command == "gaps") {
+      Received& received = subscriptions.at(topic);
+      received.take();
+      std::cout << (command == "last" ? received.last : static_cast<std::int64_t>(received.gaps))
+                << std::endl;
+      continue;
+    } else if (command == "drop") {
+      publishers.erase(topic);
+    }
+    std::cout << "ok" << std::endl;
+  }
+}

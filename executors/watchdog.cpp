@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/watchdog.hpp"
+
+#include <algorithm>
+#include <mutex>
+
+#include "takt/base/manual_clock.hpp"
+
+namespace takt {
+
+Watchdog::Watchdog(const ThreadAttributes& thread, Realtime realtime, Clock& clock)
+    : clock_(clock), backend_(make_wait_backend(kAutoWait, clock, 1, false)) {
+  backend_->prepare();
+  thread_ = std::make_unique<RealtimeThread>(thread, realtime, [this] { run(); });
+}
+
+Watchdog::~Watchdog() {
+  stopping_.store(true);
+  backend_->post();
+  // Under a manual clock nobody but us lets the thread come to its end.
+  if (ManualClock* manual = clock_.as_manual()) {
+    while (!has_ended_.load()) manual->settle();
+  }
+}
+
+void Watchdog::add(Watched& watched) {
+  {
+    const std::lock_guard lock(mutex_);
+    watched_.push_back(&watched);
+  }
+  backend_->post();
+}
+
+void Watchdog::remove(Watched& watched) noexcept {
+  const std::lock_guard lock(mutex_);
+  std::erase(watched_, &watched);
+}
+
+// Whoever expects something writes it down before it looks at wakes_at_; we write wakes_at_ before
+// we look at what is written down: one of the two sees the other.
+void Watchdog::run() noexcept {
+  while (!stopping_.load()) {
+    wakes_at_.store(kNever);
+    TimePoint next = kNever;
+    {
+      const std::lock_guard lock(mutex_);
+      const TimePoint now = clock_.now();
+      for (Watched* watched : watched_) next = std::min(next, watched->tell_misses(now));
+    }
+    TimePoint nothing_earlier = kNever;
+    wakes_at_.compare_exchange_strong(nothing_earlier, next);  // else a post is on its way
+    backend_->wait(0, next);
+  }
+  backend_->leave(0);
+  has_ended_.store(true);
+}
+
+}  // namespace takt

@@ -1,0 +1,63 @@
+// How long from publish to the start of the callback: same thread, other thread, other process?
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include <unistd.h>
+
+#include "takt/rt_tests/process_pair.hpp"
+#include "takt/rt_tests/rt_test.hpp"
+#include "takt/sched/cpu_dma_latency.hpp"
+
+using namespace takt;
+
+namespace {
+
+constexpr std::uint64_t kMessages = 200;
+
+Histogram same_thread() {
+  const auto executor = rt::executor_on(rt::realtime_thread(80));
+  rt::Pair pair(nullptr, 0);
+  pair.talk(*executor);
+  pair.listen(*executor, kMessages);
+  std::thread([&] { executor->spin(); }).join();
+  return pair.latency;
+}
+
+Histogram other_thread() {
+  const auto talking = rt::executor_on(rt::realtime_thread(70)),
+             listening = rt::executor_on(rt::realtime_thread(80));
+  rt::Pair pair(nullptr, 0);
+  pair.listen(*listening, kMessages);
+  pair.talk(*talking);
+  std::thread talker([&] { talking->spin(); });
+  std::thread([&] { listening->spin(); }).join();
+  talking->cancel();
+  talker.join();
+  return pair.latency;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  rt::RtTest test(
+      argc, argv,
+      "How long from publish to the start of the callback, when the publisher is in the "
+      "same thread, another thread, another process? (8 bytes at 2 kHz)");
+  test.needs_realtime();
+  rt::ProcessPair other({.domain = 100 + getpgrp() % 100});
+  const CpuDmaLatency dma_latency(0, Realtime::prefer);
+  rt::Rounds same_thread_rounds, other_thread_rounds, other_process_rounds;
+  for (int round = 0; round < test.rounds(9); ++round) {
+    same_thread_rounds.add(same_thread());
+    other_thread_rounds.add(other_thread());
+    other_process_rounds.add(other.run(kMessages));
+  }
+  test.add("same thread", same_thread_rounds.values());
+  test.add("other thread", other_thread_rounds.values());
+  test.add("other process", other_process_rounds.values());
+  test.expect(same_thread_rounds.p50() < other_thread_rounds.p50(),
+              "a thread that need not wake is quicker than one that must");
+  test.expect(other_thread_rounds.p50() < other_process_rounds.p50(),
+              "a pointer is quicker than DDS");
+  return test.finish();
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/rt_tests/rt_test.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "takt/base/clock.hpp"
+#include "takt/rt_tests/machine.hpp"
+
+namespace takt::rt {
+namespace {
+
+constexpr int kBadUsage = 2, kSkipped = 77;
+
+}  // namespace
+
+RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::move(question)) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--json" && i + 1 < argc) {
+      json_ = argv[++i];
+    } else if (word == "--rounds" && i + 1 < argc && std::atoi(argv[i + 1]) > 0) {
+      rounds_ = std::atoi(argv[++i]);
+    } else {
+      const bool asks = word == "--help";
+      fmt::print(asks ? stdout : stderr,
+                 "{}{}\nusage: {} [--rounds N] [--json FILE]\n"
+                 "exit status: 0 as expected, 1 not, 77 the machine refuses the rights\n",
+                 asks ? "" : "there is no '" + word + "' here, or its value is missing\n",
+                 question_, argv[0]);
+      std::exit(asks ? 0 : kBadUsage);
+    }
+  }
+}
+
+void RtTest::needs_realtime() {
+  std::string refused;
+  std::thread([&] { refused = apply(realtime_thread(80), Realtime::prefer).refused; }).join();
+  if (!refused.empty()) skip(refused);
+}
+
+void RtTest::skip(const std::string& reason) {
+  fmt::print("skipped: {}\n", reason);
+  std::exit(kSkipped);
+}
+
+void RtTest::add(const std::string& row,
+                 const std::vector<std::pair<std::string, double>>& values) {
+  rows_.push_back({row, values});
+}
+
+void RtTest::expect(bool holds, const std::string& relation) {
+  expectations_.emplace_back(holds, relation);
+}
+
+int RtTest::finish() {
+  fmt::print("{}\n\n", question_);
+  std::size_t width = 0;
+  for (const Row& row : rows_) width = std::max(width, row.name.size());
+  if (!rows_.empty()) {
+    fmt::print("{:<{}}", "", width);
+    for (const auto& [column, value] : rows_.front().values) fmt::print("  {:>12}", column);
+    fmt::print("\n");
+  }
+  nlohmann::json rows = nlohmann::json::array(), expectations = nlohmann::json::array();
+  for (const Row& row : rows_) {
+    fmt::print("{:<{}}", row.name, width);
+    nlohmann::json object{{"row", row.name}};
+    for (const auto& [column, value] : row.values) {
+      fmt::print("  {:>12}", value == static_cast<double>(static_cast<std::int64_t>(value))
+                                 ? fmt::format("{:.0f}", value)
+                                 : fmt::format("{:.2f}", value));
+      object[column] = value;
+    }
+    fmt::print("\n");
+    rows.push_back(std::move(object));
+  }
+  fmt::print("\n");
+  bool all_hold = true;
+  for (const auto& [holds, relation] : expectations_) {
+    fmt::print("{}  {}\n", holds ? "holds " : "FAILED", relation);
+    expectations.push_back({{"holds", holds}, {"relation", relation}});
+    all_hold = all_hold && holds;
+  }
+  fmt::print("\n{}\n", machine_line());
+  if (!json_.empty()) {
+    std::ofstream file(json_);
+    file << nlohmann::json{{"question", question_},
+                           {"machine", machine_json()},
+                           {"rows", std::move(rows)},
+                           {"expectations", std::move(expectations)}}
+                .dump(2)
+         << "\n";
+    file.close();
+    if (!file) {
+      fmt::print(stderr, "{}: could not be written\n", json_);
+      return kBadUsage;
+    }
+  }
+  return all_hold ? 0 : 1;
+}
+
+ThreadAttributes realtime_thread(int priority, const std::string& name) {
+  return {.name = name,
+          .policy = ThreadPolicy::fifo,
+          .priority = priority,
+          .affinity = {available_cpus().back()}};
+}
+
+void burn(Nanoseconds cpu_time) noexcept {
+  const Nanoseconds until = thread_cpu_time() + cpu_time;
+  while (thread_cpu_time() < until) {
+  }
+}
+
+}  // namespace takt::rt

@@ -1,0 +1,19 @@
+// The earliest deadline first (Liu, Layland: "Scheduling Algorithms for Multiprogramming in a
+// Hard-Real-Time Environment", JACM 1973); on one thread without preemption as Jeffay, Stanat and
+// Martel analyse it (RTSS 1991). Who has no deadline comes last; equal ones run in order of
+// arrival. SPDX-License-Identifier: Apache-2.0
+#include "takt/sched/scheduler.hpp"
+
+namespace takt {
+namespace {
+
+struct EarlierDeadline {
+  bool operator()(const ReadyCallback& a, const ReadyCallback& b) const noexcept {
+    return a.deadline != b.deadline ? a.deadline < b.deadline : a.sequence < b.sequence;
+  }
+};
+using EdfScheduler = HeapScheduler<EarlierDeadline>;
+
+}  // namespace
+TAKT_REGISTER_SCHEDULER("edf", "earliest deadline first, then order of arrival", EdfScheduler)
+}  // namespace takt

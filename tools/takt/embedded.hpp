@@ -1,0 +1,17 @@
+// Files of the project that are part of the program, so that it needs none beside it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_EMBEDDED_HPP_
+#define TAKT_TOOLS_TAKT_EMBEDDED_HPP_
+
+namespace takt::tools {
+
+extern const char* const kReportScript;       // bench/report.py
+extern const char* const kPaperFigures;       // bench/paper_figures.json
+extern const char* const kNav2Robot;          // examples/08_nav2/nav2.yaml
+extern const char* const kReferenceSystem;    // bench/workloads/reference_system.yaml
+extern const char* const kCreate3Robot;       // examples/09_create3/create3.yaml
+extern const char* const kConfigurationPage;  // docs/reference/configuration.md.in
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_EMBEDDED_HPP_

@@ -1,0 +1,130 @@
+// takt reference: pages of the documentation that the code itself writes.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/reference.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/base/error.hpp"
+
+#include "commands.hpp"
+#include "embedded.hpp"
+
+namespace takt::tools {
+namespace {
+
+using Row = std::array<std::string, 4>;
+
+// What is wider than this stands out, and does not widen its column.
+constexpr std::size_t kWidest = 70;
+
+// How many columns UTF-8 fills, as far as this page goes.
+std::size_t width(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char byte) { return (byte & 0xc0) != 0x80; }));
+}
+
+std::string table(const ReferenceSection& section) {
+  std::vector<Row> rows{{"key", "value", "default", "meaning"}};
+  for (const ReferenceKey& key : section.keys) {
+    const std::string otherwise = key.is_required             ? "needed"
+                                  : key.default_value.empty() ? "–"
+                                                              : key.default_value;
+    rows.push_back({"`" + key.key + "`", key.value, otherwise, key.meaning});
+  }
+  std::string result;
+  std::string line;
+  for (const Row& row : rows) {
+    for (std::size_t column = 0; column + 1 < row.size(); ++column) {
+      const std::size_t own = width(row[column]);
+      std::size_t widest = 0;
+      for (const Row& other : rows) {
+        if (width(other[column]) <= kWidest) widest = std::max(widest, width(other[column]));
+      }
+      result += "| " + row[column] + std::string(std::max(widest, own) - own + 1, ' ');
+      line += "|" + std::string(widest + 2, '-');
+    }
+    result += "| " + row.back() + " |\n";  // the last column may be as long as it is
+    if (&row == &rows.front()) result += line + "|---|\n";
+  }
+  return result;
+}
+
+void replace(std::string& page, const std::string& name, std::string_view text) {
+  const std::string place = "{{" + name + "}}";
+  const std::size_t at = page.find(place);
+  if (at == std::string::npos) {
+    throw Error(fmt::format("the page has no place for '{}'", name),
+                fmt::format("write {} into docs/reference/configuration.md.in", place));
+  }
+  page.replace(at, place.size(), text);
+}
+
+void add_tables(std::string& page, const std::string& prefix,
+                const std::vector<ReferenceSection>& sections) {
+  for (const ReferenceSection& section : sections) {
+    std::string text = table(section);
+    text.pop_back();  // the line ends in the page
+    replace(page, prefix + section.title, text);
+  }
+}
+
+// Headings as links call them, "#a-thread": all letters are small, other signs left out.
+std::string anchor(std::string_view heading) {
+  std::string result;
+  for (const unsigned char sign : heading) {
+    if (sign == ' ') result += '-';
+    if (std::isalnum(sign) != 0 || sign == '-' || sign == '_') {
+      result += static_cast<char>(std::tolower(sign));
+    }
+  }
+  return result;
+}
+
+void check_links(const std::string& page) {
+  std::vector<std::string> anchors;
+  for (std::size_t at = page.find("\n#"); at != std::string::npos; at = page.find("\n#", at + 1)) {
+    const std::size_t begin = page.find(' ', at) + 1;
+    anchors.push_back(anchor(page.substr(begin, page.find('\n', begin) - begin)));
+  }
+  for (std::size_t at = page.find("](#"); at != std::string::npos; at = page.find("](#", at + 1)) {
+    const std::string link = page.substr(at + 3, page.find(')', at) - at - 3);
+    if (std::find(anchors.begin(), anchors.end(), link) == anchors.end()) {
+      throw Error(fmt::format("the page has no heading for the link '#{}'", link),
+                  "write it into docs/reference/configuration.md.in");
+    }
+  }
+}
+
+std::string configuration_reference() {
+  std::string page = kConfigurationPage;
+  add_tables(page, "", describe_configuration());
+  add_tables(page, "workload: ", describe_workload());
+  replace(page, "planned keys", fmt::format("`{}`", fmt::join(planned_keys(), "`, `")));
+  if (const std::size_t left = page.find("{{"); left != std::string::npos) {
+    throw Error(
+        fmt::format("nothing is called '{}'", page.substr(left, page.find("}}", left) - left + 2)),
+        "take it out of docs/reference/configuration.md.in");
+  }
+  check_links(page);
+  return page;
+}
+
+}  // namespace
+
+void add_reference(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("reference", "Pages of the documentation that the code itself writes");
+  const auto page = std::make_shared<std::string>();
+  command->add_option("PAGE", *page, "config: the keys of configuration files, as Markdown")
+      ->required()
+      ->check(CLI::IsMember({"config"}));
+  command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
+  command->callback([page] { fmt::print("{}", configuration_reference()); });
+}
+
+}  // namespace takt::tools

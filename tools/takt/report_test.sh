@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# Draws a report and opens it in a real browser: report_test.sh TAKT
+set -euo pipefail
+takt=$1
+browser=$(command -v chromium || command -v chromium-browser || true)
+if [ -z "$browser" ] || ! /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
+  echo "skipped: needs chromium and python3-matplotlib"
+  exit 77
+fi
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=0
+expect() {  # expect WHAT COMMAND...
+  local what=$1
+  shift
+  if "$@"; then echo "holds  $what"; else echo "FAILED $what"; failed=1; fi
+}
+count() { grep -o -- "$1" "$work/dom.html" | wc -l; }
+
+"$takt" bench executors --duration 500ms --repeat 1 --report "$work/report" >/dev/null
+"$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" \
+  --enable-logging=stderr --dump-dom "file://$work/report/report.html" \
+  >"$work/dom.html" 2>"$work/log"
+figures=$(count '<figure>')
+expect "there are figures ($figures)" test "$figures" -ge 4
+expect "each has its machine block" test "$(count 'class="machine">[0-9]')" -ge $((figures + 1))
+expect "each tells its number of samples" test "$(count ' n = [0-9]')" -ge "$figures"
+expect "axes carry units" test "$(count 'latency (µs)')" -ge 3
+expect "a legend names each executor" test "$(count 'static_single_threaded')" -ge 3
+expect "the paper's curves are there" test "$(count 'paper (Raspberry Pi 4B)')" -ge 3
+expect "nothing is fetched from elsewhere" test -z "$(grep -oE '(src|href)="https?:[^"]*"' "$work/dom.html" || true)"
+expect "the console is silent" test -z "$(grep CONSOLE "$work/log" || true)"
+"$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" \
+  --window-size=1500,2400 --screenshot="${SCREENSHOT:-$work/report.png}" \
+  "file://$work/report/report.html" 2>/dev/null
+expect "it can be drawn" test -s "${SCREENSHOT:-$work/report.png}"
+exit $failed

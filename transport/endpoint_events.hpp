@@ -1,0 +1,113 @@
+// What happens at one end of a topic besides messages.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_ENDPOINT_EVENTS_HPP_
+#define TAKT_TRANSPORT_ENDPOINT_EVENTS_HPP_
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+enum class EndpointEvent {
+  matched,             // with an end that is compatible, or not any more
+  incompatible_qos,    // an end of the topic is not matched, because it offers or asks for too much
+  message_lost,        // overwritten, expired, or lost on the way
+  deadline_missed,     // no message for longer than the QoS says
+  liveliness_changed,  // a matched publisher is not heard of any more, or is again
+};
+inline constexpr std::size_t kEndpointEvents = 5;
+
+// What a callback is told; the words are rclcpp's. `change` is since the callback was told last.
+
+struct MatchedStatus {
+  static constexpr EndpointEvent kEvent = EndpointEvent::matched;
+  static constexpr std::string_view kName = "matched";
+  std::uint64_t total_count = 0, total_count_change = 0;
+  std::int64_t current_count = 0, current_count_change = 0;
+};
+struct IncompatibleQosStatus {
+  static constexpr EndpointEvent kEvent = EndpointEvent::incompatible_qos;
+  static constexpr std::string_view kName = "incompatible_qos";
+  std::uint64_t total_count = 0, total_count_change = 0;
+  std::string_view last_policy;  // by its name in files
+};
+struct MessageLostStatus {
+  static constexpr EndpointEvent kEvent = EndpointEvent::message_lost;
+  static constexpr std::string_view kName = "message_lost";
+  std::uint64_t total_count = 0, total_count_change = 0;
+};
+struct DeadlineMissedStatus {
+  static constexpr EndpointEvent kEvent = EndpointEvent::deadline_missed;
+  static constexpr std::string_view kName = "deadline_missed";
+  std::uint64_t total_count = 0, total_count_change = 0;
+};
+/// Inside a process, a publisher is alive as long as it exists.
+struct LivelinessChangedStatus {
+  static constexpr EndpointEvent kEvent = EndpointEvent::liveliness_changed;
+  static constexpr std::string_view kName = "liveliness_changed";
+  std::int64_t alive_count = 0, alive_count_change = 0;
+  std::int64_t not_alive_count = 0, not_alive_count_change = 0;
+};
+
+/// Counts of one end, written by whoever matches, drops or notices.
+/// Thread safety: every method from any thread.
+/// Real-time: nothing blocks or allocates.
+class EndpointEvents {
+ public:
+  class Listener {
+   public:
+    /// Any thread, inside a read section; neither blocks nor allocates.
+    virtual void happened() noexcept = 0;
+
+   protected:
+    ~Listener() = default;
+  };
+
+  /// Who is told. Who was told before may still be until wait_for_readers() has
+  /// returned.
+  void set_listener(EndpointEvent event, Listener* listener) noexcept {
+    listeners_[static_cast<std::size_t>(event)].store(listener);
+  }
+  /// Tells it no more; who has taken its place is told on.
+  void remove_listener(EndpointEvent event, Listener* listener) noexcept {
+    listeners_[static_cast<std::size_t>(event)].compare_exchange_strong(listener, nullptr);
+  }
+
+  void matched(int change) noexcept;
+  /// `policy` is a literal.
+  void incompatible(std::string_view policy) noexcept;
+  void lost(std::uint64_t count) noexcept;
+  void missed_deadlines(std::uint64_t count) noexcept;
+  void liveliness_changed(int alive_change, int not_alive_change) noexcept;
+  /// The last message passed then.
+  void set_last_message(TimePoint time) noexcept {
+    last_message_.store(time, std::memory_order_relaxed);
+  }
+  /// {}: there was none.
+  TimePoint last_message() const noexcept { return last_message_.load(std::memory_order_relaxed); }
+
+  // The present status, and what has changed since `before`.
+  MatchedStatus status(const MatchedStatus& before) const noexcept;
+  IncompatibleQosStatus status(const IncompatibleQosStatus& before) const noexcept;
+  MessageLostStatus status(const MessageLostStatus& before) const noexcept;
+  DeadlineMissedStatus status(const DeadlineMissedStatus& before) const noexcept;
+  LivelinessChangedStatus status(const LivelinessChangedStatus& before) const noexcept;
+
+ private:
+  void happened(EndpointEvent event) noexcept;
+
+  std::atomic<std::uint64_t> total_matched_{0}, incompatible_{0}, lost_{0}, missed_{0};
+  std::atomic<std::int64_t> matched_{0}, alive_{0}, not_alive_{0};
+  std::atomic<const char*> last_policy_{""};
+  std::atomic<TimePoint> last_message_{};
+  std::array<std::atomic<Listener*>, kEndpointEvents> listeners_{};
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_ENDPOINT_EVENTS_HPP_

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""Tests of what takt_messages.py refuses: each file of testdata/bad yields its .txt, and no header.
+
+usage: takt_messages_test.py IDLC PLUGIN CMAKE [--renew]
+SPDX-License-Identifier: Apache-2.0
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+BAD = HERE / "testdata" / "bad"
+idlc, plugin, cmake = sys.argv[1:4]
+renew = sys.argv[4:] == ["--renew"]
+failures = []
+
+
+def expect(condition, what):
+    if not condition:
+        failures.append(what)
+
+
+def make(tree, file, *options):
+    command = [HERE / "takt_messages.py", "--package", "pkg", "--tree", tree, *options, file]
+    return subprocess.run(command, cwd=BAD, capture_output=True, text=True, check=False)
+
+
+def test_bad_files(work):
+    files = sorted(file for file in BAD.iterdir() if file.suffix != ".txt")
+    expect(len(files) > 20, "where are the bad files?")
+    for file in files:
+        tree = work / file.name
+        done = make(tree, file.name, "--idlc", idlc, "--plugin", plugin)
+        expect(done.returncode == 1, f"{file.name}: ends with {done.returncode}")
+        expect(not list(tree.rglob("*.hpp")), f"{file.name}: has made a header")
+        told = file.with_name(file.name + ".txt")
+        if renew:
+            told.write_text(done.stderr)
+        expect(done.stderr == told.read_text(),
+               f"{file.name}: tells\n{done.stderr}and not\n{told.read_text()}")
+
+
+# idlc ends with 0 when it cannot load its back end; that must not pass for success.
+def test_missing_plugin(work):
+    good = HERE / "testdata" / "msg" / "Point.msg"
+    done = make(work / "plugin", good, "--idlc", idlc, "--plugin", work / "none.so")
+    expect(done.returncode == 1 and "cannot load generator" in done.stderr,
+           f"a missing plugin: {done.returncode} {done.stderr}")
+    done = make(work / "silent", good, "--idlc", "true", "--plugin", plugin)
+    expect(done.returncode == 1 and "has made nothing of it" in done.stderr,
+           f"an idlc that does nothing: {done.returncode} {done.stderr}")
+
+
+def configure(work, call):
+    source = work / "project"
+    source.mkdir(exist_ok=True)
+    (source / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.25)\nproject(p LANGUAGES NONE)\n"
+        f"include({HERE}/TaktMessages.cmake)\n{call}\n")
+    done = subprocess.run([cmake, "-S", source, "-B", source / "build", "--fresh"],
+                          capture_output=True, text=True, check=False)
+    expect(done.returncode != 0, f"{call} is accepted")
+    return " ".join(done.stderr.split())
+
+
+def test_cmake(work):
+    point = HERE / "testdata" / "msg" / "Point.msg"
+    hidden = f"set(CMAKE_IGNORE_PATH {pathlib.Path(idlc).parent} /usr/bin /bin)"
+    for call, told in (
+            ("takt_add_messages(m)", "is what it takes"),
+            ("takt_add_messages(m none.msg)", "there is no file"),
+            (f"takt_add_messages(m {point} {point})", "another file of this target"),
+            (f"{hidden}\ntakt_add_messages(m {point})", "apt-get install cyclonedds-tools")):
+        text = configure(work, call)
+        expect(told in text, f"{call}: '{told}' is not in: {text}")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    for test in (test_bad_files, test_missing_plugin, test_cmake):
+        test(pathlib.Path(folder))
+for failure in failures:
+    print(failure, file=sys.stderr)
+sys.exit(1 if failures else 0)
