@@ -6,7 +6,7 @@
 //   borrow TOPIC TIMES                      keeps loans, and tells how many there were
 //   return TOPIC                            gives them back
 //   keep|check|forget TOPIC                 callbacks keep messages; how many are as they were
-//   matched|state|received|latency|drop TOPIC
+//   matched|heard|state|received|latency|drop TOPIC    heard: how many publishers are known
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
@@ -48,7 +48,8 @@ std::int64_t now_ns() {
 template <class T>
 void fill(T& message, std::int64_t value) {
   message.value = value;
-  if (!message.data.empty()) message.data.front() = message.data.back() = static_cast<std::uint8_t>(value);
+  if (!message.data.empty())
+    message.data.front() = message.data.back() = static_cast<std::uint8_t>(value);
 }
 template <class T>
 bool is_sound(const T& message) {
@@ -128,6 +129,7 @@ class Receiver final : public End, ArrivalListener {
                                           [](const auto& message) { return is_sound(*message); }));
     }
     if (command == "drop") return subscription_.reset(), "ok";
+    if (command == "heard") return std::to_string(subscription_->outside_publisher_count());
     std::ostringstream answer;
     if (command == "latency") {
       std::sort(latency_ns_.begin(), latency_ns_.end());
@@ -232,7 +234,7 @@ int run() {
       } else {
         const bool is_of_receiver = command == "received" || command == "latency" ||
                                     command == "keep" || command == "check" ||
-                                    command == "forget" || command == "drop";
+                                    command == "forget" || command == "drop" || command == "heard";
         std::unique_lock lock(mutex, std::defer_lock);
         if (is_of_receiver) lock.lock();
         answer = ends.at(is_of_receiver ? topic + "/in" : topic)->tell(command, words);

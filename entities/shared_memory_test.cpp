@@ -77,6 +77,8 @@ class BySharedMemory : public testing::Test {
     ASSERT_EQ(to.ask("subscription " + type + " " + topic + " " + std::to_string(depth)), "ok");
     ASSERT_EQ(from.ask("publisher " + type + " " + topic + " " + std::to_string(depth)), "ok");
     ASSERT_TRUE(eventually([&] { return from.ask("matched " + topic) == "1"; }));
+    // Both have to know: what comes by shared memory from somebody unknown is lost.
+    ASSERT_TRUE(eventually([&] { return to.ask("heard " + topic) == "1"; }));
   }
 
   std::unique_ptr<RoudiProcess> roudi_;
@@ -146,6 +148,7 @@ TEST_F(BySharedMemory, AReaderOfTheOwnProcessGetsAMessageOnce) {
   ASSERT_EQ(to.ask("subscription block /both 10"), "ok");
   ASSERT_EQ(from.ask("publisher block /both 10"), "ok");
   ASSERT_TRUE(eventually([&] { return from.ask("matched /both") == "2"; }));
+  ASSERT_TRUE(eventually([&] { return to.ask("heard /both") == "1"; }));
   EXPECT_EQ(from.ask("publish /both 1 5 1000"), "ok");
   ASSERT_TRUE(to.has("/both", 5));
   ASSERT_TRUE(from.has("/both", 5));
@@ -162,6 +165,7 @@ TEST_F(BySharedMemory, WithAndWithoutTalkByUdp) {
   match(from, with, "block", "/mixed");
   ASSERT_EQ(without.ask("subscription block /mixed 10"), "ok");
   ASSERT_TRUE(eventually([&] { return from.ask("matched /mixed") == "2"; }));
+  ASSERT_TRUE(eventually([&] { return with.ask("heard /mixed") == "1"; }));
   EXPECT_EQ(from.ask("publish /mixed 1 5 1000"), "ok");
   for (const Peer* to : {&with, &without}) {
     ASSERT_TRUE(to->has("/mixed", 5));
@@ -310,8 +314,11 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
   const auto below = [&](std::uint32_t limit) {
     return static_cast<std::uint32_t>(random() % limit);
   };
-  std::uint64_t sent = 0;
-  std::int64_t own_value = 0;
+  std::int64_t sent = 0, own_value = 0;
+  const auto send = [&](const Life& life, std::int64_t times) {
+    life.publisher.ask(fmt::format("publish /in {} {} 100", sent + 1, times));
+    sent += times;
+  };
   const auto publish = [&](std::uint32_t times) {
     stays.ask(fmt::format("publish /out {} {} 100", own_value + 1, times));
     own_value += times;
@@ -321,7 +328,13 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
     life = std::make_unique<Life>();
     ASSERT_EQ(life->publisher.ask("publisher block /in 10"), "ok");
     ASSERT_EQ(life->subscriber.ask("subscription block /out 100"), "ok");
-    ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }));
+    ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }))
+        << life->publisher.ask("matched /in") << " of a publisher that was told "
+        << life->publisher.greeting();
+    ASSERT_TRUE(eventually([&] {  // until those who stay know it
+      send(*life, 1);
+      return stays.received("/in").last == sent;
+    }));
     ASSERT_TRUE(eventually([&] {
       publish(1);
       return life->subscriber.received("/out").last == own_value;
@@ -351,15 +364,15 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
         break;
       default:
         const std::uint32_t times = 1 + below(20);
-        life->publisher.ask(fmt::format("publish /in {} {} 100", sent + 1, times));
-        sent += times;
+        send(*life, times);
         publish(times);
     }
   }
   EXPECT_GT(deaths, 0);
-  EXPECT_TRUE(stays.has("/in", sent));
+  const auto all = static_cast<std::uint64_t>(sent);
+  EXPECT_TRUE(stays.has("/in", all));
   const Received received = stays.received("/in");
-  EXPECT_EQ(received.received + received.lost, sent);
+  EXPECT_EQ(received.received + received.lost, all);
   EXPECT_EQ(received.broken, 0u);
   for (const auto& life : lives) {
     ASSERT_TRUE(eventually([&] { return life->subscriber.received("/out").last == own_value; }));
