@@ -232,6 +232,7 @@ struct RingScenario {
   std::vector<int> pushes;  // of each publisher
   std::vector<int> pops;    // of each taker
   int preemptions;
+  std::string own = {};  // of the only taker: 'h' for push_here, 'p' for pop
 };
 
 class RingRun {
@@ -250,6 +251,17 @@ class RingRun {
         for (int i = 0; i < count; ++i) pop();
       });
     }
+    if (!scenario_.own.empty()) {
+      result.emplace_back([this] {
+        for (const char operation : scenario_.own) {
+          if (operation == 'h') {
+            push(true);
+          } else {
+            pop();
+          }
+        }
+      });
+    }
     return result;
   }
 
@@ -258,8 +270,9 @@ class RingRun {
     const int end_of_run = now_;
     std::size_t left = 0;
     while (pop()) ++left;
-    if (left > scenario_.depth) return "more is left than fits";
-    if (scenario_.pops.empty() && left != std::min(scenario_.depth, items_.size())) {
+    if (left > scenario_.depth + (scenario_.own.empty() ? 0 : 1)) return "more is left than fits";
+    if (scenario_.pops.empty() && scenario_.own.empty() &&
+        left != std::min(scenario_.depth, items_.size())) {
       return "nobody took anything, but not the last items are left";
     }
     if (ring_.pushed() != items_.size()) return "pushed() is wrong";
@@ -285,10 +298,11 @@ class RingRun {
   }
 
  private:
-  void push() {
+  void push(bool here = false) {
     Item& item = items_.emplace_back();
     item.push_begins = ++now_;
-    if (Item* old = ring_.push(&item, 0, 0)) give_back(*old, item.push_begins);
+    Item* old = here ? ring_.push_here(&item, 0, 0) : ring_.push(&item, 0, 0);
+    if (old != nullptr) give_back(*old, item.push_begins);
     item.push_ends = ++now_;
   }
   bool pop() {
@@ -372,6 +386,18 @@ TEST(KeepLastRingInterleavings, OfTwoPublishersAndTwoTakersKeepEveryPromise) {
     EXPECT_GT(
         explore({.depth = depth, .pushes = {2, 2}, .pops = {2, 2}, .preemptions = 2 - kFewer}),
         100u);
+  }
+}
+
+TEST(KeepLastRingInterleavings, OfOnePublisherAndATakerThatPublishesKeepEveryPromise) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u, 3u}) {
+    for (const char* own : {"hhphp", "hphpp", "phhhp", "hpphp"}) {
+      EXPECT_GT(
+          explore(
+              {.depth = depth, .pushes = {3}, .pops = {}, .preemptions = 3 - kFewer, .own = own}),
+          100u);
+    }
   }
 }
 

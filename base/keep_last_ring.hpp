@@ -26,6 +26,8 @@ namespace takt {
 ///    So does one that finds at its return that the tail is too far ahead to compare tickets.
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
+/// 4. Who publishes on the taker's own thread, while nothing waits, needs no ticket: the item lies
+///    beside the cells, and is older than all that come into them before it is taken.
 /// docs/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread; the destructor frees no items.
@@ -55,21 +57,47 @@ class KeepLastRing {
         cell.ticket.store(ticket, std::memory_order_relaxed);
         cell.sequence.store(sequence, std::memory_order_relaxed);
         cell.time_ns.store(time_ns, std::memory_order_relaxed);
-        if (cell.word.compare_exchange_weak(word, pack(ticket, item))) return pointer(word);
+        if (cell.word.compare_exchange_weak(word, pack(ticket, item))) {
+          T* overwritten = pointer(word);
+          return here_.load(std::memory_order_relaxed) == nullptr ? overwritten
+                                                                  : make_room(ticket, overwritten);
+        }
       }
       lost_tickets_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
     }
   }
 
+  /// The same on the thread that takes, which is faster when nothing waits. If others take too, one
+  /// of them may come away with a newer item first; and while others push, the ring may hold one
+  /// item more than `depth`.
+  T* push_here(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
+    const std::uint64_t ticket = tail_.load(std::memory_order_relaxed);
+    if (ticket != head_.load(std::memory_order_relaxed) ||
+        here_.load(std::memory_order_relaxed) != nullptr) {
+      return push(item, sequence, time_ns);
+    }
+    here_ticket_.store(ticket, std::memory_order_relaxed);
+    here_sequence_.store(sequence, std::memory_order_relaxed);
+    here_time_ns_.store(time_ns, std::memory_order_relaxed);
+    here_.store(item, std::memory_order_release);  // pairs with the swap of who takes it
+    here_pushed_.store(here_pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    return nullptr;
+  }
+
   /// How many items were pushed so far; exact when nobody pushes.
   std::uint64_t pushed() const noexcept {
-    return tail_.load(std::memory_order_relaxed) - lost_tickets_.load(std::memory_order_relaxed);
+    return tail_.load(std::memory_order_relaxed) - lost_tickets_.load(std::memory_order_relaxed) +
+           here_pushed_.load(std::memory_order_relaxed);
   }
 
   /// The oldest item, or nullptr when there is none. `dropped` is called with items that were
   /// overwritten by publishers who have not finished yet. `more` tells whether there was more.
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
+    if (T* item = take_here()) {
+      more = tail_.load() != head_.load(std::memory_order_relaxed);
+      return item;
+    }
     const std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint
     Cell& cell = cell_of(ticket);
     std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with push's swap
@@ -85,6 +113,11 @@ class KeepLastRing {
   /// What push was told of the oldest item; false when there is none, or its publisher has not
   /// finished. While publishers overwrite, it may tell of the item that took its place.
   bool front(std::uint64_t& sequence, std::int64_t& time_ns) const noexcept {
+    if (here_.load(std::memory_order_acquire) != nullptr) {
+      sequence = here_sequence_.load(std::memory_order_relaxed);
+      time_ns = here_time_ns_.load(std::memory_order_relaxed);
+      return true;
+    }
     for (std::uint64_t ticket = head_.load(std::memory_order_relaxed);; ++ticket) {
       const Cell& cell = cell_of(ticket);
       const std::uint64_t word = cell.word.load(std::memory_order_acquire);
@@ -107,9 +140,10 @@ class KeepLastRing {
   /// taker that reads 0 after it announced that it goes away will be announced to again.
   std::size_t size() const noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
-    const std::uint64_t tail = tail_.load();
+    const std::uint64_t waiting =
+        tail_.load() - head + (here_.load(std::memory_order_relaxed) != nullptr ? 1 : 0);
     // Another taker's stale store may have moved the hint back; the ring holds depth at the most.
-    return tail - head < depth_ ? tail - head : depth_;
+    return waiting < depth_ ? waiting : depth_;
   }
 
   std::size_t depth() const noexcept { return depth_; }
@@ -143,6 +177,19 @@ class KeepLastRing {
   /// Asked after the word was loaded: true when `age` may err, because its caller was preempted
   /// for so long that the word may be of a ticket out of the range that 16 bits tell.
   bool is_far(std::uint64_t ticket) const noexcept { return tail_.load() - ticket > 32768; }
+  T* take_here() noexcept {
+    return here_.load(std::memory_order_relaxed) == nullptr ? nullptr : here_.exchange(nullptr);
+  }
+  // After a push into the cells: gives back the item beside them when it is one too many. It is the
+  // oldest, unless it has come since: then it may even have a later ticket.
+  [[gnu::noinline]] T* make_room(std::uint64_t ticket, T* overwritten) noexcept {
+    T* here = here_.load(std::memory_order_acquire);  // pairs with push_here
+    const auto newer =
+        static_cast<std::int64_t>(ticket + 1 - here_ticket_.load(std::memory_order_relaxed));
+    const bool is_too_old =
+        overwritten == nullptr && here != nullptr && newer >= static_cast<std::int64_t>(depth_);
+    return is_too_old && here_.compare_exchange_strong(here, nullptr) ? here : overwritten;
+  }
   std::uint64_t look_at_tail() noexcept {
     const std::uint64_t tail = tail_.load();
     known_tail_.store(tail, std::memory_order_relaxed);
@@ -184,6 +231,9 @@ class KeepLastRing {
   const std::size_t depth_;
   const bool is_power_of_two_;
   const std::unique_ptr<Cell[]> cells_;
+  std::atomic<T*> here_{nullptr};  // see 4.; only the taker's thread sets it
+  std::atomic<std::uint64_t> here_ticket_{0}, here_sequence_{0}, here_pushed_{0};
+  std::atomic<std::int64_t> here_time_ns_{0};
   alignas(64) std::atomic<std::uint64_t> tail_{0};  // publishers write it
   std::atomic<std::uint64_t> lost_tickets_{0};      // see 3.
   alignas(64) std::atomic<std::uint64_t> head_{0};  // takers write it

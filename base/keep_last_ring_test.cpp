@@ -34,6 +34,11 @@ class NumberRing {
                                 static_cast<std::uint64_t>(number) + 1000, number + 2000);
     return old == nullptr ? -1 : *old;
   }
+  int push_here(int number) {
+    const int* old = ring_.push_here(&numbers_[static_cast<std::size_t>(number)],
+                                     static_cast<std::uint64_t>(number) + 1000, number + 2000);
+    return old == nullptr ? -1 : *old;
+  }
   int pop() {
     const int* number = ring_.pop([this](int*) { ++dropped_while_popping_; }, more_);
     return number == nullptr ? -1 : *number;
@@ -144,6 +149,27 @@ TEST(KeepLastRing, TellsOfTheOldestWithoutTakingIt) {
   EXPECT_EQ(ring.front(), -1);
 }
 
+TEST(KeepLastRing, KeepsOrderAndDepthWithItemsOfItsTakersThread) {
+  NumberRing ring(2);
+  EXPECT_EQ(ring.push_here(1), -1);
+  EXPECT_EQ(ring.front(), 1);
+  EXPECT_EQ(ring.push_here(2), -1);
+  EXPECT_EQ(ring.size(), 2u);
+  EXPECT_EQ(ring.push(3), 1);
+  EXPECT_EQ(ring.push_here(4), 2);
+  EXPECT_EQ(ring.size(), 2u);
+  EXPECT_EQ(ring.drain(), (std::vector<int>{3, 4}));
+  EXPECT_EQ(ring.push_here(5), -1);
+  EXPECT_EQ(ring.pop(), 5);
+  EXPECT_FALSE(ring.more());
+  EXPECT_EQ(ring.push_here(6), -1);
+  EXPECT_EQ(ring.push(7), -1);
+  EXPECT_EQ(ring.pop(), 6);
+  EXPECT_TRUE(ring.more());
+  EXPECT_EQ(ring.drain(), std::vector<int>{7});
+  EXPECT_EQ(ring.pushed(), 7u);
+}
+
 // Every depth against a plain model; 70000 tickets, so that the 16 bits in a cell wrap.
 TEST(KeepLastRing, BehavesLikeABoundedQueueAtAnyDepthAndBeyondTheTicketWrap) {
   for (const std::size_t depth : {1u, 2u, 3u, 5u, 7u, 10u, 64u, 100u, 1000u}) {
@@ -154,7 +180,8 @@ TEST(KeepLastRing, BehavesLikeABoundedQueueAtAnyDepthAndBeyondTheTicketWrap) {
     for (int next = 0; next < kPushes;) {
       const int held = next - oldest;
       if (random() % 5 < 3) {
-        ASSERT_EQ(ring.push(next), held == static_cast<int>(depth) ? oldest : -1) << depth;
+        const int old = random() % 2 == 0 ? ring.push(next) : ring.push_here(next);
+        ASSERT_EQ(old, held == static_cast<int>(depth) ? oldest : -1) << depth;
         if (held == static_cast<int>(depth)) ++oldest;
         ++next;
       } else {

@@ -35,12 +35,6 @@ void SubscriptionBase::start() {
   if (participant_ != nullptr) remote_ = participant_->create_reader(*this);
 }
 
-MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
-  MessageBlock* message = IntraProcessReader::take(more);
-  if (message == nullptr || message->payload() != nullptr) return message;
-  return decode_received(*message);
-}
-
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
   const auto bytes = static_cast<ReceivedBlock&>(received).bytes();
   MessageBlock* message = decode(bytes);

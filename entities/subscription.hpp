@@ -54,7 +54,11 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  protected:
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
-  MessageBlock* take_message(bool& more) noexcept;
+  MessageBlock* take_message(bool& more) noexcept {
+    MessageBlock* message = IntraProcessReader::take(more);
+    if (message == nullptr || message->payload() != nullptr) return message;
+    return decode_received(*message);
+  }
   /// The message that these bytes are, or nullptr. Called by who takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
 

@@ -235,11 +235,12 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   bool detached = false;          // nobody announces any more
 
   void announce(Arrival arrival) noexcept override {
-    if (worker_of_ == &executor && !executor.shared_) {
-      executor.ready_.announce_from_callback(*this, arrival);
-    } else {
-      executor.announce(*this, arrival);
-    }
+    if (!announce_here(arrival)) executor.announce(*this, arrival);
+  }
+  bool announce_here(Arrival arrival) noexcept override {
+    if (worker_of_ != &executor || executor.shared_) return false;
+    executor.ready_.announce_from_callback(*this, arrival);
+    return true;
   }
   void release_changed() noexcept override {
     if (executor.ready_.announce_change(*this)) executor.wake();

@@ -42,15 +42,20 @@ class IntraProcessReader {
   void leave() noexcept;
 
   /// `arrival` tells what the envelope tells: the message may be gone once it is in the ring.
-  void deliver(MessageBlock& message, Arrival arrival) noexcept {
+  [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival) noexcept {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return message.release();
-    MessageBlock* old =
-        ring_.push(&message, arrival.sequence, arrival.ready_time.time_since_epoch().count());
+    ArrivalListener* listener = listener_.load();
+    const bool is_here = listener != nullptr && listener->announce_here(arrival);
+    const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
+    MessageBlock* old = is_here ? ring_.push_here(&message, arrival.sequence, time_ns)
+                                : ring_.push(&message, arrival.sequence, time_ns);
     if (old != nullptr) drop(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
-    if (ArrivalListener* listener = listener_.load()) listener->announce(arrival);
+    if (is_here) return;
+    listener = listener_.load();  // after the push: who comes meanwhile looks for messages itself
+    if (listener != nullptr) listener->announce(arrival);
   }
 
   /// Who is told of messages, on the publisher's thread; nullptr: nobody. Who was told before may

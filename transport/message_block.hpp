@@ -23,6 +23,9 @@ class ArrivalListener {
  public:
   /// Something has arrived. Any thread, inside a read section; neither blocks nor allocates.
   virtual void announce(Arrival arrival) noexcept = 0;
+  /// The same before it has arrived, on the thread that alone takes it: true. On any other thread
+  /// it does nothing.
+  virtual bool announce_here(Arrival) noexcept { return false; }
 
  protected:
   ~ArrivalListener() = default;
