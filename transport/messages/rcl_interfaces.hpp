@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "takt/transport/message_type.hpp"
+#include "takt/transport/messages/builtin_interfaces.hpp"
 
 namespace takt::rcl_interfaces {
 
@@ -46,6 +47,26 @@ struct Parameter {
   ParameterValue value;
 };
 TAKT_MESSAGE(Parameter, "rcl_interfaces/msg/Parameter", name, value);
+
+/// What has changed at a node, on /parameter_events.
+struct ParameterEvent {
+  builtin_interfaces::Time stamp;
+  std::string node;
+  std::vector<Parameter> new_parameters, changed_parameters, deleted_parameters;
+};
+TAKT_MESSAGE(ParameterEvent, "rcl_interfaces/msg/ParameterEvent", stamp, node, new_parameters,
+             changed_parameters, deleted_parameters);
+
+enum class LogSeverity : std::uint8_t { debug = 10, info = 20, warn = 30, error = 40, fatal = 50 };
+
+/// A line of a node's log, on /rosout.
+struct Log {
+  builtin_interfaces::Time stamp;
+  std::uint8_t level = 0;  // a LogSeverity
+  std::string name, msg, file, function;
+  std::uint32_t line = 0;
+};
+TAKT_MESSAGE(Log, "rcl_interfaces/msg/Log", stamp, level, name, msg, file, function, line);
 
 struct FloatingPointRange {
   double from_value = 0, to_value = 0, step = 0;
