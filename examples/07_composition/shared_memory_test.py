@@ -7,30 +7,19 @@ usage: shared_memory_test.py TAKT PREFIX_OF_THE_INDEX
 import glob
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+
 takt, prefix = sys.argv[1:]
 here = os.path.dirname(os.path.abspath(__file__))
 pipeline = os.path.join(here, "pipeline.yaml")
-environment = dict(os.environ, TAKT_COMPONENT_PATH=prefix,
-                   ROS_DOMAIN_ID=str(60 + os.getpid() % 100))
-failures = []
-
-
-def check(what, holds, *details):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        failures.append(what)
-        print(*details)
-
-
-def roudi_runs():
-    return subprocess.run(["pidof", "iox-roudi"], stdout=subprocess.DEVNULL).returncode == 0
+environment["TAKT_COMPONENT_PATH"] = prefix
 
 
 def run(*options, file=pipeline, **changes):
@@ -44,12 +33,7 @@ def run(*options, file=pipeline, **changes):
         return done.returncode, done.stdout + done.stderr, topics
 
 
-if not shutil.which("iox-roudi"):
-    print("skipped: iox-roudi is not installed (apt-get install iceoryx)")
-    sys.exit(77)
-if roudi_runs():
-    print("skipped: a RouDi of somebody else runs")
-    sys.exit(77)
+skip_without_shared_memory()
 
 status, said, topics = run()
 check("without RouDi and without asking for it, topics go by UDP, and it is said",
@@ -94,4 +78,4 @@ with tempfile.TemporaryDirectory() as empty:
 check("where it is required and not installed, that is an error",
       status != 0 and "iox-roudi is not installed; apt-get install iceoryx" in said, status, said)
 
-sys.exit(1 if failures else 0)
+finish()

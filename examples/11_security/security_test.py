@@ -15,23 +15,12 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish, skip  # noqa: E402
+
 takt, document = map(os.path.abspath, sys.argv[1:])
 here = os.path.dirname(os.path.abspath(__file__))
-domain = 60 + os.getpid() % 100
-environment = dict(os.environ, ROS_DOMAIN_ID=str(domain))
-failures = []
-
-
-def check(what, holds, *details):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        failures.append(what)
-        print(*details)
-
-
-def skip(reason):
-    print("skipped:", reason)
-    sys.exit(77)
+domain = int(environment["ROS_DOMAIN_ID"])
 
 
 text = open(document).read()
@@ -169,5 +158,4 @@ write("large.yaml", "talker.yaml", large, (r"period_us: \[10000\]", "period_us: 
 _, (received, said, _) = run("large", "listener")
 check("a message of 1 MB passes", received > 10, received, said)
 
-print(f"{len(failures)} failures")
-sys.exit(1 if failures else 0)
+finish()

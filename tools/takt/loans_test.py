@@ -6,10 +6,12 @@ usage: loans_test.py TAKT SECONDS
 """
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish, skip_without_shared_memory  # noqa: E402
 
 SYSTEM = """
 dds: {{shared_memory: require}}
@@ -32,14 +34,8 @@ container:
 """
 
 takt, seconds = sys.argv[1:]
-if not shutil.which("iox-roudi"):
-    print("skipped: iox-roudi is not installed (apt-get install iceoryx)")
-    sys.exit(77)
-if subprocess.run(["pidof", "iox-roudi"], stdout=subprocess.DEVNULL).returncode == 0:
-    print("skipped: a RouDi of somebody else runs")
-    sys.exit(77)
+skip_without_shared_memory()
 
-failed = False
 for size, period_us, depth in ((1_000, 100, 100), (8_000_000, 2_000, 4)):
     with tempfile.TemporaryDirectory() as folder:
         system, result = os.path.join(folder, "loans.yaml"), os.path.join(folder, "result.json")
@@ -47,15 +43,13 @@ for size, period_us, depth in ((1_000, 100, 100), (8_000_000, 2_000, 4)):
             file.write(SYSTEM.format(bytes=size, period_us=period_us, depth=depth))
         subprocess.run([takt, "run", system, "--composition", "per-node", "--duration", seconds + "s",
                         "--json", result], check=True, stdout=subprocess.DEVNULL,
-                       env=dict(os.environ, ROS_DOMAIN_ID=str(60 + os.getpid() % 100)))
+                       env=environment)
         run = json.load(open(result))["runs"][0]
     writer, = (topic for topic in run["topics"] if topic["is_writer"])
     received, overwritten = next((callback["received"], callback["dropped"])
                                  for callback in run["callbacks"] if callback["kind"] == "subscription")
     counts = (f"{writer['messages']} sent, {writer['uncopied']} of them uncopied, "
               f"{received} received, {overwritten} overwritten, {writer['lost']} not sent")
-    holds = (writer["way"] == "shared memory" and received + overwritten == writer["messages"] > 0
-             and received > writer["messages"] / 2)
-    print("holds " if holds else "FAILED", f"{size} B every {period_us} µs: {counts}")
-    failed |= not holds
-sys.exit(1 if failed else 0)
+    check(f"{size} B every {period_us} µs: {counts}", writer["way"] == "shared memory" and received + overwritten == writer["messages"] > 0
+          and received > writer["messages"] / 2)
+finish()

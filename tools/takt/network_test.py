@@ -14,21 +14,11 @@ import sys
 import tempfile
 import time
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, finish, skip  # noqa: E402
+
 program, takt = map(os.path.abspath, sys.argv[1:])
 left, right = (f"takt_{side}_{os.getpid()}" for side in ("left", "right"))
-failures = []
-
-
-def check(what, holds, *details):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        failures.append(what)
-        print(*details)
-
-
-def skip(reason):
-    print("skipped:", reason)
-    sys.exit(77)
 
 
 def ip(*words):
@@ -170,5 +160,4 @@ check("and no call", all(answers(host) for host in hosts for _ in range(50)))
 for host in hosts:
     host.close()
 
-print(f"{len(failures)} failures")
-sys.exit(1 if failures else 0)
+finish()

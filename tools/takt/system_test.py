@@ -13,22 +13,16 @@ import sys
 import tempfile
 import time
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
 takt = sys.argv[1]
-environment = dict(os.environ, ROS_DOMAIN_ID=str(60 + os.getpid() % 100))
-failures = []
 
 WORKLOAD = """
     - component: takt::Workload
       name: {name}
       parameters: {{publishers.topic: [/{name}], publishers.period_us: [10000], publishers.size_bytes: [16]}}
 """
-
-
-def check(what, holds, *details):
-    print(("ok      " if holds else "FAILED  ") + what)
-    if not holds:
-        failures.append(what)
-        print(*details)
 
 
 def children_of(process):
@@ -125,5 +119,4 @@ check("a lost node's dependents rest until it is back, and all go down in revers
                     "deactivate /anchor", "cleanup /anchor", "shutdown /anchor"],
       status, steps, said)
 
-print(f"{len(failures)} failures")
-sys.exit(1 if failures else 0)
+finish()

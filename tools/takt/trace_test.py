@@ -9,13 +9,8 @@ import subprocess
 import sys
 import tempfile
 
-FAILED = []
-
-
-def expect(holds, what):
-    print("holds " if holds else "FAILED", what)
-    if not holds:
-        FAILED.append(what)
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, finish  # noqa: E402
 
 
 def main():
@@ -33,26 +28,26 @@ def main():
 
     slices = of("X")
     executed = sum(callback["received"] for callback in run["callbacks"])
-    expect(len(slices) == executed, f"there is a slice for each execution ({len(slices)}, {executed})")
+    check(f"there is a slice for each execution ({len(slices)}, {executed})", len(slices) == executed)
     threads = {}
     for event in slices:
         threads.setdefault((event["pid"], event["tid"]), []).append(event)
     named = {(event["pid"], event["tid"]) for event in of("M") if event["name"] == "thread_name"}
-    expect(set(threads) <= named, "each thread has a name")
+    check("each thread has a name", set(threads) <= named)
     overlaps = 0
     for of_thread in threads.values():
         of_thread.sort(key=lambda event: event["ts"])
         overlaps += sum(a["ts"] + a["dur"] > b["ts"] + 0.0011  # a nanosecond of rounding
                         for a, b in zip(of_thread, of_thread[1:]))
-    expect(overlaps == 0, "slices of one thread do not overlap")
+    check("slices of one thread do not overlap", overlaps == 0)
     begins = {event["id"]: event["ts"] for event in of("b")}
     ends = {event["id"]: event["ts"] for event in of("e")}
-    expect(begins.keys() == ends.keys() and all(begins[i] <= ends[i] for i in begins),
-           "what becomes ready starts later")
+    check("what becomes ready starts later",
+          begins.keys() == ends.keys() and all(begins[i] <= ends[i] for i in begins))
     starts, finishes = ({event["id"] for event in of(phase)} for phase in "sf")
-    expect(starts == finishes and starts, f"arrows of {len(starts)} chain instances begin and end")
-    expect(all(event["ts"] >= 0 for event in events if "ts" in event), "time begins at 0")
-    sys.exit(1 if FAILED else 0)
+    check(f"arrows of {len(starts)} chain instances begin and end", starts == finishes and starts)
+    check("time begins at 0", all(event["ts"] >= 0 for event in events if "ts" in event))
+    finish()
 
 
 main()

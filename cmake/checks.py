@@ -1,0 +1,39 @@
+"""What the tests of whole programs share: each relation that must hold is told and counted.
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import os
+import shutil
+import subprocess
+import sys
+
+# Tests that run at the same time do not see each other.
+environment = dict(os.environ, ROS_DOMAIN_ID=str(60 + os.getpid() % 100))
+failures = []
+
+
+def check(what, holds, *details):
+    print("holds " if holds else "FAILED", what)
+    if not holds:
+        failures.append(what)
+        print(*details)
+
+
+def skip(reason):
+    print("skipped:", reason)
+    sys.exit(77)
+
+
+def finish():
+    sys.exit(1 if failures else 0)
+
+
+def roudi_runs():
+    return subprocess.run(["pidof", "iox-roudi"], stdout=subprocess.DEVNULL).returncode == 0
+
+
+def skip_without_shared_memory():
+    if not shutil.which("iox-roudi"):
+        skip("iox-roudi is not installed (apt-get install iceoryx)")
+    if roudi_runs():
+        skip("a RouDi of somebody else runs")
