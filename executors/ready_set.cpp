@@ -81,7 +81,7 @@ void ReadySet::take_snapshot() noexcept {
 void ReadySet::install(ReadyPlan& plan) noexcept {
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
+  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
     callback->next = nullptr;
     *end = callback;
     end = &callback->next;
@@ -103,6 +103,7 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     }
   };
   scheduler_.swap(plan.scheduler);
+  is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [group, scheduler, parked] : plan.parking) {

@@ -249,6 +249,9 @@ class ReadySet {
   void read_clock() noexcept { now_ = clock_.now(); }
 
  private:
+  ReadyCallback* pop() noexcept {
+    return alone_ != nullptr ? std::exchange(alone_, nullptr) : scheduler_->pop();
+  }
   void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
   void push_judged(CallbackRecord& record) noexcept;
@@ -272,9 +275,11 @@ class ReadySet {
   std::atomic<bool> exact_time_;     // written at a dispatch point
   Inbox<CallbackRecord> inbox_;
   std::unique_ptr<Scheduler> scheduler_;
+  bool is_order_ = false;           // the scheduler
+  ReadyCallback* alone_ = nullptr;  // it need not know this one: no other waits
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   ReadyCallback* deferred_ = nullptr;                          // linked by next
-  std::size_t waiting_ = 0;                                    // in the scheduler
+  std::size_t waiting_ = 0;                                    // in the scheduler, or alone
   std::uint64_t window_ = 0;
   std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
   TimePoint now_{};
@@ -286,7 +291,11 @@ class ReadySet {
 // Back into the scheduler with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   if (callback == nullptr) return;
-  ++waiting_;
+  if (waiting_++ == 0 && is_order_) {
+    alone_ = callback;
+    return;
+  }
+  if (alone_ != nullptr) scheduler_->push(*std::exchange(alone_, nullptr));
   scheduler_->push(*callback);
 }
 
@@ -317,7 +326,7 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
     poll();
   }
-  ReadyCallback* first = scheduler_->pop();
+  ReadyCallback* first = pop();
   if (first == nullptr) return nullptr;
   --waiting_;
   auto& record = static_cast<CallbackRecord&>(*first);

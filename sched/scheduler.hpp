@@ -77,13 +77,16 @@ class Scheduler {
   /// Whether it looks at `ready_time` and `deadline`, or overrides `done`, which is not called
   /// otherwise. When not, executors that count only spare two clock readings a message.
   virtual bool uses_time() const noexcept { return true; }
+  /// Whether it keeps nothing of what was pushed and popped before. Then it need not be asked about
+  /// a callback that waits alone.
+  virtual bool is_order() const noexcept { return false; }
 };
 
 /// A scheduler that is only an order. `Before` is a function object:
 /// `bool operator()(const ReadyCallback& a, const ReadyCallback& b) const`: a runs before b.
 /// Set `kUsesTime` when it looks at times. Push and pop are O(log n).
 template <class Before, bool kUsesTime = true>
-class HeapScheduler : public Scheduler {
+class HeapScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> callbacks) override {
     heap_.resize(callbacks.size());
@@ -98,6 +101,7 @@ class HeapScheduler : public Scheduler {
     return heap_[--size_];
   }
   bool uses_time() const noexcept override { return kUsesTime; }
+  bool is_order() const noexcept override { return true; }
 
  private:
   static bool after(const ReadyCallback* a, const ReadyCallback* b) noexcept {

@@ -153,6 +153,8 @@ TEST(FifoScheduler, RunsInOrderOfArrivalAndLooksAtNothingElse) {
   callbacks[2].sequence = 6;
   EXPECT_THAT(order("fifo", callbacks, {1, 2, 0}), ElementsAre(0, 2, 1));
   EXPECT_FALSE(schedulers().make("fifo")->uses_time());
+  EXPECT_TRUE(schedulers().make("fifo")->is_order());
+  EXPECT_FALSE(schedulers().make("round_robin")->is_order());  // whose turn it is, it remembers
 }
 
 TEST(FifoScheduler, PutsACallbackThatComesBackWithAYoungerMessageBehindTheOthers) {
