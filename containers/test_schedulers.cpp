@@ -13,15 +13,16 @@ struct LastCome {
 };
 using Good = takt::HeapScheduler<LastCome>;
 
-struct Forgetful : Good {
+struct Forgetful : takt::Scheduler {
+  void push(takt::ReadyCallback&) noexcept override {}
   takt::ReadyCallback* pop() noexcept override { return nullptr; }
 };
 
-struct NeverMade : Good {
+struct NeverMade : Forgetful {
   NeverMade() { throw std::runtime_error("out of order"); }
 };
 
-struct NeverConfigured : Good {
+struct NeverConfigured : Forgetful {
   void configure(std::span<const takt::CallbackInfo>) override {
     throw std::runtime_error("out of room");
   }
