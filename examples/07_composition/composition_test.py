@@ -4,6 +4,7 @@ running container of each type, compute the same.
 
 usage: composition_test.py TAKT MAIN PREFIX_OF_THE_INDEX
 """
+# SPDX-License-Identifier: Apache-2.0
 import os
 import re
 import signal
@@ -11,18 +12,18 @@ import subprocess
 import sys
 import time
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
 takt, main, prefix = sys.argv[1:]
 here = os.path.dirname(os.path.abspath(__file__))
-domain = str(60 + os.getpid() % 100)
-environment = dict(os.environ, TAKT_COMPONENT_PATH=prefix, ROS_DOMAIN_ID=domain)
-failures = []
+environment["TAKT_COMPONENT_PATH"] = prefix
 expected = None
 
 
 def run(*command):
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
-    if done.returncode != 0:
-        failures.append(f"{' '.join(command)} ended with {done.returncode}: {done.stderr}")
+    check(" ".join(command), done.returncode == 0, done.returncode, done.stderr)
     return done
 
 
@@ -30,9 +31,7 @@ def compare(how, text):
     global expected
     sums = re.findall(r"(\d+ samples, sum \d+)", text)
     expected = expected or (sums[0] if sums else None)
-    print(f"{how:32} {sums}")
-    if sums != [expected]:
-        failures.append(f"{how}: {sums}, not {expected}: {text}")
+    check(f"{how}: {sums}", sums == [expected], "not", expected, text)
 
 
 def loaded(executor):
@@ -44,18 +43,17 @@ def loaded(executor):
             run(takt, "component", "load", "c", "pipeline::" + component)
         time.sleep(1)
         listed = run(takt, "component", "list", "c").stdout
-        if [n for n in ("/sink", "/filter", "/source") if n not in listed]:
-            failures.append(f"{executor}: not all are listed: {listed}")
+        check(f"{executor}: all are listed",
+              all(name in listed for name in ("/sink", "/filter", "/source")), listed)
         for number in ("3", "2", "1"):
             run(takt, "component", "unload", "c", number)
         listed = run(takt, "component", "list", "c").stdout
-        if "(empty)" not in listed:
-            failures.append(f"{executor}: not all are unloaded: {listed}")
+        check(f"{executor}: all are unloaded", "(empty)" in listed, listed)
     finally:
         container.send_signal(signal.SIGINT)
         text = container.communicate(timeout=60)[1]
-    if container.returncode != 0:
-        failures.append(f"container under {executor} ended with {container.returncode}: {text}")
+    check(f"{executor}: the container ends well", container.returncode == 0,
+          container.returncode, text)
     return text
 
 
@@ -71,8 +69,7 @@ for executor in executors:
         compare("loaded, " + executor, loaded(executor))
 refused = subprocess.run([takt, "component", "load", "nobody", "pipeline::Sink"], env=environment,
                          capture_output=True, text=True)
-if refused.returncode != 2 or "container 'nobody' has not been found" not in refused.stderr:
-    failures.append(f"no container: {refused.returncode} {refused.stderr}")
-for failure in failures:
-    print(failure)
-sys.exit(1 if failures else 0)
+check("a container that is not there", refused.returncode == 2
+      and "container 'nobody' has not been found" in refused.stderr,
+      refused.returncode, refused.stderr)
+finish()

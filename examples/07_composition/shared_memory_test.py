@@ -4,6 +4,7 @@ which way each topic goes, and leaves nothing behind.
 
 usage: shared_memory_test.py TAKT PREFIX_OF_THE_INDEX
 """
+# SPDX-License-Identifier: Apache-2.0
 import glob
 import json
 import os

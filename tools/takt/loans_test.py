@@ -4,6 +4,7 @@ overwritten.
 
 usage: loans_test.py TAKT SECONDS
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import subprocess

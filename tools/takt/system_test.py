@@ -4,6 +4,7 @@ description says, and the rest goes on.
 
 usage: system_test.py TAKT
 """
+# SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import re

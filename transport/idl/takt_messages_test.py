@@ -4,21 +4,19 @@
 usage: takt_messages_test.py IDLC PLUGIN CMAKE [--renew]
 SPDX-License-Identifier: Apache-2.0
 """
+import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, finish  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
 BAD = HERE / "testdata" / "bad"
 idlc, plugin, cmake = sys.argv[1:4]
 renew = sys.argv[4:] == ["--renew"]
-failures = []
-
-
-def expect(condition, what):
-    if not condition:
-        failures.append(what)
 
 
 def make(tree, file, *options):
@@ -28,28 +26,29 @@ def make(tree, file, *options):
 
 def test_bad_files(work):
     files = sorted(file for file in BAD.iterdir() if file.suffix != ".txt")
-    expect(len(files) > 20, "where are the bad files?")
+    check(f"there are bad files ({len(files)})", len(files) > 20)
     for file in files:
         tree = work / file.name
         done = make(tree, file.name, "--idlc", idlc, "--plugin", plugin)
-        expect(done.returncode == 1, f"{file.name}: ends with {done.returncode}")
-        expect(not list(tree.rglob("*.hpp")), f"{file.name}: has made a header")
+        check(f"{file.name}: is refused ({done.returncode})", done.returncode == 1)
+        check(f"{file.name}: makes no header", not list(tree.rglob("*.hpp")))
         told = file.with_name(file.name + ".txt")
         if renew:
             told.write_text(done.stderr)
-        expect(done.stderr == told.read_text(),
-               f"{file.name}: tells\n{done.stderr}and not\n{told.read_text()}")
+        check(f"{file.name}: tells what {told.name} says", done.stderr == told.read_text(),
+              f"it tells\n{done.stderr}and not\n{told.read_text()}")
 
 
 # idlc ends with 0 when it cannot load its back end; that must not pass for success.
 def test_missing_plugin(work):
     good = HERE / "testdata" / "msg" / "Point.msg"
     done = make(work / "plugin", good, "--idlc", idlc, "--plugin", work / "none.so")
-    expect(done.returncode == 1 and "cannot load generator" in done.stderr,
-           f"a missing plugin: {done.returncode} {done.stderr}")
+    check("a missing plugin", done.returncode == 1 and "cannot load generator" in done.stderr,
+          done.returncode, done.stderr)
     done = make(work / "silent", good, "--idlc", "true", "--plugin", plugin)
-    expect(done.returncode == 1 and "has made nothing of it" in done.stderr,
-           f"an idlc that does nothing: {done.returncode} {done.stderr}")
+    check("an idlc that does nothing",
+          done.returncode == 1 and "has made nothing of it" in done.stderr,
+          done.returncode, done.stderr)
 
 
 def configure(work, call):
@@ -60,7 +59,7 @@ def configure(work, call):
         f"include({HERE}/TaktMessages.cmake)\n{call}\n")
     done = subprocess.run([cmake, "-S", source, "-B", source / "build", "--fresh"],
                           capture_output=True, text=True, check=False)
-    expect(done.returncode != 0, f"{call} is accepted")
+    check(f"{call} is refused", done.returncode != 0)
     return " ".join(done.stderr.split())
 
 
@@ -73,12 +72,10 @@ def test_cmake(work):
             (f"takt_add_messages(m {point} {point})", "another file of this target"),
             (f"{hidden}\ntakt_add_messages(m {point})", "apt-get install cyclonedds-tools")):
         text = configure(work, call)
-        expect(told in text, f"{call}: '{told}' is not in: {text}")
+        check(f"{call}: '{told}'", told in text, text)
 
 
 with tempfile.TemporaryDirectory() as folder:
     for test in (test_bad_files, test_missing_plugin, test_cmake):
         test(pathlib.Path(folder))
-for failure in failures:
-    print(failure, file=sys.stderr)
-sys.exit(1 if failures else 0)
+finish()
