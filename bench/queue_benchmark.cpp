@@ -27,20 +27,9 @@ void measure(benchmark::State& state, Round&& round) {
   stop.notify_one();
 }
 
-void boost_spsc_queue(benchmark::State& state) {
-  boost::lockfree::spsc_queue<Item*> queue(16);
-  Item item;
-  measure(state, [&] {
-    Item* out = nullptr;
-    queue.push(&item);
-    queue.pop(out);
-    benchmark::DoNotOptimize(out);
-  });
-}
-BENCHMARK(boost_spsc_queue);
-
+template <class Queue>
 void boost_queue(benchmark::State& state) {
-  boost::lockfree::queue<Item*> queue(16);
+  Queue queue(16);
   Item item;
   measure(state, [&] {
     Item* out = nullptr;
@@ -49,7 +38,8 @@ void boost_queue(benchmark::State& state) {
     benchmark::DoNotOptimize(out);
   });
 }
-BENCHMARK(boost_queue);
+BENCHMARK(boost_queue<boost::lockfree::spsc_queue<Item*>>)->Name("boost_spsc_queue");
+BENCHMARK(boost_queue<boost::lockfree::queue<Item*>>)->Name("boost_queue");
 
 void keep_last_ring(benchmark::State& state) {
   KeepLastRing<Item> ring(8);

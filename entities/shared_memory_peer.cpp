@@ -14,6 +14,7 @@
 #include <map>
 #include <mutex>
 #include <semaphore>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -172,6 +173,9 @@ class Receiver final : public End, ArrivalListener {
   std::shared_ptr<Subscription<T>> subscription_;
 };
 
+const std::set<std::string> kOfReceiver{"received", "heard",  "latency", "keep",
+                                        "check",    "forget", "drop"};
+
 SharedMemory mode(const std::string& word) {
   return word == "require" ? SharedMemory::require
          : word == "off"   ? SharedMemory::off
@@ -232,9 +236,7 @@ int run() {
               fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost, state.way);
         }
       } else {
-        const bool is_of_receiver = command == "received" || command == "latency" ||
-                                    command == "keep" || command == "check" ||
-                                    command == "forget" || command == "drop" || command == "heard";
+        const bool is_of_receiver = kOfReceiver.contains(command);
         std::unique_lock lock(mutex, std::defer_lock);
         if (is_of_receiver) lock.lock();
         answer = ends.at(is_of_receiver ? topic + "/in" : topic)->tell(command, words);
