@@ -30,7 +30,8 @@ namespace takt {
 ///    beside the cells, and is older than all that come into them before it is taken.
 /// docs/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
 ///
-/// Thread safety: every method may be called from any thread; the destructor frees no items.
+/// Thread safety: every method may be called from any thread, but push_here only from the one that
+/// takes; the destructor frees no items.
 /// Real-time: push, pop and front are lock-free; nothing allocates after construction.
 /// With N cells in use, at most N steps pass over cells that others changed meanwhile.
 template <class T>
