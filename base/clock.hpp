@@ -8,6 +8,7 @@
 namespace takt {
 
 class ManualClock;
+class SimulatedClock;
 
 /// A source of monotonic time.
 /// Thread safety: every method may be called from any thread.
@@ -18,6 +19,11 @@ class Clock {
   virtual TimePoint now() const noexcept = 0;
   /// The clock as a manual one, or nullptr; executors choose their wait back end by it.
   virtual ManualClock* as_manual() noexcept { return nullptr; }
+  /// The clock as a simulated one, or nullptr: on it nobody can sleep.
+  virtual SimulatedClock* as_simulated() noexcept { return nullptr; }
+  /// The clock itself, or the one that stands behind a simulated one: messages and answers are on
+  /// their way in real time, and executors sleep in it.
+  virtual Clock& real() noexcept { return *this; }
 
   /// CLOCK_MONOTONIC, shared by the whole process.
   static Clock& steady() noexcept;

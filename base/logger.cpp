@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/logger.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <mutex>
 
@@ -68,7 +69,26 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   function_.wait(&function);
 }
 
+void Logger::write_as(std::string_view source, LogLevel level, std::string_view text) {
+  start();
+  Record* record = records_->acquire();
+  if (record == nullptr) {
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  record->level = level;
+  const auto end = fmt::format_to_n(record->text, kLineBytes, "{}: {}", source, text);
+  record->size = std::min<std::size_t>(end.size, kLineBytes);
+  record->source_size = source.size();
+  hand_over(*record);
+}
+
+void Logger::set_listener(std::function<void(const LogLine&)> listener) {
+  run_in_thread([&] { listener_.swap(listener); });
+}
+
 void Logger::hand_over(Record& record) noexcept {
+  record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
   inbox_.push(record);
   work_.fetch_add(1);
@@ -87,7 +107,14 @@ void Logger::write_until_stopped() {
     }
     for (Record* record = inbox_.take_all(); record != nullptr;) {
       Record* next = record->inbox_next;
-      writer_(record->level, std::string_view(record->text, record->size));
+      const std::string_view line(record->text, record->size);
+      writer_(record->level, line);
+      if (listener_) {
+        const bool has_source = record->source_size != 0 && record->source_size + 2 <= line.size();
+        listener_({record->level, record->time,
+                   has_source ? line.substr(0, record->source_size) : std::string_view(),
+                   has_source ? line.substr(record->source_size + 2) : line});
+      }
       Pool<Record>::recycle(*record);
       written_.fetch_add(1);
       written_.notify_all();

@@ -4,6 +4,7 @@
 #define TAKT_BASE_LOGGER_HPP_
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -20,6 +21,14 @@
 namespace takt {
 
 enum class LogLevel { debug, info, warn, error };
+
+/// What was logged, by whom, and when.
+struct LogLine {
+  LogLevel level;
+  std::chrono::system_clock::time_point time;
+  std::string_view source;  // a node's full name, or empty
+  std::string_view text;
+};
 
 /// A bounded logger: a line is formatted into a record of a fixed pool and handed to the thread
 /// `log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
@@ -54,24 +63,31 @@ class Logger {
       return;
     }
     record->level = level;
+    record->source_size = 0;
     const auto end =
         fmt::format_to_n(record->text, kLineBytes, format, std::forward<Arguments>(arguments)...);
     record->size = end.size < kLineBytes ? end.size : kLineBytes;
     hand_over(*record);
   }
+  /// A line "source: text" of whatever level.
+  void write_as(std::string_view source, LogLevel level, std::string_view text);
 
   LogLevel level() const noexcept { return level_.load(std::memory_order_relaxed); }
   void set_level(LogLevel level) noexcept { level_.store(level, std::memory_order_relaxed); }
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   /// Returns when everything that was logged before the call is written.
   void flush();
+  /// Is told of every line, on the writing thread, after it was written. Empty: nobody is. When
+  /// this returns, the one before is not told any more.
+  void set_listener(std::function<void(const LogLine&)> listener);
   /// Where lines go instead of stderr (tests). Call while nobody logs.
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
 
  private:
   struct Record : PoolNode<Record> {
     LogLevel level;
-    std::size_t size;
+    std::chrono::system_clock::time_point time;
+    std::size_t size, source_size;
     char text[kLineBytes];
     Record* inbox_next = nullptr;
   };
@@ -85,6 +101,7 @@ class Logger {
   PoolPtr<Record> records_;
   Inbox<Record> inbox_;
   std::function<void(LogLevel, std::string_view)> writer_;
+  std::function<void(const LogLine&)> listener_;  // the thread's
   std::atomic<LogLevel> level_{LogLevel::info};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> handed_over_{0}, written_{0};

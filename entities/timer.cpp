@@ -11,6 +11,7 @@ Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& cloc
              Nanoseconds period, std::function<void()> callback)
     : Entity(EntityKind::timer, std::move(name), std::move(group)),
       clock_(clock),
+      simulated_(clock.as_simulated()),
       period_(period),
       callback_(std::move(callback)),
       next_release_(clock.now() + period) {
@@ -18,12 +19,34 @@ Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& cloc
     throw Error("a timer's period must be positive, not " + std::to_string(period.count()) + " ns");
   }
   if (!callback_) throw Error("timer '" + this->name() + "' has no callback");
+  if (simulated_ != nullptr) simulated_->add(*this);
+}
+
+Timer::~Timer() {
+  if (simulated_ != nullptr) simulated_->remove(*this);
+}
+
+TimePoint Timer::simulated_release() const noexcept {
+  return next_release_.load() <= simulated_->now() ? simulated_->last_set() : kNever;
+}
+
+void Timer::time_set(Nanoseconds change) noexcept {
+  if (change < Nanoseconds::zero()) {
+    TimePoint release = next_release_.load();
+    while (release != kNever && !next_release_.compare_exchange_weak(release, release + change)) {
+    }
+  }
+  if (next_release_.load() <= simulated_->now()) tell_release_changed();
+}
+
+void Timer::tell_release_changed() noexcept {
+  const ReadSection section;
+  if (Sink* sink = this->sink()) sink->release_changed();
 }
 
 void Timer::release_at(TimePoint release) noexcept {
-  const ReadSection section;
   next_release_.store(release);
-  if (Sink* sink = this->sink()) sink->release_changed();
+  tell_release_changed();
 }
 
 void Timer::cancel() noexcept {
@@ -53,7 +76,7 @@ bool Timer::take(Slot& slot) noexcept {
     const auto missed = (now - due) / period_;
     if (next_release_.compare_exchange_weak(due, due + (missed + 1) * period_)) {
       missed_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
-      slot.ready_time = due;
+      slot.ready_time = simulated_ == nullptr ? due : simulated_->last_set();
       slot.expected_period = period_;
       return true;
     }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/simulated_clock.hpp"
 #include "takt/entities/entity.hpp"
 
 namespace takt {
@@ -16,13 +17,15 @@ namespace takt {
 /// A periodic timer. Its releases are start + n × period: the phase is kept whatever happens. At
 /// most one release is outstanding; those that come due meanwhile are counted as missed, and the
 /// timer goes on with the next one of the phase (rclcpp issue 2771: no burst after an overrun).
+/// What a SimulatedClock does to it, is said there.
 ///
 /// Thread safety: cancel, reset and the observers from any thread, the own callback included.
 /// Real-time: all of it; nothing blocks or allocates.
-class Timer : public Entity {
+class Timer : public Entity, private SimulatedClock::Listener {
  public:
   Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock, Nanoseconds period,
         std::function<void()> callback);
+  ~Timer() override;
 
   /// No further release, the outstanding one included.
   void cancel() noexcept;
@@ -35,7 +38,10 @@ class Timer : public Entity {
   std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
   std::size_t ready_count() const noexcept override;
-  std::optional<TimePoint> next_release() const noexcept override { return next_release_.load(); }
+  /// In the executor's time. On a simulated clock: when it has become due, or kNever.
+  std::optional<TimePoint> next_release() const noexcept override {
+    return simulated_ == nullptr ? next_release_.load() : simulated_release();
+  }
   Nanoseconds period() const noexcept override { return period_; }
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
@@ -46,9 +52,16 @@ class Timer : public Entity {
  protected:
   /// Starts anew and tells nobody; a timer that is cancelled stays so.
   void restart() noexcept;
+  /// A release was taken and not served.
+  void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }
 
  private:
+  TimePoint simulated_release() const noexcept;
+  void time_set(Nanoseconds change) noexcept override;
+  void tell_release_changed() noexcept;
+
   Clock& clock_;
+  SimulatedClock* const simulated_;  // the clock, or nullptr
   const Nanoseconds period_;
   const std::function<void()> callback_;
   std::atomic<TimePoint> next_release_;
