@@ -78,8 +78,11 @@ class Topics {
 
   Topic& find(const Endpoint& endpoint) {
     Topic& topic = topics_.try_emplace(endpoint.topic, Topic{endpoint.type, {}, {}}).first->second;
-    if (topic.type->name != endpoint.type->name ||
-        topic.type->layout_hash != endpoint.type->layout_hash) {
+    const bool is_known = !topic.type->is_serialized && !endpoint.type->is_serialized;
+    if (topic.type->name == endpoint.type->name && !is_known) {
+      if (topic.type->is_serialized) topic.type = endpoint.type;
+    } else if (topic.type->name != endpoint.type->name ||
+               topic.type->layout_hash != endpoint.type->layout_hash) {
       throw Error(
           fmt::format("topic '{}' carries {} (layout {:x}), not {} (layout {:x})", endpoint.topic,
                       topic.type->name, topic.type->layout_hash, endpoint.type->name,
@@ -98,6 +101,9 @@ class Topics {
                    IntraProcessReader& reader) {
     const std::string_view policy = writer.endpoint().qos.refuses(reader.endpoint().qos);
     if (policy.empty()) {
+      if (!writer.endpoint().type->is_serialized) {
+        reader.set_payload_type(*writer.endpoint().type);
+      }
       table.push_back(&reader);
       match(writer, reader, 1);
     } else {

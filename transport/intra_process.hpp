@@ -19,11 +19,21 @@
 
 namespace takt {
 
-/// One end of a topic: what is matched.
+/// What both ends of a service, or of a client, tell others of it.
+struct ServiceIdentity {
+  std::string id;                        // "serviceid=1.2f...;" or "clientid=...;"; empty: a topic
+  const MessageType* request = nullptr;  // without the header
+  const MessageType* response = nullptr;
+};
+
+/// One end of a topic. Name, type and QoS decide about matches; the rest is what ROS 2's graph
+/// shows.
 struct Endpoint {
   std::string topic;
   const MessageType* type;
   QoS qos;
+  std::string node;  // its full name; empty: nobody's
+  ServiceIdentity identity;
 };
 
 /// The receiving end: a ring that keeps the newest messages.
@@ -92,6 +102,10 @@ class IntraProcessReader {
   }
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
+  /// Of a serialized type: what a payload is, which comes from this process.
+  const MessageType* payload_type() const noexcept { return payload_type_.load(); }
+  void set_payload_type(const MessageType& type) noexcept { payload_type_.store(&type); }
+
  protected:
   const KeepLastRing<MessageBlock>& ring() const noexcept { return ring_; }
 
@@ -106,6 +120,7 @@ class IntraProcessReader {
   std::atomic<bool> wants_time_{false};
   std::atomic<std::uint64_t> dropped_{0}, missed_{0};
   std::uint64_t address_ = 0;  // 0: every message is for us
+  std::atomic<const MessageType*> payload_type_{nullptr};
   const bool has_deadline_;
   bool joined_ = false;
   const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();

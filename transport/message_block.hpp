@@ -96,6 +96,12 @@ class alignas(64) MessageBlock {
   TimePoint expiry_{};
 };
 
+/// Gives back a hold of a message.
+struct ReleaseMessage {
+  void operator()(MessageBlock* block) const noexcept { block->release(); }
+};
+using HeldMessage = std::unique_ptr<MessageBlock, ReleaseMessage>;
+
 /// A message that lives in its publisher's pool. It is constructed once and keeps its memory
 /// (a vector's capacity, say) from one loan to the next.
 template <class T>

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/message_type.hpp"
 
-#include <string_view>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
 
 namespace takt {
 
@@ -23,6 +26,25 @@ MessageType finish_message_type(MessageType type) {
   add(std::to_string(type.size));
   type.layout_hash = hash;
   return type;
+}
+
+const MessageType& serialized_type(std::string_view name) {
+  static std::mutex mutex;
+  static auto& types = *new std::map<std::string, MessageType, std::less<>>;
+  const std::lock_guard lock(mutex);
+  if (const auto known = types.find(name); known != types.end()) return known->second;
+  MessageType type{.name = std::string(name),
+                   .fields = {{.name = "bytes", .type = "bytes of " + std::string(name)}},
+                   .fixed_size = false,
+                   .is_serialized = true,
+                   .encode =
+                       [](const void* message, ByteBuffer& bytes) {
+                         const auto& from =
+                             *static_cast<const std::span<const std::byte>*>(message);
+                         std::memcpy(bytes.extend(from.size()), from.data(), from.size());
+                       },
+                   .decode = [](std::span<const std::byte>, void*) { return false; }};
+  return types.try_emplace(std::string(name), finish_message_type(std::move(type))).first->second;
 }
 
 }  // namespace takt

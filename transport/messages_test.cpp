@@ -11,6 +11,7 @@
 #include "takt/transport/messages/geometry_msgs.hpp"
 #include "takt/transport/messages/nav_msgs.hpp"
 #include "takt/transport/messages/rcl_interfaces.hpp"
+#include "takt/transport/messages/rmw_dds_common.hpp"
 #include "takt/transport/messages/rosgraph_msgs.hpp"
 #include "takt/transport/messages/sensor_msgs.hpp"
 #include "takt/transport/messages/std_msgs.hpp"
@@ -167,6 +168,27 @@ TEST(Ros2Messages, OfActions) {
   expect_bytes(action_msgs::GoalStatusArray{{{goal, 4}}}, "00010000 01000000" + bytes + "04");
   expect_bytes(action_msgs::CancelGoal::Request{goal}, "00010000" + bytes);
   expect_bytes(action_msgs::CancelGoal::Response{1, {goal}}, "00010000 01 000000 01000000" + bytes);
+}
+
+template <std::size_t kBytes>
+rmw_dds_common::BasicParticipantEntitiesInfo<kBytes> one_node() {
+  rmw_dds_common::BasicParticipantEntitiesInfo<kBytes> info;
+  info.gid.data[0] = 0x01;
+  auto& node = info.node_entities_info_seq.emplace_back();
+  node.node_namespace = "/";
+  node.node_name = "a";
+  node.reader_gid_seq.emplace_back().data[0] = 0x02;
+  node.writer_gid_seq.emplace_back().data[15] = 0x03;
+  return info;
+}
+
+TEST(RosMessages, RmwDdsCommon) {
+  const std::string names = "01000000 02000000 2f00 0000 02000000 6100 0000";
+  const std::string zeros = repeated("00", 15), eight = repeated("00", 8);
+  expect_bytes(one_node<16>(),
+               "00010000 01" + zeros + names + "01000000 02" + zeros + "01000000" + zeros + "03");
+  expect_bytes(one_node<24>(), "00010000 01" + zeros + eight + names + "01000000 02" + zeros +
+                                   eight + "01000000" + zeros + "03" + eight);
 }
 
 }  // namespace

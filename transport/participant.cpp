@@ -26,7 +26,9 @@
 #include "takt/base/read_section.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/sequence.hpp"
-#include "takt/transport/cyclone_type.hpp"
+#include "takt/transport/cyclone_entity.hpp"
+#include "takt/transport/graph_reader.hpp"
+#include "takt/transport/node_announcer.hpp"
 
 namespace takt {
 namespace {
@@ -50,6 +52,12 @@ void complain(std::string_view text) {
 
 // On a thread that joins a domain: the last complaint, which is the reason if that fails.
 thread_local std::string* reason = nullptr;
+
+dds_entity_t check_joined(dds_return_t result, const std::string& what,
+                          const std::string& what_to_do) {
+  if (result < 0 && !reason->empty()) throw Error(what + ": " + *reason, what_to_do);
+  return dds_check(result, what, what_to_do);
+}
 
 void log_sink(void*, const dds_log_data_t* data) {
   std::string_view text(data->message, data->size);
@@ -91,16 +99,6 @@ std::string domain_configuration(const DdsOptions& options, std::uint64_t roudi)
       interfaces, peers, shared_memory);
 }
 
-dds_entity_t check(dds_return_t result, const std::string& what,
-                   const std::string& what_to_do = {}) {
-  if (result < 0) {
-    const bool has_reason = reason != nullptr && !reason->empty();
-    throw Error(fmt::format("{}: {}", what, has_reason ? *reason : dds_strretcode(result)),
-                what_to_do);
-  }
-  return result;
-}
-
 /// The RouDi that this process uses, once it has begun to: iceoryx binds a process to one.
 std::uint64_t bind_to(const Roudi& roudi) {
   static std::atomic<std::uint64_t> bound{0};
@@ -114,8 +112,6 @@ std::string why_not(const Roudi& roudi) {
   if (bind_to(roudi) != roudi.identity) return "RouDi was started again after this process";
   return {};
 }
-
-using WireQoS = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 
 // Properties and not XML, where a path would need escapes. Debian has the plug-ins by these names.
 void set_security(dds_qos_t* qos, const DdsSecurity& files) {
@@ -162,14 +158,14 @@ class Domain {
                                 ? "switched off when this process joined the domain"
                             : options.security ? "what lies in shared memory is not secured"
                                                : why_not(roudi);
-    handle_ =
-        check(dds_create_domain(
-                  static_cast<dds_domainid_t>(options.domain),
-                  domain_configuration(options, why_no_shared_memory_.empty() ? roudi.identity : 0)
-                      .c_str()),
-              fmt::format("DDS domain {} could not be set up", options.domain),
-              "at most 100 processes of one machine can join a domain: choose another by "
-              "`dds: {domain: N}`");
+    handle_ = check_joined(
+        dds_create_domain(
+            static_cast<dds_domainid_t>(options.domain),
+            domain_configuration(options, why_no_shared_memory_.empty() ? roudi.identity : 0)
+                .c_str()),
+        fmt::format("DDS domain {} could not be set up", options.domain),
+        "at most 100 processes of one machine can join a domain: choose another by "
+        "`dds: {domain: N}`");
   }
   ~Domain() { dds_delete(handle_); }
   Domain(const Domain&) = delete;
@@ -196,79 +192,7 @@ std::set<int> threads_of_this_process() {
 // They cost memory only while somebody is behind, and the reader's own depth is kept by its ring.
 constexpr std::size_t kUnconfirmed = 100;
 
-template <class Create>
-dds_entity_t with_qos(const QoS& qos, std::size_t depth, bool ignores_own_process,
-                      Create&& create) {
-  const WireQoS wire(dds_create_qos(), &dds_delete_qos);
-  dds_qset_history(wire.get(), DDS_HISTORY_KEEP_LAST, static_cast<std::int32_t>(depth));
-  dds_qset_reliability(wire.get(),
-                       qos.reliability == Reliability::reliable ? DDS_RELIABILITY_RELIABLE
-                                                                : DDS_RELIABILITY_BEST_EFFORT,
-                       DDS_MSECS(100));
-  const bool is_kept = qos.durability == Durability::transient_local;
-  dds_qset_durability(wire.get(),
-                      is_kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
-  if (is_kept) {
-    dds_qset_durability_service(wire.get(), 0, DDS_HISTORY_KEEP_LAST,
-                                static_cast<std::int32_t>(qos.depth), DDS_LENGTH_UNLIMITED,
-                                DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
-  }
-  const auto duration = [](Nanoseconds of) {
-    return of == Nanoseconds::zero() ? DDS_INFINITY : of.count();
-  };
-  dds_qset_deadline(wire.get(), duration(qos.deadline_period));
-  dds_qset_lifespan(wire.get(), duration(qos.lifespan_duration));
-  dds_qset_liveliness(wire.get(),
-                      qos.liveliness_kind == Liveliness::automatic ? DDS_LIVELINESS_AUTOMATIC
-                                                                   : DDS_LIVELINESS_MANUAL_BY_TOPIC,
-                      duration(qos.lease_duration));
-  dds_qset_writer_data_lifecycle(wire.get(), false);
-  if (ignores_own_process) dds_qset_ignorelocal(wire.get(), DDS_IGNORELOCAL_PARTICIPANT);
-  return create(wire.get());
-}
-
-// As files call it, and QoS::refuses.
-std::string_view policy_name(std::uint32_t id) noexcept {
-  switch (id) {
-    case DDS_RELIABILITY_QOS_POLICY_ID:
-      return "reliability";
-    case DDS_DURABILITY_QOS_POLICY_ID:
-      return "durability";
-    case DDS_DEADLINE_QOS_POLICY_ID:
-      return "deadline";
-    case DDS_LIVELINESS_QOS_POLICY_ID:
-      return "liveliness";
-    default:
-      return "another policy";
-  }
-}
-
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
-
-/// A topic of the participant for as long as one of its ends lives.
-class Topic {
- public:
-  Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory) {
-    auto* type = new Sertype(*endpoint.type, in_shared_memory);
-    ddsi_sertype* used = type;
-    handle_ = dds_create_topic_sertype(participant, dds_topic_name(endpoint.topic).c_str(), &used,
-                                       nullptr, nullptr, nullptr);
-    if (handle_ < 0) ddsi_sertype_unref(type);
-    check(handle_, fmt::format("topic '{}' with type {} could not be made", endpoint.topic,
-                               endpoint.type->name));
-    type_ = static_cast<const Sertype*>(used);
-  }
-  ~Topic() { dds_delete(handle_); }
-  Topic(const Topic&) = delete;
-  Topic& operator=(const Topic&) = delete;
-
-  dds_entity_t handle() const noexcept { return handle_; }
-  const Sertype& type() const noexcept { return *type_; }
-
- private:
-  dds_entity_t handle_;
-  const Sertype* type_ = nullptr;  // Cyclone's, alive as long as the topic
-};
 
 class CycloneParticipant;
 
@@ -354,7 +278,8 @@ class CycloneParticipant final : public Participant,
  public:
   explicit CycloneParticipant(const DdsOptions& options)
       : serves_own_process_(options.serves_own_process),
-        requires_shared_memory_(options.shared_memory == SharedMemory::require) {
+        requires_shared_memory_(options.shared_memory == SharedMemory::require),
+        ros_graph_(options.ros_graph) {
     // Every thread of Cyclone inherits from the one that creates the participant. The thread
     // attributes that it cannot inherit, its name, are Cyclone's.
     const std::set<int> before = threads_of_this_process();
@@ -372,7 +297,11 @@ class CycloneParticipant final : public Participant,
         domain_ = Domain::get(options);
         const WireQoS qos(dds_create_qos(), &dds_delete_qos);
         if (options.security) set_security(qos.get(), *options.security);
-        handle_ = check(
+        if (options.ros_graph != RosGraph::off) {
+          constexpr std::string_view kEnclave = "enclave=/;";
+          dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
+        }
+        handle_ = check_joined(
             dds_create_participant(static_cast<dds_domainid_t>(options.domain), qos.get(), nullptr),
             fmt::format("DDS domain {} could not be joined", options.domain),
             options.security ? "look at the files under `dds: {security: ...}`" : "");
@@ -397,8 +326,15 @@ class CycloneParticipant final : public Participant,
       throw Error("shared memory is required: " + why_no_shared_memory_,
                   "start iox-roudi as this user, or say `dds: {shared_memory: auto}`");
     }
+    if (ros_graph_ != RosGraph::off) {
+      announcer_ = std::make_unique<NodeAnnouncer>(handle_, ros_graph_);
+    }
   }
-  ~CycloneParticipant() override { dds_delete(handle_); }
+  ~CycloneParticipant() override {
+    graph_reader_.reset();
+    announcer_.reset();
+    dds_delete(handle_);
+  }
 
   std::unique_ptr<RemoteWriter> create_writer(const Endpoint& endpoint,
                                               std::shared_ptr<EndpointEvents> events) override;
@@ -416,34 +352,37 @@ class CycloneParticipant final : public Participant,
     return result;
   }
 
-  std::vector<std::string> topics_read() const override {
-    const dds_entity_t reader =
-        check(dds_create_reader(handle_, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr),
-              "the readers of the domain cannot be listed");
-    std::vector<std::string> result;
-    std::array<void*, 64> samples{};
-    std::array<dds_sample_info_t, 64> infos{};
-    for (dds_return_t count; (count = dds_take(reader, samples.data(), infos.data(), samples.size(),
-                                               samples.size())) > 0;) {
-      for (dds_return_t i = 0; i < count; ++i) {
-        const auto* endpoint = static_cast<const dds_builtintopic_endpoint_t*>(samples[i]);
-        if (infos[i].valid_data) result.emplace_back(endpoint->topic_name);
-      }
-      dds_return_loan(reader, samples.data(), count);
+  void add_node(const std::string& name) override {
+    if (announcer_ != nullptr) announcer_->add_node(name);
+  }
+  void remove_node(const std::string& name) override {
+    if (announcer_ != nullptr) announcer_->remove_node(name);
+  }
+  Graph graph() override {
+    const std::lock_guard lock(mutex_);
+    if (graph_reader_ == nullptr) {
+      graph_reader_ = std::make_unique<GraphReader>(handle_, ros_graph_);
     }
-    dds_delete(reader);
-    return result;
+    return graph_reader_->read();
   }
 
   dds_entity_t handle() const noexcept { return handle_; }
   std::uint64_t id() const noexcept { return id_; }
-  void add(const CycloneEndpoint& endpoint) {
-    const std::lock_guard lock(mutex_);
-    endpoints_.push_back(&endpoint);
+  RosGraph ros_graph() const noexcept { return ros_graph_; }
+  void add(const CycloneEndpoint& endpoint, const std::string& node, dds_entity_t handle,
+           bool is_writer) {
+    {
+      const std::lock_guard lock(mutex_);
+      endpoints_.push_back(&endpoint);
+    }
+    if (announcer_ != nullptr) announcer_->add_endpoint(node, handle, is_writer);
   }
-  void remove(const CycloneEndpoint& endpoint) noexcept {
-    const std::lock_guard lock(mutex_);
-    std::erase(endpoints_, &endpoint);
+  void remove(const CycloneEndpoint& endpoint, dds_entity_t handle) noexcept {
+    {
+      const std::lock_guard lock(mutex_);
+      std::erase(endpoints_, &endpoint);
+    }
+    if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
   }
 
   /// Why the messages of an endpoint do not go by shared memory; empty: they do.
@@ -480,13 +419,16 @@ class CycloneParticipant final : public Participant,
   static constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 
   const bool serves_own_process_, requires_shared_memory_;
+  const RosGraph ros_graph_;
   const std::uint64_t id_ = random_number();
   std::shared_ptr<Domain> domain_;
   std::string why_no_shared_memory_;
   dds_entity_t handle_ = 0;
   std::vector<ThreadState> threads_;
+  std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: others are not told of our nodes
   mutable std::mutex mutex_;
   std::vector<const CycloneEndpoint*> endpoints_;
+  std::unique_ptr<GraphReader> graph_reader_;
 };
 
 CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint& endpoint,
@@ -499,7 +441,7 @@ CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint
 }
 
 void CycloneEndpoint::close() noexcept {
-  participant_->remove(*this);
+  participant_->remove(*this, handle_);
   dds_set_listener(handle_, nullptr);  // waits for the one that runs
 }
 
@@ -507,17 +449,19 @@ template <class Create>
 void CycloneEndpoint::make(Create create, std::size_t depth, const Listener& listener) {
   // Who is to ignore the own process gets no shared memory from Cyclone: there the reader does it.
   const bool ignores_own_process = !is_shared() && !participant_->serves_own_process();
-  handle_ = with_qos(endpoint_.qos, depth, ignores_own_process, [&](const dds_qos_t* qos) {
-    return create(participant_->handle(), topic_.handle(), qos, listener.get());
-  });
-  check(handle_,
-        fmt::format("no DDS {} for topic '{}'", is_writer_ ? "writer" : "reader", endpoint_.topic));
+  const WireQoS qos = wire_qos(endpoint_.qos, depth);
+  if (ignores_own_process) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  const std::string told = user_data(endpoint_, participant_->ros_graph());
+  dds_qset_userdata(qos.get(), told.data(), told.size());
+  handle_ = dds_check(
+      create(participant_->handle(), topic_.handle(), qos.get(), listener.get()),
+      fmt::format("no DDS {} for topic '{}'", is_writer_ ? "writer" : "reader", endpoint_.topic));
   if (is_shared() && !dds_is_loan_available(handle_)) {
     dds_delete(std::exchange(handle_, 0));
     throw Error("Cyclone DDS gives no shared memory to topic '" + endpoint_.topic + "'");
   }
   if (is_shared()) count_matched(handle_, matched_.load(), 0);
-  participant_->add(*this);
+  participant_->add(*this, endpoint_.node, handle_, is_writer_);
 }
 
 // On a thread of Cyclone's, or on that which makes an end.
@@ -915,7 +859,13 @@ std::unique_ptr<RemoteReader> CycloneParticipant::create_reader(IntraProcessRead
 
 std::span<const std::byte> ReceivedBlock::bytes() const noexcept {
   return sample_ != nullptr ? static_cast<const Serdata*>(sample_)->bytes()
-                            : std::span<const std::byte>();
+                            : std::span<const std::byte>(copy_.get(), copied_bytes_);
+}
+
+void ReceivedBlock::hold_bytes(std::span<const std::byte> bytes) {
+  copy_ = std::make_unique_for_overwrite<std::byte[]>(bytes.size());
+  std::memcpy(copy_.get(), bytes.data(), bytes.size());
+  copied_bytes_ = bytes.size();
 }
 
 void ReceivedBlock::hold_copy(const void* payload, std::size_t size) {

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "takt/sched/thread_attributes.hpp"
+#include "takt/transport/graph.hpp"
 #include "takt/transport/intra_process.hpp"
 #include "takt/transport/shared_memory.hpp"
 
@@ -44,6 +46,11 @@ struct DdsOptions {
   /// nullopt: whoever is on the domain may read and write everything.
   std::optional<DdsSecurity> security;
 
+  /// How others on the domain are told of our nodes, and what we understand of theirs.
+  RosGraph ros_graph = RosGraph::jazzy;
+
+  /// Containers tell what they log on `/rosout`.
+  bool rosout = true;
   /// Containers answer ROS 2's parameter services: six for each node.
   bool parameter_services = true;
 
@@ -96,6 +103,8 @@ class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> 
     held_ = &held;
   }
   void hold_copy(const void* payload, std::size_t size);
+  /// A message that has come from a GenericPublisher of this process, as bytes.
+  void hold_bytes(std::span<const std::byte> bytes);
   bool from_heap = false;  // made because the pool was empty
 
  private:
@@ -103,6 +112,7 @@ class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> 
   ddsi_serdata* sample_ = nullptr;
   std::atomic<std::size_t>* held_ = nullptr;
   std::unique_ptr<std::byte[]> copy_;
+  std::size_t copied_bytes_ = 0;  // of an encoded message; 0: the copy is the payload
 };
 
 /// One end of a topic as its participant sees it.
@@ -154,9 +164,12 @@ class Participant {
   /// Why nothing goes by shared memory; empty when something can.
   virtual const std::string& why_no_shared_memory() const noexcept = 0;
   virtual std::vector<EndpointState> endpoints() const = 0;
-  /// Topics, by their names on the wire, that somebody on the domain reads, as far as is known by
-  /// now: what others have is told within some tens of milliseconds.
-  virtual std::vector<std::string> topics_read() const = 0;
+  /// A node of this process, by its full name, that others are to see.
+  virtual void add_node(const std::string& name) = 0;
+  virtual void remove_node(const std::string& name) = 0;
+  /// What is on the domain, as far as is known by now: what others have is told within some tens
+  /// of milliseconds.
+  virtual Graph graph() = 0;
   /// Cyclone's threads, as they were right after they had started.
   virtual const std::vector<ThreadState>& threads() const noexcept = 0;
 };

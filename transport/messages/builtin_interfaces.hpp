@@ -3,6 +3,7 @@
 #ifndef TAKT_TRANSPORT_MESSAGES_BUILTIN_INTERFACES_HPP_
 #define TAKT_TRANSPORT_MESSAGES_BUILTIN_INTERFACES_HPP_
 
+#include <chrono>
 #include <cstdint>
 
 #include "takt/transport/message_type.hpp"
@@ -22,5 +23,21 @@ struct Duration {
 TAKT_MESSAGE(Duration, "builtin_interfaces/msg/Duration", sec, nanosec);
 
 }  // namespace takt::builtin_interfaces
+
+namespace takt {
+
+/// Time since 1970, as ROS 2 sends it.
+inline builtin_interfaces::Time wire_time(std::chrono::system_clock::time_point time) noexcept {
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  const auto rest = std::chrono::duration_cast<std::chrono::nanoseconds>(time - seconds);
+  return {static_cast<std::int32_t>(seconds.time_since_epoch().count()),
+          static_cast<std::uint32_t>(rest.count())};
+}
+/// Nanoseconds since 1970, or since whatever a simulator counts from.
+inline std::int64_t nanoseconds_of(const builtin_interfaces::Time& time) noexcept {
+  return time.sec * std::int64_t{1'000'000'000} + time.nanosec;
+}
+
+}  // namespace takt
 
 #endif  // TAKT_TRANSPORT_MESSAGES_BUILTIN_INTERFACES_HPP_

@@ -1,0 +1,381 @@
+// ROS 2's graph: what processes tell each other of their nodes, and how it looks on the wire.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/graph.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/entities/action_client.hpp"
+#include "takt/entities/action_server.hpp"
+#include "takt/entities/node.hpp"
+#include "takt/transport/messages/rmw_dds_common.hpp"
+#include "takt/transport/messages/std_msgs.hpp"
+
+#include "peer_process_test.hpp"
+
+namespace takt {
+namespace {
+
+using testing::ElementsAre;
+using testing::Field;
+using testing::IsEmpty;
+using testing::Not;
+
+struct Add {
+  struct Request {
+    std::int64_t a = 0, b = 0;
+  };
+  struct Response {
+    std::int64_t sum = 0;
+  };
+};
+TAKT_MESSAGE(Add::Request, "example_interfaces/srv/AddTwoInts_Request", a, b);
+TAKT_MESSAGE(Add::Response, "example_interfaces/srv/AddTwoInts_Response", sum);
+
+struct Count {
+  struct Goal {
+    std::int32_t to = 0;
+  };
+  struct Result {
+    std::int32_t reached = 0;
+  };
+  struct Feedback {
+    std::int32_t now = 0;
+  };
+};
+TAKT_MESSAGE(Count::Goal, "test_msgs/action/Count_Goal", to);
+TAKT_MESSAGE(Count::Result, "test_msgs/action/Count_Result", reached);
+TAKT_MESSAGE(Count::Feedback, "test_msgs/action/Count_Feedback", now);
+
+auto is(const std::string& name, const std::string& type, const std::string& node) {
+  return testing::AllOf(Field("name", &GraphEndpoint::name, name),
+                        Field("type", &GraphEndpoint::type, type),
+                        Field("node", &GraphEndpoint::node, node));
+}
+
+class GraphTest : public testing::TestWithParam<RosGraph> {
+ protected:
+  std::shared_ptr<Participant> join(RosGraph form) const {
+    DdsOptions options;
+    options.domain = test_domain();
+    options.shared_memory = SharedMemory::off;
+    options.ros_graph = form;
+    return Participant::create(options);
+  }
+  const std::shared_ptr<Participant> here_ = join(GetParam());
+  const std::shared_ptr<Participant> there_ = join(GetParam());
+};
+
+TEST_P(GraphTest, ShowsNodesTopicsServicesAndTheirOwners) {
+  auto node =
+      std::make_shared<Node>("talker", NodeOptions{.name_space = "/front", .participant = here_});
+  const auto publisher = node->create_publisher<std_msgs::String>("chatter", QoS(7).best_effort());
+  const auto subscription =
+      node->create_subscription<std_msgs::Bool>("/enable", 3, [](const auto&) {});
+  const auto service = node->create_service<Add>("~/add", [](const auto&, auto&) {});
+  const auto client = node->create_client<Add>("/other/add");
+  Graph graph;
+  ASSERT_TRUE(eventually([&] {
+    graph = there_->graph();
+    return !graph.nodes.empty() && !graph.publishers.empty() && !graph.subscriptions.empty() &&
+           !graph.services.empty() && !graph.clients.empty() &&
+           graph.clients.front().node == "/front/talker" &&
+           graph.services.front().node == "/front/talker";
+  }));
+  const std::string name = "/front/talker";
+  EXPECT_THAT(graph.nodes, ElementsAre(name));
+  EXPECT_THAT(graph.publishers, ElementsAre(is("/front/chatter", "std_msgs/msg/String", name)));
+  EXPECT_EQ(graph.publishers[0].qos.reliability, Reliability::best_effort);
+  EXPECT_THAT(graph.subscriptions, ElementsAre(is("/enable", "std_msgs/msg/Bool", name)));
+  EXPECT_THAT(graph.services,
+              ElementsAre(is("/front/talker/add", "example_interfaces/srv/AddTwoInts", name)));
+  EXPECT_THAT(graph.clients,
+              ElementsAre(is("/other/add", "example_interfaces/srv/AddTwoInts", name)));
+  if (GetParam() == RosGraph::jazzy) {
+    EXPECT_EQ(graph.publishers[0].type_hash,
+              "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18");
+    EXPECT_EQ(graph.services[0].type_hash,
+              "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a");
+  } else {
+    EXPECT_EQ(graph.publishers[0].type_hash, "");
+  }
+}
+
+TEST_P(GraphTest, NodesGoAndAreNotSeenAnyMore) {
+  auto node = std::make_shared<Node>("short", NodeOptions{.participant = here_});
+  const auto sees = [&](std::size_t count) {
+    return eventually([&] { return there_->graph().nodes.size() == count; });
+  };
+  EXPECT_TRUE(sees(1));
+  node.reset();
+  EXPECT_TRUE(sees(0));
+}
+
+TEST_P(GraphTest, AnActionHasAllPartsThatRos2KnowsItBy) {
+  const auto node = std::make_shared<Node>("counter", NodeOptions{.participant = here_});
+  const auto server = create_action_server<Count>(
+      *node, "count", [](const auto&, const auto&) { return GoalResponse::reject; },
+      [](const auto&) { return CancelResponse::reject; }, [](const auto&) {});
+  const auto client = create_action_client<Count>(*node, "count");
+  Graph graph;
+  ASSERT_TRUE(eventually([&] {
+    graph = there_->graph();
+    return graph.services.size() == 3 && graph.clients.size() == 3 &&
+           graph.publishers.size() == 2 && graph.subscriptions.size() == 2 &&
+           graph.services[2].node == "/counter" && graph.clients[2].node == "/counter" &&
+           graph.subscriptions[1].node == "/counter" && graph.publishers[1].node == "/counter";
+  }));
+  const auto services =
+      ElementsAre(is("/count/_action/cancel_goal", "action_msgs/srv/CancelGoal", "/counter"),
+                  is("/count/_action/get_result", "test_msgs/action/Count_GetResult", "/counter"),
+                  is("/count/_action/send_goal", "test_msgs/action/Count_SendGoal", "/counter"));
+  EXPECT_THAT(graph.services, services);
+  EXPECT_THAT(graph.clients, services);
+  const auto topics = ElementsAre(
+      is("/count/_action/feedback", "test_msgs/action/Count_FeedbackMessage", "/counter"),
+      is("/count/_action/status", "action_msgs/msg/GoalStatusArray", "/counter"));
+  EXPECT_THAT(graph.publishers, topics);
+  EXPECT_THAT(graph.subscriptions, topics);
+  EXPECT_EQ(graph.publishers[1].qos.durability, Durability::transient_local);
+}
+
+INSTANTIATE_TEST_SUITE_P(Forms, GraphTest, testing::Values(RosGraph::jazzy, RosGraph::humble),
+                         [](const auto& form) {
+                           return form.param == RosGraph::jazzy ? "jazzy" : "humble";
+                         });
+
+TEST(Graph, OffByAWord) {
+  DdsOptions options;
+  options.domain = test_domain();
+  options.shared_memory = SharedMemory::off;
+  const auto looks = Participant::create(options);
+  options.ros_graph = RosGraph::off;
+  const auto hides = Participant::create(options);
+  const auto node = std::make_shared<Node>("hidden", NodeOptions{.participant = hides});
+  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 1);
+  Graph graph;
+  ASSERT_TRUE(eventually([&] { return !(graph = looks->graph()).publishers.empty(); }));
+  EXPECT_THAT(graph.nodes, IsEmpty());
+  EXPECT_EQ(graph.publishers[0].type_hash, "");
+}
+
+// ---- On the wire, byte for byte ----
+
+std::string hex(std::span<const std::byte> bytes) {
+  std::string text;
+  for (const std::byte byte : bytes) text += fmt::format("{:02x}", std::to_integer<int>(byte));
+  return text;
+}
+
+/// Two processes' worth of ends: one speaks by types, the other one by bytes.
+class WireTest : public testing::Test {
+ protected:
+  std::shared_ptr<Participant> join(RosGraph form) const {
+    DdsOptions options;
+    options.domain = test_domain();
+    options.shared_memory = SharedMemory::off;
+    options.serves_own_process = true;  // both ends are here, and nothing goes by pointer
+    options.ros_graph = form;
+    return Participant::create(options);
+  }
+  std::shared_ptr<Node> make(const char* name) const {
+    return std::make_shared<Node>(name, NodeOptions{.participant = join(RosGraph::jazzy)});
+  }
+  static bool serve(Entity& entity) {
+    Slot slot;
+    if (!entity.take(slot)) return false;
+    entity.execute(slot);
+    return true;
+  }
+  /// What an entity receives next, as bytes.
+  std::string next_of(SubscriptionBase& subscription) {
+    received_.clear();
+    EXPECT_TRUE(eventually([&] { return serve(subscription) && !received_.empty(); }));
+    return received_;
+  }
+  SerializedCallback note() {
+    return [this](std::span<const std::byte> bytes, const MessageInfo&) { received_ = hex(bytes); };
+  }
+  static std::vector<std::byte> bytes(std::string_view text) {
+    std::vector<std::byte> result;
+    for (std::size_t i = 0; i < text.size(); i += 2) {
+      result.push_back(std::byte(std::stoi(std::string(text.substr(i, 2)), nullptr, 16)));
+    }
+    return result;
+  }
+  /// An end by bytes whose topic has a prefix of ROS 2's, that users cannot name.
+  std::unique_ptr<GenericPublisher> sender(const std::shared_ptr<Participant>& of,
+                                           const std::string& topic, const std::string& type) {
+    return std::make_unique<GenericPublisher>(Endpoint{topic, &serialized_type(type), QoS(10)},
+                                              Clock::steady(), of);
+  }
+  std::unique_ptr<GenericSubscription> receiver(const std::shared_ptr<Participant>& of,
+                                                const std::string& topic, const std::string& type,
+                                                const QoS& qos = 10) {
+    auto result = std::make_unique<GenericSubscription>(
+        topic, group_, Endpoint{topic, &serialized_type(type), qos}, note(), of);
+    result->start();
+    return result;
+  }
+  const std::shared_ptr<CallbackGroup> group_ =
+      std::make_shared<CallbackGroup>("group", CallbackGroupType::MutuallyExclusive);
+  std::string received_;
+};
+
+TEST_F(WireTest, ATopicBothWays) {
+  const auto node = make("typed");
+  const auto bytewise = join(RosGraph::off);
+  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 10);
+  std::string heard;
+  const auto subscription = node->create_subscription<std_msgs::String>(
+      "answers", 10, [&](const std_msgs::String& message) { heard = message.data; });
+  const auto reads = receiver(bytewise, "/chatter", "std_msgs/msg/String");
+  const auto sends = sender(bytewise, "/answers", "std_msgs/msg/String");
+  ASSERT_TRUE(eventually(
+      [&] { return publisher->subscription_count() == 1 && sends->subscription_count() == 1; }));
+  publisher->publish(std_msgs::String{"hi"});
+  EXPECT_EQ(next_of(*reads),
+            "00010000"
+            "03000000"
+            "686900");
+  sends->publish(
+      bytes("00010000"
+            "04000000"
+            "796f7500"));
+  ASSERT_TRUE(eventually([&] { return serve(*subscription) && !heard.empty(); }));
+  EXPECT_EQ(heard, "you");
+}
+
+TEST_F(WireTest, AServiceAndAClient) {
+  const auto node = make("typed");
+  const auto bytewise = join(RosGraph::off);
+  const auto service = node->create_service<Add>(
+      "add", [](const auto& request, auto& response) { response.sum = request.a + request.b; });
+  const auto client = node->create_client<Add>("sub");
+  // A client by bytes: guid, sequence, then the fields.
+  const auto asks = sender(bytewise, "rq/addRequest", "example_interfaces/srv/AddTwoInts_Request");
+  const auto hears =
+      receiver(bytewise, "rr/addReply", "example_interfaces/srv/AddTwoInts_Response");
+  ASSERT_TRUE(eventually(
+      [&] { return asks->subscription_count() == 1 && service->outside_publisher_count() == 1; }));
+  const std::string id =
+      "1122334455667788"
+      "0500000000000000";
+  asks->publish(bytes("00010000" + id +
+                      "0200000000000000"
+                      "0300000000000000"));
+  ASSERT_TRUE(eventually([&] { return serve(*service); }));
+  EXPECT_EQ(next_of(*hears), "00010000" + id + "0500000000000000");
+  // A server by bytes.
+  const auto serves =
+      receiver(bytewise, "rq/subRequest", "example_interfaces/srv/AddTwoInts_Request");
+  const auto answers =
+      sender(bytewise, "rr/subReply", "example_interfaces/srv/AddTwoInts_Response");
+  ASSERT_TRUE(
+      eventually([&] { return client->service_is_ready() && answers->subscription_count() == 1; }));
+  const auto future = client->async_send_request({.a = 7, .b = 8});
+  const std::string request = next_of(*serves);
+  ASSERT_EQ(request.size(), 2 * (4 + 16 + 16u));
+  EXPECT_EQ(request.substr(0, 8), "00010000");
+  EXPECT_EQ(request.substr(24, 16), "0100000000000000");  // its first call
+  EXPECT_EQ(request.substr(40),
+            "0700000000000000"
+            "0800000000000000");
+  answers->publish(bytes(request.substr(0, 40) + "0f00000000000000"));
+  ASSERT_TRUE(eventually([&] { return serve(*client) && future.ready(); }));
+  EXPECT_EQ(future.get()->sum, 15);
+}
+
+TEST_F(WireTest, WhatAProcessTellsOfItsNodes) {
+  const auto bytewise = join(RosGraph::off);
+  const auto reads =
+      receiver(bytewise, "ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo",
+               QoS(1).transient_local());
+  const auto node = make("n");
+  const std::string heard = next_of(*reads);
+  // Header, gid of the participant, one node: "/", "n", no readers, no writers.
+  ASSERT_EQ(heard.size(), 2 * (4 + 16 + 4 + 8 + 8 + 8u));
+  EXPECT_EQ(heard.substr(40),
+            "01000000"
+            "02000000"
+            "2f000000"
+            "02000000"
+            "6e000000"
+            "00000000"
+            "00000000");
+}
+
+TEST_F(WireTest, ThePartsOfAnAction) {
+  const auto node = make("typed");
+  const auto bytewise = join(RosGraph::off);
+  std::shared_ptr<ServerGoalHandle<Count>> goal;
+  const auto server = create_action_server<Count>(
+      *node, "count", [](const auto&, const auto&) { return GoalResponse::accept; },
+      [](const auto&) { return CancelResponse::accept; }, [&](auto handle) { goal = handle; });
+  const auto all = [&] {
+    for (const auto& entity : node->entities()) {
+      if (entity->kind() != EntityKind::timer) serve(*entity);
+    }
+  };
+  const std::string action = "/count/_action/", type = "test_msgs/action/Count_";
+  const auto send = sender(bytewise, "rq" + action + "send_goalRequest", type + "SendGoal_Request");
+  const auto sent =
+      receiver(bytewise, "rr" + action + "send_goalReply", type + "SendGoal_Response");
+  const auto ask =
+      sender(bytewise, "rq" + action + "get_resultRequest", type + "GetResult_Request");
+  const auto told =
+      receiver(bytewise, "rr" + action + "get_resultReply", type + "GetResult_Response");
+  const auto cancel =
+      sender(bytewise, "rq" + action + "cancel_goalRequest", "action_msgs/srv/CancelGoal_Request");
+  const auto canceled =
+      receiver(bytewise, "rr" + action + "cancel_goalReply", "action_msgs/srv/CancelGoal_Response");
+  const auto feedback = receiver(bytewise, action + "feedback", type + "FeedbackMessage");
+  const auto status = receiver(bytewise, action + "status", "action_msgs/msg/GoalStatusArray",
+                               QoS(1).transient_local());
+  ASSERT_TRUE(eventually([&] {
+    return send->subscription_count() == 1 && ask->subscription_count() == 1 &&
+           cancel->subscription_count() == 1;
+  }));
+  const std::string client =
+                        "0102030405060708"
+                        "0100000000000000",
+                    id(32, 'a');
+  send->publish(bytes("00010000" + client + id + "05000000"));
+  ASSERT_TRUE(eventually([&] { return all(), goal != nullptr; }));
+  EXPECT_EQ(goal->goal().to, 5);
+  // accepted, padded to the stamp
+  const std::string accepted = next_of(*sent);
+  ASSERT_EQ(accepted.size(), 2 * (4 + 16 + 4 + 8u));
+  EXPECT_EQ(accepted.substr(0, 48), "00010000" + client + "01000000");
+  const std::string stamp = accepted.substr(48);
+  goal->publish_feedback({4});
+  EXPECT_EQ(next_of(*feedback), "00010000" + id + "04000000");
+  cancel->publish(bytes("00010000" + client + id +
+                        "00000000"
+                        "00000000"));
+  ASSERT_TRUE(eventually([&] { return all(), goal->is_canceling(); }));
+  EXPECT_EQ(next_of(*canceled), "00010000" + client +
+                                    "00000000"
+                                    "01000000" +
+                                    id + stamp);
+  ask->publish(bytes("00010000" + client + id));
+  ASSERT_TRUE(eventually([&] { return all(), ask->subscription_count() == 1; }));
+  goal->canceled({3});
+  all();
+  std::string last;  // of the states that were told
+  ASSERT_TRUE(eventually([&] {
+    while (serve(*status)) last = received_;
+    return last ==
+           "00010000"
+           "01000000" +
+               id + stamp + "05";
+  })) << last;
+  // It may have been asked before or after the end.
+  ASSERT_TRUE(eventually([&] { return all(), received_.clear(), serve(*told); }));
+  EXPECT_EQ(received_, "00010000" + client +
+                           "05000000"
+                           "03000000");
+}
+
+}  // namespace
+}  // namespace takt
