@@ -19,6 +19,7 @@
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
+#include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
 
 namespace takt {
@@ -30,32 +31,68 @@ struct ClientOptions {
   Nanoseconds timeout{0};
 };
 
+/// A coroutine that waits for an answer.
+struct AwaitedAnswer : Waiting {
+  MessageBlock* response = nullptr;  // none: no answer came in time
+  /// With the lock held under which it waits.
+  void answer(MessageBlock* block) noexcept {
+    if (block != nullptr) block->retain();
+    response = block;
+    runner->resume_later(*this);
+  }
+};
+
 /// The calls that wait for an answer, with what is to be done then.
 /// Thread safety: from any thread.
 /// Real-time: a lock with priority inheritance, held while at most `calls_in_flight` places are
 /// looked at.
-template <class Completion>
+template <class Callback>
 class PendingCalls {
  public:
   explicit PendingCalls(const ClientOptions& options)
       : timeout_(options.timeout), calls_(options.calls_in_flight) {}
 
-  /// The number of the new call; nothing: as many are in flight as may be.
-  std::optional<std::int64_t> begin(TimePoint now, Completion completion) noexcept {
+  /// The number of the new call; nothing: as many are in flight as may be. `awaited`, if there is
+  /// one, is answered instead of the callback.
+  std::optional<std::int64_t> begin(TimePoint now, Callback callback,
+                                    AwaitedAnswer* awaited = nullptr) noexcept {
     const std::lock_guard lock(mutex_);
     Call* free = find([](const Call& call) { return call.sequence == 0; });
     if (free == nullptr) return std::nullopt;
     *free = {++last_sequence_, timeout_ == Nanoseconds::zero() ? kNever : now + timeout_,
-             std::move(completion)};
+             std::move(callback), awaited};
     return free->sequence;
   }
-  /// Nothing: the call is over.
-  std::optional<Completion> end(std::int64_t sequence) noexcept {
-    return end_if([=](const Call& call) { return call.sequence == sequence; });
+  /// Ends the call. Returns what is to be called with the answer; nothing: the call was over, or
+  /// it was awaited, and the answer is there.
+  std::optional<Callback> end(std::int64_t sequence, MessageBlock& response) noexcept {
+    const std::lock_guard lock(mutex_);
+    Call* call = find([=](const Call& known) { return known.sequence == sequence; });
+    return call != nullptr ? end(*call, &response) : std::nullopt;
   }
-  /// A call whose time is up ends.
-  std::optional<Completion> end_late(TimePoint now) noexcept {
-    return end_if([=](const Call& call) { return call.sequence != 0 && call.deadline <= now; });
+  /// Ends the calls whose time is up. Returns one that is to be called; nothing: there is none any
+  /// more.
+  std::optional<Callback> end_late(TimePoint now) noexcept {
+    const std::lock_guard lock(mutex_);
+    while (Call* call = find(
+               [=](const Call& known) { return known.sequence != 0 && known.deadline <= now; })) {
+      if (auto callback = end(*call, nullptr)) return callback;
+    }
+    return std::nullopt;
+  }
+  /// The client goes: coroutines that wait get no answer.
+  void end_awaited() noexcept {
+    const std::lock_guard lock(mutex_);
+    while (Call* call = find([](const Call& known) { return known.awaited != nullptr; })) {
+      end(*call, nullptr);
+    }
+  }
+  /// It does not wait any more, for its frame is being destroyed.
+  void forget(const AwaitedAnswer& awaited) noexcept {
+    const std::lock_guard lock(mutex_);
+    if (Call* call = find([&](const Call& known) { return known.awaited == &awaited; })) {
+      *call = {};
+    }
   }
   /// When the next call ends without an answer; kNever when none does.
   TimePoint next_deadline() const noexcept {
@@ -76,20 +113,20 @@ class PendingCalls {
   struct Call {
     std::int64_t sequence = 0;  // 0: the place is free
     TimePoint deadline{};
-    Completion completion;
+    Callback callback;
+    AwaitedAnswer* awaited = nullptr;
   };
   template <class Condition>
   Call* find(Condition&& condition) noexcept {
     const auto call = std::find_if(calls_.begin(), calls_.end(), condition);
     return call == calls_.end() ? nullptr : &*call;
   }
-  template <class Condition>
-  std::optional<Completion> end_if(Condition&& condition) noexcept {
-    const std::lock_guard lock(mutex_);
-    Call* call = find(condition);
-    if (call == nullptr) return std::nullopt;
-    call->sequence = 0;
-    return std::move(call->completion);
+  static std::optional<Callback> end(Call& call, MessageBlock* response) noexcept {
+    call.sequence = 0;
+    AwaitedAnswer* awaited = std::exchange(call.awaited, nullptr);
+    if (awaited == nullptr) return std::move(call.callback);
+    awaited->answer(response);
+    return std::nullopt;
   }
 
   const Nanoseconds timeout_;
@@ -103,7 +140,8 @@ std::uint64_t new_client_id();
 
 /// A client as its node hands it out. Answers come to the executor like messages, so whoever waits
 /// for one must let the executor spin: a callback that blocks until its own executor serves the
-/// answer waits for ever, as in every executor.
+/// answer waits for ever, as in every executor. A callback that is a coroutine waits without that:
+/// see Task.
 ///
 /// Thread safety: every method from any thread.
 /// Real-time: a call with a callback that fits into std::function allocates nothing inside the
@@ -119,19 +157,21 @@ class Client : public SubscriptionBase {
   using AnswerCallback = std::function<void(const typename S::Response*)>;
 
   Client(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-         Clock& clock, const ClientOptions& options,
+         const std::string& node, Clock& clock, const ClientOptions& options,
          const std::shared_ptr<Participant>& participant)
       : SubscriptionBase(EntityKind::client, std::move(name), std::move(group),
                          {reply_topic(path), &message_type<Response>(),
-                          std::max<std::size_t>(options.calls_in_flight, 1)},
+                          std::max<std::size_t>(options.calls_in_flight, 1), node,
+                          service_identity<S>("clientid", participant)},
                          participant),
         clock_(clock),
         id_(new_client_id()),
         path_(path),
-        pending_(options),
+        pending_(std::make_shared<PendingCalls<AnswerCallback>>(options)),
         decoded_(participant != nullptr ? 4 : 0),
-        requests_(request_topic(path), kServiceDepth, clock,
-                  {.loans = service_loans<Request>(options.calls_in_flight)}, participant) {
+        requests_({request_topic(path), &message_type<Request>(), kServiceDepth, node,
+                   endpoint().identity},
+                  clock, {.loans = service_loans<Request>(options.calls_in_flight)}, participant) {
     set_address(id_);
   }
 
@@ -155,12 +195,21 @@ class Client : public SubscriptionBase {
     });
     return future;
   }
-  std::size_t calls_in_flight() const noexcept { return pending_.count(); }
+  /// For coroutines: `if (auto answer = co_await client->call(request)) ... answer->sum`. False: no
+  /// answer came in time, or the client has gone. Throws Error when ClientOptions::calls_in_flight
+  /// are. The request must live until the call is sent, so until co_await waits.
+  class Call;
+  Call call(const typename S::Request& request) { return Call(*this, request); }
+  std::size_t calls_in_flight() const noexcept { return pending_->count(); }
 
   void execute(Slot& slot) override {
-    const std::unique_ptr<MessageBlock, Release> held(slot.message);
+    const HeldMessage held(slot.message);
     const auto& response = *static_cast<const Response*>(held->payload());
-    if (const auto completion = pending_.end(response.sequence)) (*completion)(&response.body);
+    if (const auto callback = pending_->end(response.sequence, *held)) (*callback)(&response.body);
+  }
+  void retire() noexcept override {
+    SubscriptionBase::retire();
+    pending_->end_awaited();
   }
 
   // For Node.
@@ -171,20 +220,17 @@ class Client : public SubscriptionBase {
     timer_->cancel();
   }
   void end_late_calls() {
-    while (const auto completion = pending_.end_late(clock_.now())) (*completion)(nullptr);
+    while (const auto callback = pending_->end_late(clock_.now())) (*callback)(nullptr);
     set_alarm();
   }
 
  private:
-  struct Release {
-    void operator()(MessageBlock* block) const noexcept { block->release(); }
-  };
-
-  void send(const typename S::Request& request, AnswerCallback callback) {
-    const auto sequence = pending_.begin(clock_.now(), std::move(callback));
+  void send(const typename S::Request& request, AnswerCallback callback,
+            AwaitedAnswer* awaited = nullptr) {
+    const auto sequence = pending_->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
       throw Error(fmt::format("service '{}': {} calls wait for their answers already", path_,
-                              pending_.count()),
+                              pending_->count()),
                   "wait for some, or give the client more ClientOptions::calls_in_flight");
     }
     if (timer_ != nullptr) set_alarm();
@@ -199,7 +245,7 @@ class Client : public SubscriptionBase {
   // knows all calls.
   void set_alarm() noexcept {
     const std::lock_guard lock(alarm_mutex_);
-    const TimePoint deadline = pending_.next_deadline();
+    const TimePoint deadline = pending_->next_deadline();
     if (timer_->next_release() != deadline) timer_->release_at(deadline);
   }
   MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
@@ -209,11 +255,46 @@ class Client : public SubscriptionBase {
   Clock& clock_;
   const std::uint64_t id_;
   const std::string path_;
-  PendingCalls<AnswerCallback> pending_;
+  const std::shared_ptr<PendingCalls<AnswerCallback>> pending_;  // with coroutines that wait
   PiMutex alarm_mutex_;
   DecodedMessages<Response> decoded_;
   Publisher<Request> requests_;
   std::shared_ptr<Timer> timer_;
+};
+
+template <ServiceType S>
+class Client<S>::Call {
+ public:
+  Call(Client& client, const typename S::Request& request) noexcept
+      : client_(client), request_(request) {}
+  ~Call() {
+    if (awaited_.runner != nullptr) {
+      pending_->forget(awaited_);
+      awaited_.runner->forget(awaited_);
+    }
+    if (awaited_.response != nullptr) awaited_.response->release();
+  }
+  Call(const Call&) = delete;
+  Call& operator=(const Call&) = delete;
+
+  bool await_ready() const noexcept { return false; }
+  template <class Promise>
+  void await_suspend(std::coroutine_handle<Promise> coroutine) {
+    pending_ = client_.pending_;
+    awaited_.suspend(coroutine);
+    client_.send(request_, {}, &awaited_);
+  }
+  TakenMessage<typename S::Response> await_resume() noexcept {
+    MessageBlock* block = std::exchange(awaited_.response, nullptr);
+    if (block == nullptr) return {};
+    return {block, &static_cast<const Response*>(block->payload())->body};
+  }
+
+ private:
+  Client& client_;
+  const typename S::Request& request_;
+  std::shared_ptr<PendingCalls<AnswerCallback>> pending_;
+  AwaitedAnswer awaited_;
 };
 
 }  // namespace takt

@@ -17,6 +17,8 @@
 
 namespace takt {
 
+struct Waiting;
+
 /// Where an entity announces itself: an executor makes one for each of its entities.
 class Sink : public ArrivalListener {
  public:
@@ -45,9 +47,12 @@ struct Watch {
 /// one entity at the same time. A subscription copies the message's envelope; others fill in what
 /// they know of it.
 struct Slot : Envelope {
-  MessageBlock* message = nullptr;  // subscriptions: the worker's hold of it
-  bool more = false;                // there was more to take
-  std::uint8_t events = 0;          // file descriptors: FileDescriptorEvents
+  union {
+    MessageBlock* message = nullptr;  // subscriptions: the worker's hold of it
+    Waiting* waiting;                 // coroutines: who goes on
+  };
+  bool more = false;        // there was more to take
+  std::uint8_t events = 0;  // file descriptors: FileDescriptorEvents
 };
 
 /// The way of a chain instance, which has come from one callback to the next, as one number. 0 is
@@ -56,6 +61,12 @@ constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t entity_id) n
   constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;  // 2^64 / golden ratio: spreads the bits
   return ((way ^ entity_id) + 1) * kOdd;
 }
+/// The way that this entity extends to `way`.
+constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t entity_id) noexcept {
+  constexpr std::uint64_t kInverse = 0xf1de83e19937733d;  // times kOdd, it is 1
+  return (way * kInverse - 1) ^ entity_id;
+}
+static_assert(retract_way(extend_way(5, 7), 7) == 5);
 
 class StagedOutputs;
 
@@ -169,6 +180,8 @@ class Entity {
 
   /// The user let go of the entity: takes it from its executor, and waits as Sink::remove does.
   virtual void retire() noexcept;
+  /// After that, when the last pointer goes: what still uses the entity may keep it.
+  virtual void retired(std::shared_ptr<Entity>) noexcept {}
 
  protected:
   void announce(Arrival arrival) noexcept {

@@ -145,11 +145,18 @@ CallbackReturn LifecycleNode::call_unguarded(LifecycleState during, LifecycleSta
 std::shared_ptr<Timer> LifecycleNode::create_timer(std::string name, Nanoseconds period,
                                                    std::function<void()> callback,
                                                    std::shared_ptr<CallbackGroup> group) {
-  auto timer =
-      std::make_shared<ManagedTimer>(gate_, std::move(name), group_or_default(std::move(group)),
-                                     clock(), period, std::move(callback));
+  auto timer = std::make_shared<ManagedTimer<Timer>>(gate_, std::move(name),
+                                                     group_or_default(std::move(group)), clock(),
+                                                     period, std::move(callback));
   manage(timer);
   return adopt_timer(timer);
+}
+
+std::shared_ptr<TaskRunner> LifecycleNode::managed_task_runner(
+    const std::string& callback, const std::shared_ptr<CallbackGroup>& group) {
+  auto runner = std::make_shared<ManagedTaskRunner>(gate_, callback, group, clock(), 1u);
+  manage(runner);
+  return adopt_task_runner(std::move(runner));
 }
 
 void LifecycleNode::manage(const std::shared_ptr<Managed>& entity) {

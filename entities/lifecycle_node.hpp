@@ -82,23 +82,38 @@ class LifecycleNode : public Node {
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto runner = managed_task_runner(name, group);
+    auto timer =
+        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock(),
+                                                  period, std::move(callback), std::move(runner));
+    manage(timer);
+    return adopt_timer(timer);
+  }
 
   template <Message T>
   std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                           PublisherOptions<T> options = {}) {
     const Endpoint end = endpoint<T>(topic, qos);
     remember_output(end.topic, options.published_by);
-    return std::make_shared<LifecyclePublisher<T>>(gate_, end.topic, end.qos, clock(),
-                                                   std::move(options), participant());
+    return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), std::move(options),
+                                                   participant());
   }
 
   template <Message T, SubscriptionCallback<T> F>
   std::shared_ptr<Subscription<T>> create_subscription(
       std::string_view topic, const QoS& qos, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
     auto subscription = std::make_shared<ManagedSubscription<T, F>>(
-        gate_, clock(), std::string(topic), group_or_default(std::move(group)),
-        endpoint<T>(topic, qos), std::move(callback), participant());
+        gate_, clock().real(), std::string(topic), group, endpoint<T>(topic, qos),
+        std::move(callback), participant());
+    if constexpr (CallbackSubscription<T, F>::kIsTask) {
+      subscription->set_runner(managed_task_runner(std::string(topic), group));
+    }
     manage(subscription);
     auto handle = adopt<Subscription<T>>(subscription);
     subscription->start();
@@ -134,6 +149,8 @@ class LifecycleNode : public Node {
   CallbackReturn call(LifecycleState during, LifecycleState previous) noexcept;
   CallbackReturn call_unguarded(LifecycleState during, LifecycleState previous);
 
+  std::shared_ptr<TaskRunner> managed_task_runner(const std::string& callback,
+                                                  const std::shared_ptr<CallbackGroup>& group);
   void manage(const std::shared_ptr<Managed>& entity);
   std::vector<std::shared_ptr<Managed>> managed() const;
   void start_managed();

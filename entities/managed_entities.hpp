@@ -69,14 +69,15 @@ class GatedEntity : public Base, public Managed {
 
 /// A timer of a LifecycleNode: while the node is not active it has no release, whatever reset and
 /// release_at say; when the node becomes active, its phase begins, unless it is cancelled.
-class ManagedTimer final : public GatedEntity<Timer> {
+template <std::derived_from<Timer> Base>
+class ManagedTimer final : public GatedEntity<Base> {
  public:
-  using GatedEntity::GatedEntity;
+  using GatedEntity<Base>::GatedEntity;
 
   std::optional<TimePoint> next_release() const noexcept override {
-    return gate().is_open() ? Timer::next_release() : kNever;
+    return this->gate().is_open() ? Timer::next_release() : kNever;
   }
-  void opens() noexcept override { restart(); }
+  void opens() noexcept override { this->restart(); }
   void has_opened() noexcept override { tell(); }
   void has_closed() noexcept override { tell(); }
 
@@ -87,11 +88,20 @@ class ManagedTimer final : public GatedEntity<Timer> {
   }
 };
 
+/// What resumes the coroutines of a LifecycleNode: they go on when the node is active again.
+class ManagedTaskRunner final : public GatedEntity<TaskRunner> {
+ public:
+  using GatedEntity::GatedEntity;
+
+  void has_opened() noexcept override { announce_if_ready(); }
+  void has_closed() noexcept override {}
+};
+
 /// A subscription of a LifecycleNode: while the node is not active it keeps the newest messages, as
 /// its depth says, and tells nobody.
 template <Message T, class F>
-class ManagedSubscription final : public GatedEntity<CallbackSubscription<T, F>> {
-  using Base = GatedEntity<CallbackSubscription<T, F>>;
+class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
+  using Base = GatedEntity<SubscriptionWith<T, F>>;
 
  public:
   template <class... Arguments>

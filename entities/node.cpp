@@ -79,6 +79,15 @@ Node::Node(std::string_view name, const NodeOptions& options)
       parameters_(name_, options.parameters) {
   check_name(name_, "node");
   groups_.push_back(default_group_);
+  if (options_.parameters.contains(kUseSimTime)) {
+    declare_parameter(kUseSimTime, false,
+                      {.description = "Timers follow /clock.", .read_only = true});
+  }
+  if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
+}
+
+Node::~Node() {
+  if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
 std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, CallbackGroupType type,
@@ -141,12 +150,21 @@ std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
   return adopt<Timer>(std::move(timer));
 }
 
+std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
+  // "tick/resumed" has "tick/resumed/alarm": names that users cannot give.
+  auto alarm = adopt<Timer>(std::make_shared<Timer>(runner->name() + "/alarm", runner->group(),
+                                                    runner->clock(), std::chrono::hours(1),
+                                                    [to = runner.get()] { to->wake_sleepers(); }));
+  runner->set_alarm(std::move(alarm));
+  return adopt<TaskRunner>(std::move(runner));
+}
+
 std::shared_ptr<GuardCondition> Node::create_guard_condition(std::string name,
                                                              std::function<void()> callback,
                                                              std::shared_ptr<CallbackGroup> group) {
   check_name(name, "guard condition");
   return adopt<GuardCondition>(std::make_shared<GuardCondition>(
-      std::move(name), group_or_default(std::move(group)), clock(), std::move(callback)));
+      std::move(name), group_or_default(std::move(group)), clock().real(), std::move(callback)));
 }
 
 std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
@@ -154,8 +172,8 @@ std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
     std::function<void(FileDescriptorEvents)> callback, std::shared_ptr<CallbackGroup> group) {
   check_name(name, "file descriptor");
   return adopt<FileDescriptor>(
-      std::make_shared<FileDescriptor>(std::move(name), group_or_default(std::move(group)), clock(),
-                                       fd, events, std::move(callback)));
+      std::make_shared<FileDescriptor>(std::move(name), group_or_default(std::move(group)),
+                                       clock().real(), fd, events, std::move(callback)));
 }
 
 std::string Node::resolve(std::string_view topic) {
@@ -175,6 +193,31 @@ std::string Node::resolve(std::string_view topic) {
   }
   check_path(result, "topic");
   return result;
+}
+
+Endpoint Node::endpoint(std::string_view topic, const MessageType& type, const QoS& qos) {
+  std::string name = resolve(topic);
+  const QoS decided = decide(name, qos);
+  return {std::move(name), &type, decided, fully_qualified_name_};
+}
+
+std::shared_ptr<GenericPublisher> Node::create_generic_publisher(std::string_view topic,
+                                                                 std::string_view type,
+                                                                 const QoS& qos) {
+  const Endpoint end = endpoint(topic, serialized_type(type), qos);
+  remember_output(end.topic, {});
+  return std::make_shared<GenericPublisher>(end, clock().real(), options_.participant);
+}
+
+std::shared_ptr<SubscriptionBase> Node::create_generic_subscription(
+    std::string_view topic, std::string_view type, const QoS& qos, SerializedCallback callback,
+    std::shared_ptr<CallbackGroup> group) {
+  auto subscription = std::make_shared<GenericSubscription>(
+      std::string(topic), group_or_default(std::move(group)),
+      endpoint(topic, serialized_type(type), qos), std::move(callback), options_.participant);
+  auto handle = adopt<SubscriptionBase>(subscription);
+  subscription->start();
+  return handle;
 }
 
 QoS Node::decide(const std::string& topic, const QoS& code) {

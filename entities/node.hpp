@@ -20,12 +20,16 @@
 #include "takt/base/logger.hpp"
 #include "takt/entities/client.hpp"
 #include "takt/entities/file_descriptor.hpp"
+#include "takt/entities/generic_publisher.hpp"
+#include "takt/entities/generic_subscription.hpp"
 #include "takt/entities/guard_condition.hpp"
 #include "takt/entities/node_parameters.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/qos_event.hpp"
+#include "takt/entities/receiver.hpp"
 #include "takt/entities/service.hpp"
 #include "takt/entities/subscription.hpp"
+#include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
 
 namespace takt {
@@ -42,6 +46,9 @@ struct NodeOptions {
   /// Talks to other processes through it; without, messages stay in the process.
   std::shared_ptr<Participant> participant;
 };
+
+/// The parameter of ROS 2 by which a container gives a node a simulated clock.
+inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
 
@@ -71,13 +78,14 @@ class NodeListener {
 class Node : public std::enable_shared_from_this<Node> {
  public:
   explicit Node(std::string_view name, const NodeOptions& options = {});
-  virtual ~Node() = default;
+  virtual ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
   const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
+  /// That of its timers: perhaps a SimulatedClock.
   Clock& clock() const noexcept { return *options_.clock; }
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
@@ -89,8 +97,8 @@ class Node : public std::enable_shared_from_this<Node> {
     char line[Logger::kLineBytes];
     const auto end =
         fmt::format_to_n(line, sizeof line, format, std::forward<Arguments>(arguments)...);
-    logger.write(level, "{}: {}", fully_qualified_name_,
-                 std::string_view(line, std::min(end.size, sizeof line)));
+    logger.write_as(fully_qualified_name_, level,
+                    std::string_view(line, std::min(end.size, sizeof line)));
   }
 
   std::shared_ptr<CallbackGroup> create_callback_group(std::string name, CallbackGroupType type,
@@ -103,6 +111,15 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr);
+  /// The callback is a coroutine, see Task.
+  template <TaskCallback F>
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto runner = create_task_runner(name, group, 1);
+    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock(),
+                                                   period, std::move(callback), std::move(runner)));
+  }
 
   /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
   std::shared_ptr<GuardCondition> create_guard_condition(
@@ -124,12 +141,12 @@ class Node : public std::enable_shared_from_this<Node> {
     if constexpr (std::same_as<Status, DeadlineMissedStatus>) {
       check_deadline(end.topic(), end.qos());
       return adopt<Entity>(std::make_shared<DeadlineEvent>(
-          std::move(name), group_or_default(std::move(group)), clock(), end.qos().deadline_period,
-          end.events(), std::move(callback)));
+          std::move(name), group_or_default(std::move(group)), clock().real(),
+          end.qos().deadline_period, end.events(), std::move(callback)));
     } else {
       auto event =
           std::make_shared<QosEvent<Status>>(std::move(name), group_or_default(std::move(group)),
-                                             clock(), end.events(), std::move(callback));
+                                             clock().real(), end.events(), std::move(callback));
       auto handle = adopt<Entity>(event);
       event->start();
       return handle;
@@ -148,7 +165,7 @@ class Node : public std::enable_shared_from_this<Node> {
                                                  PublisherOptions<T> options = {}) {
     const Endpoint end = endpoint<T>(topic, qos);
     remember_output(end.topic, options.published_by);
-    return std::make_shared<Publisher<T>>(end.topic, end.qos, clock(), std::move(options),
+    return std::make_shared<Publisher<T>>(end, clock().real(), std::move(options),
                                           options_.participant);
   }
 
@@ -156,22 +173,50 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<Subscription<T>> create_subscription(
       std::string_view topic, const QoS& qos, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) {
-    auto subscription = std::make_shared<CallbackSubscription<T, F>>(
-        std::string(topic), group_or_default(std::move(group)), endpoint<T>(topic, qos),
-        std::move(callback), options_.participant);
+    group = group_or_default(std::move(group));
+    auto subscription =
+        std::make_shared<SubscriptionWith<T, F>>(std::string(topic), group, endpoint<T>(topic, qos),
+                                                 std::move(callback), options_.participant);
+    if constexpr (CallbackSubscription<T, F>::kIsTask) {
+      subscription->set_runner(create_task_runner(std::string(topic), group, 1));
+    }
     auto handle = adopt<Subscription<T>>(subscription);
     subscription->start();
     return handle;
   }
 
-  /// `callback` is called with a request and an empty response to fill in.
+  /// For messages that coroutines await.
+  template <Message T>
+  std::shared_ptr<Receiver<T>> create_receiver(std::string_view topic, const QoS& qos,
+                                               std::shared_ptr<CallbackGroup> group = nullptr) {
+    auto receiver =
+        std::make_shared<Receiver<T>>(std::string(topic), group_or_default(std::move(group)),
+                                      endpoint<T>(topic, qos), options_.participant);
+    auto handle = adopt<Receiver<T>>(receiver);
+    receiver->start();
+    return handle;
+  }
+
+  /// `type` is a name: "std_msgs/msg/String". What has this name, by bytes.
+  std::shared_ptr<GenericPublisher> create_generic_publisher(std::string_view topic,
+                                                             std::string_view type, const QoS& qos);
+  std::shared_ptr<SubscriptionBase> create_generic_subscription(
+      std::string_view topic, std::string_view type, const QoS& qos, SerializedCallback callback,
+      std::shared_ptr<CallbackGroup> group = nullptr);
+
+  /// `callback` is called with a request and an empty response to fill in, and may be a coroutine;
+  /// or with the request and its RequestId, see Service::send_response.
   template <ServiceType S, ServiceCallback<S> F>
   std::shared_ptr<Service<S>> create_service(std::string_view name, F callback,
                                              std::shared_ptr<CallbackGroup> group = nullptr,
                                              const ServiceOptions& options = {}) {
+    group = group_or_default(std::move(group));
     auto service = std::make_shared<CallbackService<S, F>>(
-        std::string(name), group_or_default(std::move(group)), resolve(name), clock(),
+        std::string(name), group, resolve(name), fully_qualified_name_, clock().real(),
         std::move(callback), options, options_.participant);
+    if constexpr (CallbackService<S, F>::kIsTask) {
+      service->set_runner(create_task_runner(std::string(name), group, 1));
+    }
     auto handle = adopt<Service<S>>(service);
     service->start();
     return handle;
@@ -180,17 +225,26 @@ class Node : public std::enable_shared_from_this<Node> {
   template <ServiceType S>
   std::shared_ptr<Client<S>> create_client(std::string_view name, const ClientOptions& options = {},
                                            std::shared_ptr<CallbackGroup> group = nullptr) {
-    auto client =
-        std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
-                                    resolve(name), clock(), options, options_.participant);
+    auto client = std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
+                                              resolve(name), fully_qualified_name_, clock().real(),
+                                              options, options_.participant);
     if (options.timeout != Nanoseconds::zero()) {
-      client->set_timer(create_timer(
-          timeout_name(name), options.timeout,
-          [client = client.get()] { client->end_late_calls(); }, client->group()));
+      client->set_timer(adopt_timer(std::make_shared<Timer>(
+          timeout_name(name), client->group(), clock().real(), options.timeout,
+          [client = client.get()] { client->end_late_calls(); })));
     }
     auto handle = adopt<Client<S>>(client);
     client->start();
     return handle;
+  }
+
+  /// What resumes coroutines, for those who make callbacks of their own kinds of others: at most so
+  /// many tasks at a time. `callback` is what it is called after.
+  std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
+                                                 std::shared_ptr<CallbackGroup> group,
+                                                 std::size_t most_tasks) {
+    return adopt_task_runner(std::make_shared<TaskRunner>(
+        callback, group_or_default(std::move(group)), clock(), most_tasks));
   }
 
   /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
@@ -230,6 +284,10 @@ class Node : public std::enable_shared_from_this<Node> {
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
       OnSetParametersCallback callback) {
     return parameters_.add_callback(std::move(callback));
+  }
+  /// For ParameterServices; see NodeParameters.
+  void set_parameters_listener(ParametersListener listener) {
+    parameters_.set_listener(std::move(listener));
   }
 
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
@@ -273,16 +331,17 @@ class Node : public std::enable_shared_from_this<Node> {
   /// What the code asks for, as the options have it.
   template <Message T>
   Endpoint endpoint(std::string_view topic, const QoS& qos) {
-    std::string name = resolve(topic);
-    const QoS decided = decide(name, qos);
-    return {std::move(name), &message_type<T>(), decided};
+    return endpoint(topic, message_type<T>(), qos);
   }
+  Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
   /// nullptr: messages stay in the process.
   const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
   /// Throws Error when the timer's name cannot be.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
+  /// What resumes the coroutines of a callback.
+  std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
 
   /// Adds the entity, and makes the pointer for the user: when it goes, the entity retires.
   template <class Handle, class Concrete>
@@ -291,7 +350,7 @@ class Node : public std::enable_shared_from_this<Node> {
     Handle* address = entity.get();
     return std::shared_ptr<Handle>(address, [entity = std::move(entity)](Handle*) mutable {
       entity->retire();
-      entity.reset();
+      entity->retired(std::move(entity));
     });
   }
 

@@ -90,8 +90,11 @@ ParameterValue NodeParameters::declare(std::string_view name, Declared declared)
                             to_string(declared.value), result.reason));
   }
   ParameterValue value = declared.value;
-  const std::lock_guard lock(mutex_);
-  declared_.try_emplace(std::string(name), std::move(declared));
+  {
+    const std::lock_guard lock(mutex_);
+    declared_.try_emplace(std::string(name), std::move(declared));
+  }
+  if (listener_) listener_({{std::string(name), value}}, true);
   return value;
 }
 
@@ -112,10 +115,24 @@ SetParametersResult NodeParameters::set_atomically(const Parameters& values) {
     return {false, error.what()};
   }
   if (SetParametersResult result = ask_callbacks(changes); !result.successful) return result;
-  // Swapped, so that the old values are freed after the lock. Nothing is ever undeclared.
-  const std::lock_guard lock(mutex_);
-  for (auto& [name, value] : changes) std::swap(declared_.find(name)->second.value, value);
+  if (listener_) {
+    set(Parameters(changes));
+    listener_(changes, false);
+  } else {
+    set(std::move(changes));
+  }
   return {};
+}
+
+// Swapped, so that the old values are freed after the lock. Nothing is ever undeclared.
+void NodeParameters::set(Parameters values) {
+  const std::lock_guard lock(mutex_);
+  for (auto& [name, value] : values) std::swap(declared_.find(name)->second.value, value);
+}
+
+void NodeParameters::set_listener(ParametersListener listener) {
+  const Changing changing(*this, "changes who is told");
+  listener_.swap(listener);
 }
 
 SetParametersResult NodeParameters::ask_callbacks(const Parameters& values) {

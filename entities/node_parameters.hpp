@@ -25,6 +25,9 @@ using OnSetParametersCallback = std::function<SetParametersResult(const Paramete
 /// Keeps the callback: when it is dropped, no further call begins.
 using OnSetParametersHandle = std::shared_ptr<const OnSetParametersCallback>;
 
+/// Is told of values after they were set, or declared (`are_new`), on the thread that did so.
+using ParametersListener = std::function<void(const Parameters& values, bool are_new)>;
+
 /// Names, values and descriptors. Node hands all of it on, and says what each method does.
 ///
 /// Thread safety: every method from any thread. Whoever sets values holds up others who set, while
@@ -51,6 +54,9 @@ class NodeParameters {
   ListParametersResult list(const std::vector<std::string>& prefixes, std::uint64_t depth) const;
   SetParametersResult set_atomically(const Parameters& values);
   OnSetParametersHandle add_callback(OnSetParametersCallback callback);
+  /// Empty: nobody is told. When this returns, the one before is not told any more. It may read
+  /// parameters, but not set or declare any.
+  void set_listener(ParametersListener listener);
   /// What is given and was not declared.
   std::vector<std::string> unused() const;
 
@@ -122,12 +128,14 @@ class NodeParameters {
   ParameterValue accepted(std::string_view name, const ParameterValue& given,
                           const Declared& declared) const;
   SetParametersResult ask_callbacks(const Parameters& values);
+  void set(Parameters values);
 
   const std::string node_;
   const Parameters given_;
 
   PiMutex change_mutex_;  // held by who sets values; comes before mutex_
   std::atomic<std::thread::id> changing_thread_{};
+  ParametersListener listener_;  // guarded by change_mutex_
 
   mutable PiMutex mutex_;  // guards all below
   std::map<std::string, Declared, std::less<>> declared_;

@@ -2,6 +2,7 @@
 #include "takt/entities/parameter_services.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <iterator>
 
 #include <fmt/format.h>
@@ -124,8 +125,19 @@ ParameterValue from_message(const wire::ParameterValue& message) {
   throw Error(fmt::format("a value of the unknown type {} is given", message.type));
 }
 
+void ParameterServices::publish(const Parameters& values, bool are_new) const {
+  wire::ParameterEvent event{.stamp = wire_time(std::chrono::system_clock::now()),
+                             .node = node_.fully_qualified_name()};
+  auto& list = are_new ? event.new_parameters : event.changed_parameters;
+  for (const auto& [name, value] : values) list.push_back({name, to_message(value)});
+  events_->publish(event);
+}
+
 ParameterServices::ParameterServices(Node& node, Node& host)
-    : get_(host.create_service<wire::GetParameters>(
+    : node_(node),
+      events_(host.create_publisher<wire::ParameterEvent>(
+          "/parameter_events", qos_profile("parameter_events")->keep_last(10))),
+      get_(host.create_service<wire::GetParameters>(
           service_name(node, "get_parameters"),
           [&node](const auto& request, auto& response) {
             response.values =
@@ -174,6 +186,13 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                 });
           },
           nullptr, kRareService)) {
+  Parameters declared;
+  for (const std::string& name : node.list_parameters().names) {
+    declared.emplace(name, node.get_parameter<ParameterValue>(name));
+  }
+  if (!declared.empty()) publish(declared, true);
+  node.set_parameters_listener(
+      [this](const Parameters& values, bool are_new) { publish(values, are_new); });
 }
 
 }  // namespace takt

@@ -19,7 +19,8 @@ ParameterValue from_message(const rcl_interfaces::ParameterValue& message);
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
 /// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
 /// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
-/// another and has a result for each.
+/// another and has a result for each. What is declared and set is told on `/parameter_events`: at
+/// first all that there is.
 ///
 /// The services are entities of the host, in its default callback group: the node itself, or
 /// another one whose executor has the time that real-time executors have not. Both nodes outlive
@@ -30,11 +31,18 @@ ParameterValue from_message(const rcl_interfaces::ParameterValue& message);
 class ParameterServices {
  public:
   ParameterServices(Node& node, Node& host);
+  ~ParameterServices() { node_.set_parameters_listener({}); }
+  ParameterServices(const ParameterServices&) = delete;
+  ParameterServices& operator=(const ParameterServices&) = delete;
 
  private:
   template <class S>
   using Handle = std::shared_ptr<Service<S>>;
 
+  void publish(const Parameters& values, bool are_new) const;
+
+  Node& node_;
+  const std::shared_ptr<Publisher<rcl_interfaces::ParameterEvent>> events_;
   const Handle<rcl_interfaces::GetParameters> get_;
   const Handle<rcl_interfaces::GetParameterTypes> get_types_;
   const Handle<rcl_interfaces::SetParameters> set_;

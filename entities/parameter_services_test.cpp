@@ -208,5 +208,24 @@ TEST(ParameterServices, MayBeServedByTheNodeItself) {
   EXPECT_THAT(node->entities(), IsEmpty());
 }
 
+TEST_F(ParameterServicesTest, TellsOfWhatIsSetAndDeclared) {
+  const auto reader =
+      host_->create_subscription<wire::ParameterEvent>("/parameter_events", 10, [](const auto&) {});
+  wire::ParameterEvent event;
+  EXPECT_TRUE(node_->set_parameters_atomically({{"a_boolean", false}}).successful);
+  ASSERT_TRUE(reader->take(event));
+  EXPECT_EQ(event.node, "/front/camera");
+  EXPECT_THAT(event.new_parameters, IsEmpty());
+  ASSERT_EQ(event.changed_parameters.size(), 1u);
+  EXPECT_EQ(event.changed_parameters[0].name, "a_boolean");
+  EXPECT_EQ(from_message(event.changed_parameters[0].value), ParameterValue(false));
+  node_->declare_parameter("later", 1);
+  ASSERT_TRUE(reader->take(event));
+  ASSERT_EQ(event.new_parameters.size(), 1u);
+  EXPECT_EQ(event.new_parameters[0].name, "later");
+  EXPECT_FALSE(node_->set_parameters_atomically({{"loop.gain", 7.0}}).successful);
+  EXPECT_FALSE(reader->take(event));
+}
+
 }  // namespace
 }  // namespace takt

@@ -78,9 +78,9 @@ template <Message T>
 class Publisher {
  public:
   /// `participant`: sends to other processes too; may be nullptr.
-  Publisher(std::string topic, const QoS& qos, Clock& clock, PublisherOptions<T> options = {},
+  Publisher(Endpoint endpoint, Clock& clock, PublisherOptions<T> options = {},
             const std::shared_ptr<Participant>& participant = nullptr)
-      : writer_({std::move(topic), &message_type<T>(), qos}, clock),
+      : writer_(std::move(endpoint), clock),
         remote_(participant != nullptr
                     ? participant->create_writer(writer_.endpoint(), writer_.events())
                     : nullptr),
@@ -88,9 +88,9 @@ class Publisher {
                                                 : std::make_shared<const T>()),
         expected_period_(options.expected_period),
         loans_(Pool<LoanedBlock<T>>::create(
-            options.loans == 0 ? 0 : options.loans + kept(qos),
+            options.loans == 0 ? 0 : options.loans + kept(qos()),
             [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(*prototype_); })),
-        wrappers_(Pool<OwnedBlock<T>>::create(qos.depth + 16 + kept(qos), [](std::uint32_t) {
+        wrappers_(Pool<OwnedBlock<T>>::create(qos().depth + 16 + kept(qos()), [](std::uint32_t) {
           return std::make_unique<OwnedBlock<T>>();
         })) {}
 

@@ -18,8 +18,17 @@
 
 namespace takt {
 
+/// Whose call it is, and which of the caller's: as it stands in request and response.
+struct RequestId {
+  std::uint64_t client = 0;
+  std::int64_t sequence = 0;
+};
+
+/// Fills in the response, at once or as a coroutine. Or it remembers the id: then somebody sends
+/// the response later.
 template <class F, class S>
-concept ServiceCallback = std::invocable<F&, const typename S::Request&, typename S::Response&>;
+concept ServiceCallback = std::invocable<F&, const typename S::Request&, typename S::Response&> ||
+    std::invocable<F&, const typename S::Request&, RequestId>;
 
 struct ServiceOptions {
   /// How many requests it keeps that it has not served: what comes beyond replaces the oldest, and
@@ -46,28 +55,59 @@ class Service : public SubscriptionBase {
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
 
+  /// For a callback that takes the RequestId: from any thread, once.
+  void send_response(RequestId id, const typename S::Response& response) {
+    Answer answer = prepare(id);
+    answer->body = response;
+    respond(std::move(answer));
+  }
+
  protected:
   Service(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-          Clock& clock, const ServiceOptions& options,
+          const std::string& node, Clock& clock, const ServiceOptions& options,
           const std::shared_ptr<Participant>& participant)
       : SubscriptionBase(EntityKind::service, std::move(name), std::move(group),
-                         {request_topic(path), &message_type<Request>(), options.depth},
+                         {request_topic(path), &message_type<Request>(), options.depth, node,
+                          service_identity<S>("serviceid", participant)},
                          participant),
         has_loans_(options.loans != 0),
         decoded_(participant != nullptr ? std::min<std::size_t>(options.loans, 4) : 0),
-        responses_(reply_topic(path), options.depth, clock,
-                   {.loans = service_loans<Response>(options.loans)}, participant) {}
+        responses_({reply_topic(path), &message_type<Response>(), options.depth, node,
+                    endpoint().identity},
+                   clock, {.loans = service_loans<Response>(options.loans)}, participant) {}
 
-  void respond(LoanedMessage<Response> response) noexcept {
-    wait_for_caller();
-    responses_.publish(std::move(response));
+  /// A response on its way: lent, or from the heap.
+  class Answer {
+   public:
+    Answer(LoanedMessage<Response> lent, std::unique_ptr<Response> own) noexcept
+        : lent_(std::move(lent)), own_(std::move(own)) {}
+    Response& operator*() const noexcept { return own_ != nullptr ? *own_ : *lent_; }
+    Response* operator->() const noexcept { return &**this; }
+
+   private:
+    friend class Service;
+    LoanedMessage<Response> lent_;
+    std::unique_ptr<Response> own_;
+  };
+
+  Answer prepare(RequestId id) {
+    static const typename S::Response kEmpty{};
+    LoanedMessage<Response> lent =
+        has_loans_ ? responses_.borrow_loaned_message() : LoanedMessage<Response>();
+    Answer answer(std::move(lent), nullptr);
+    if (!answer.lent_) answer.own_ = std::make_unique<Response>();
+    answer->client = id.client;
+    answer->sequence = id.sequence;
+    answer->body = kEmpty;  // a loan keeps what its last user wrote
+    return answer;
   }
-  void respond(std::unique_ptr<Response> response) {
+  void respond(Answer answer) {
     wait_for_caller();
-    responses_.publish(std::move(response));
-  }
-  LoanedMessage<Response> borrow() {
-    return has_loans_ ? responses_.borrow_loaned_message() : LoanedMessage<Response>();
+    if (answer.own_ != nullptr) {
+      responses_.publish(std::move(answer.own_));
+    } else {
+      responses_.publish(std::move(answer.lent_));
+    }
   }
 
  private:
@@ -95,42 +135,75 @@ class Service : public SubscriptionBase {
 };
 
 template <ServiceType S, ServiceCallback<S> F>
-class CallbackService final : public Service<S> {
- public:
-  CallbackService(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-                  Clock& clock, F callback, const ServiceOptions& options,
-                  const std::shared_ptr<Participant>& participant)
-      : Service<S>(std::move(name), std::move(group), path, clock, options, participant),
-        callback_(std::move(callback)) {}
+class CallbackService final : public Service<S>, private TaskOwner {
+  using Base = Service<S>;
+  using typename Base::Answer;
+  using typename Base::Request;
 
+ public:
+  static constexpr bool kIsTask =
+      TaskCallback<F, const typename S::Request&, typename S::Response&>;
+
+  CallbackService(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
+                  const std::string& node, Clock& clock, F callback, const ServiceOptions& options,
+                  const std::shared_ptr<Participant>& participant)
+      : Base(std::move(name), std::move(group), path, node, clock, options, participant),
+        callback_(std::move(callback)) {}
+  /// For a callback that is a coroutine; before the first request.
+  void set_runner(std::shared_ptr<TaskRunner> runner) {
+    runner_ = std::move(runner);
+    runner_->set_owner_of_tasks(*this);
+  }
+
+  std::size_t ready_count() const noexcept override {
+    return runner_ == nullptr || runner_->is_free() ? Base::ready_count() : 0;
+  }
+  bool take(Slot& slot) noexcept override {
+    if (runner_ != nullptr && !runner_->reserve()) return false;
+    if (Base::take(slot)) return true;
+    give_back();
+    return false;
+  }
   void execute(Slot& slot) override {
-    const std::unique_ptr<MessageBlock, Release> held(slot.message);
-    const auto& request = *static_cast<const typename Service<S>::Request*>(held->payload());
-    if (auto loan = this->borrow()) {
-      answer(request, *loan);
-      this->respond(std::move(loan));
+    MessageBlock* block = slot.message;
+    TakenMessage<Request> request(block, static_cast<const Request*>(block->payload()));
+    const RequestId id{request->client, request->sequence};
+    if constexpr (kIsTask) {
+      runner_->start(serve(std::move(request), Base::prepare(id)));
+    } else if constexpr (std::invocable<F&, const typename S::Request&, typename S::Response&>) {
+      Answer answer = Base::prepare(id);
+      callback_(request->body, answer->body);
+      Base::respond(std::move(answer));
     } else {
-      auto own = std::make_unique<typename Service<S>::Response>();
-      answer(request, *own);
-      this->respond(std::move(own));
+      callback_(request->body, id);
     }
+  }
+  void discard(Slot& slot) noexcept override {
+    Base::discard(slot);
+    give_back();
+  }
+  void retire() noexcept override {
+    Base::retire();
+    if (runner_ != nullptr) runner_->retire();
+  }
+  void retired(std::shared_ptr<Entity> self) noexcept override {
+    if (runner_ != nullptr) runner_->keep(std::move(self));
   }
 
  private:
-  struct Release {
-    void operator()(MessageBlock* block) const noexcept { block->release(); }
-  };
-
-  void answer(const typename Service<S>::Request& request,
-              typename Service<S>::Response& response) {
-    static const typename S::Response kEmpty{};
-    response.client = request.client;
-    response.sequence = request.sequence;
-    response.body = kEmpty;  // a loan keeps what its last user wrote
-    callback_(request.body, response.body);
+  Task<> serve(TakenMessage<Request> request, Answer answer) {
+    co_await callback_(request->body, answer->body);
+    Base::respond(std::move(answer));
   }
+  void give_back() noexcept {
+    if (runner_ == nullptr) return;
+    runner_->give_back();
+    this->announce_if_ready();
+  }
+  void task_ended() noexcept override { this->announce_if_ready(); }
 
   F callback_;
+  std::shared_ptr<TaskRunner> runner_;
 };
 
 }  // namespace takt

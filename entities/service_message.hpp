@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "takt/transport/message_type.hpp"
+#include "takt/transport/participant.hpp"
 #include "takt/transport/qos.hpp"
 
 namespace takt {
@@ -61,6 +63,16 @@ template <class T>
 constexpr std::size_t service_loans(std::size_t most) {
   constexpr std::size_t kFit = (std::size_t{1} << 20) / sizeof(T);
   return std::min(most, std::max<std::size_t>(kFit, 4));
+}
+
+/// What both ends of a service, or of a client, tell of it: an id that no other has, and the
+/// service's type. Nothing without a participant.
+template <ServiceType S>
+ServiceIdentity service_identity(const char* kind,
+                                 const std::shared_ptr<Participant>& participant) {
+  if (participant == nullptr) return {};
+  return {new_service_id(kind), &message_type<typename S::Request>(),
+          &message_type<typename S::Response>()};
 }
 
 /// ROS 2's names: "/add" is "rq/addRequest" and "rr/addReply".

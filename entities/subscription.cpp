@@ -30,6 +30,14 @@ bool SubscriptionBase::front(Arrival& arrival) const noexcept {
   return true;
 }
 
+void SubscriptionBase::announce_if_ready() noexcept {
+  if (ready_count() == 0) return;
+  const ReadSection section;
+  Arrival arrival{};
+  if (!front(arrival)) arrival = {next_sequence(), {}};  // its publisher has not finished
+  announce(arrival);
+}
+
 void SubscriptionBase::start() {
   if (participant_ == nullptr || !participant_->serves_own_process()) join();
   if (participant_ != nullptr) remote_ = participant_->create_reader(*this);

@@ -6,11 +6,15 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "takt/base/read_section.hpp"
+#include "takt/base/sequence.hpp"
 #include "takt/entities/entity.hpp"
+#include "takt/entities/task_runner.hpp"
 #include "takt/transport/intra_process.hpp"
 #include "takt/transport/participant.hpp"
 
@@ -61,6 +65,8 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   }
   /// The message that these bytes are, or nullptr. Called by who takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
+  /// For who may take again, after it might not.
+  void announce_if_ready() noexcept;
 
  private:
   MessageBlock* decode_received(MessageBlock& received) noexcept;
@@ -203,7 +209,20 @@ const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo
 ///   alone (or last), else copied to the heap.
 template <Message T, SubscriptionCallback<T> F>
 class CallbackSubscription : public Subscription<T> {
+  static constexpr bool kLooks =
+      std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&>;
+  // A unique_ptr converts to a shared_ptr, so who takes a shared_ptr would take both.
+  static constexpr bool kShares =
+      !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
+                  std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
+  using Argument =
+      std::conditional_t<kLooks, const T&,
+                         std::conditional_t<kShares, std::shared_ptr<const T>, std::unique_ptr<T>>>;
+
  public:
+  static constexpr bool kIsTask =
+      TaskCallback<F, Argument> || TaskCallback<F, Argument, const MessageInfo&>;
+
   CallbackSubscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
                        F callback, std::shared_ptr<Participant> participant = nullptr)
       : Subscription<T>(std::move(name), std::move(group), endpoint, std::move(participant),
@@ -217,7 +236,9 @@ class CallbackSubscription : public Subscription<T> {
   void execute(Slot& slot) override {
     MessageBlock& block = *slot.message;
     const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
-    if constexpr (kLooks) {
+    if constexpr (kIsTask) {
+      std::abort();  // see TaskSubscription
+    } else if constexpr (kLooks) {
       const Hold hold{block};
       call(*static_cast<const T*>(block.payload()), info);
     } else if constexpr (kShares) {
@@ -227,25 +248,34 @@ class CallbackSubscription : public Subscription<T> {
     }
   }
 
+ protected:
+  /// The callback as a task, which holds the message.
+  Task<> task(const Slot& slot) {
+    const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+    MessageBlock& block = *slot.message;
+    if constexpr (kLooks) {
+      return look(TakenMessage<T>(&block, static_cast<const T*>(block.payload())), info);
+    } else if constexpr (kShares) {
+      return pass(share(block), info);
+    } else {
+      return pass(own(block), info);
+    }
+  }
+
  private:
-  static constexpr bool kLooks =
-      std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&>;
-  // A unique_ptr converts to a shared_ptr, so who takes a shared_ptr would take both.
-  static constexpr bool kShares =
-      !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
-                  std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
+  Task<> look(TakenMessage<T> message, MessageInfo info) { co_await call(*message, info); }
+  Task<> pass(Argument message, MessageInfo info) { co_await call(std::move(message), info); }
 
   struct Hold {  // releases the message when the callback returns or throws
     MessageBlock& block;
     ~Hold() { block.release(); }
   };
 
-  template <class Argument>
-  void call(Argument&& message, const MessageInfo& info) {
+  auto call(Argument message, const MessageInfo& info) {
     if constexpr (std::invocable<F&, Argument, const MessageInfo&>) {
-      callback_(std::forward<Argument>(message), info);
+      return callback_(std::forward<Argument>(message), info);
     } else {
-      callback_(std::forward<Argument>(message));
+      return callback_(std::forward<Argument>(message));
     }
   }
 
@@ -268,6 +298,52 @@ class CallbackSubscription : public Subscription<T> {
   F callback_;
   ControlBlocks control_blocks_;
 };
+
+/// A subscription whose callback is a coroutine.
+template <Message T, SubscriptionCallback<T> F>
+class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
+  using Base = CallbackSubscription<T, F>;
+
+ public:
+  using Base::Base;
+  /// Before the first message.
+  void set_runner(std::shared_ptr<TaskRunner> runner) {
+    runner_ = std::move(runner);
+    runner_->set_owner_of_tasks(*this);
+  }
+
+  std::size_t ready_count() const noexcept override {
+    return runner_->is_free() ? Base::ready_count() : 0;
+  }
+  using Base::take;
+  bool take(Slot& slot) noexcept override {
+    if (!runner_->reserve()) return false;
+    if (Base::take(slot)) return true;
+    runner_->give_back();
+    this->announce_if_ready();
+    return false;
+  }
+  void execute(Slot& slot) override { runner_->start(this->task(slot)); }
+  void discard(Slot& slot) noexcept override {
+    Base::discard(slot);
+    runner_->give_back();
+  }
+  void retire() noexcept override {
+    Base::retire();
+    runner_->retire();
+  }
+  void retired(std::shared_ptr<Entity> self) noexcept override { runner_->keep(std::move(self)); }
+
+ private:
+  void task_ended() noexcept override { this->announce_if_ready(); }
+
+  std::shared_ptr<TaskRunner> runner_;
+};
+
+/// What a subscription with this callback is.
+template <Message T, SubscriptionCallback<T> F>
+using SubscriptionWith = std::conditional_t<CallbackSubscription<T, F>::kIsTask,
+                                            TaskSubscription<T, F>, CallbackSubscription<T, F>>;
 
 }  // namespace takt
 

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/generic_subscription.hpp"
+
+namespace takt {
+
+// The message stays as it has come.
+bool GenericSubscription::take(Slot& slot) noexcept {
+  slot.message = IntraProcessReader::take(slot.more);
+  if (slot.message == nullptr) return false;
+  static_cast<Envelope&>(slot) = slot.message->envelope;
+  return true;
+}
+
+void GenericSubscription::execute(Slot& slot) {
+  const HeldMessage held(slot.message);
+  const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+  if (slot.message->payload() == nullptr) {
+    return callback_(static_cast<const ReceivedBlock&>(*slot.message).bytes(), info);
+  }
+  static thread_local ByteBuffer bytes;
+  bytes.clear();
+  payload_type()->encode(slot.message->payload(), bytes);
+  callback_(bytes.bytes(), info);
+}
+
+}  // namespace takt

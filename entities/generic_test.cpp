@@ -1,0 +1,98 @@
+// Messages by bytes, inside a process: both ways between who knows the type and who does not.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/entities/node.hpp"
+#include "takt/transport/messages/std_msgs.hpp"
+
+namespace takt {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+bool serve(Entity& entity) {
+  Slot slot;
+  if (!entity.take(slot)) return false;
+  entity.execute(slot);
+  return true;
+}
+
+class GenericTest : public testing::Test {
+ protected:
+  SerializedCallback note() {
+    return [this](std::span<const std::byte> bytes, const MessageInfo&) {
+      std_msgs::String message;
+      ASSERT_TRUE(message_type<std_msgs::String>().decode(bytes, &message));
+      heard_.push_back(message.data);
+    };
+  }
+  static ByteBuffer encoded(const std::string& text) {
+    ByteBuffer bytes;
+    const std_msgs::String message{text};
+    message_type<std_msgs::String>().encode(&message, bytes);
+    return bytes;
+  }
+  const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
+  std::vector<std::string> heard_;
+};
+
+TEST_F(GenericTest, WhatIsPublishedByTypeIsReceivedAsBytes) {
+  for (const bool comes_first : {true, false}) {
+    std::shared_ptr<SubscriptionBase> subscription;
+    const auto subscribe = [&] {
+      subscription =
+          node_->create_generic_subscription("chatter", "std_msgs/msg/String", 5, note());
+    };
+    if (comes_first) subscribe();
+    const auto publisher = node_->create_publisher<std_msgs::String>("chatter", 5, {.loans = 2});
+    if (!comes_first) subscribe();
+    publisher->publish(std_msgs::String{"a"});
+    publisher->publish(std::make_shared<const std_msgs::String>(std_msgs::String{"b"}));
+    while (serve(*subscription)) {
+    }
+    EXPECT_THAT(heard_, ElementsAre("a", "b"));
+    heard_.clear();
+  }
+}
+
+TEST_F(GenericTest, WhatIsPublishedAsBytesIsReceivedByTypeAndAsBytes) {
+  const auto bytewise =
+      node_->create_generic_subscription("chatter", "std_msgs/msg/String", 5, note());
+  std::string typed;
+  const auto subscription = node_->create_subscription<std_msgs::String>(
+      "chatter", 5, [&](const std_msgs::String& message) { typed = message.data; });
+  const auto publisher = node_->create_generic_publisher("chatter", "std_msgs/msg/String", 5);
+  EXPECT_EQ(publisher->subscription_count(), 2u);
+  publisher->publish(encoded("x").bytes());
+  EXPECT_TRUE(serve(*subscription));
+  EXPECT_TRUE(serve(*bytewise));
+  EXPECT_EQ(typed, "x");
+  EXPECT_THAT(heard_, ElementsAre("x"));
+}
+
+TEST_F(GenericTest, WhatIsNoMessageIsDroppedAndCounted) {
+  bool called = false;
+  const auto subscription = node_->create_subscription<std_msgs::String>(
+      "chatter", 5, [&](const std_msgs::String&) { called = true; });
+  const auto publisher = node_->create_generic_publisher("chatter", "std_msgs/msg/String", 5);
+  ByteBuffer bytes = encoded("text");
+  publisher->publish(bytes.bytes().first(9));
+  EXPECT_FALSE(serve(*subscription));
+  EXPECT_FALSE(called);
+  EXPECT_EQ(subscription->lost(), 1u);
+  EXPECT_THAT([&] { publisher->publish(bytes.bytes().subspan(4)); },
+              ThrowsMessage<Error>(HasSubstr("no message")));
+}
+
+TEST_F(GenericTest, AnotherTypesNameIsRefused) {
+  const auto publisher = node_->create_publisher<std_msgs::String>("chatter", 5);
+  EXPECT_THAT(
+      [&] { node_->create_generic_subscription("chatter", "std_msgs/msg/Bool", 5, note()); },
+      ThrowsMessage<Error>(HasSubstr("carries std_msgs/msg/String")));
+}
+
+}  // namespace
+}  // namespace takt

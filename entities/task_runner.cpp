@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/task_runner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <mutex>
+#include <new>
+
+#include "takt/base/read_section.hpp"
+#include "takt/base/sequence.hpp"
+
+namespace takt {
+namespace {
+
+// ---- Frames ----
+
+constexpr std::size_t kSmallest = 256, kSizes = 6;  // up to 8 KiB
+
+struct FreeFrame {
+  FreeFrame* next;
+};
+struct FrameList {
+  PiMutex mutex;
+  FreeFrame* first = nullptr;
+};
+
+// Never destroyed, as entities may outlive `main`.
+FrameList& frames(std::size_t size) {
+  static auto& lists = *new std::array<FrameList, kSizes>;
+  return lists[size];
+}
+
+// Which list a frame belongs to; kSizes: to none.
+std::size_t size_of(std::size_t bytes) noexcept {
+  const std::size_t units = (std::max<std::size_t>(bytes, 1) - 1) / kSmallest;
+  return std::min<std::size_t>(std::bit_width(units), kSizes);
+}
+
+void put(FrameList& list, void* memory) noexcept {
+  auto* frame = ::new (memory) FreeFrame;
+  const std::lock_guard lock(list.mutex);
+  frame->next = list.first;
+  list.first = frame;
+}
+
+}  // namespace
+
+void* FrameMemory::allocate(std::size_t bytes) {
+  const std::size_t size = size_of(bytes);
+  if (size == kSizes) return ::operator new(bytes);
+  {
+    FrameList& list = frames(size);
+    const std::lock_guard lock(list.mutex);
+    if (FreeFrame* frame = list.first; frame != nullptr) {
+      list.first = frame->next;
+      return frame;
+    }
+  }
+  return ::operator new(kSmallest << size);
+}
+
+void FrameMemory::free(void* frame, std::size_t bytes) noexcept {
+  const std::size_t size = size_of(bytes);
+  if (size == kSizes) {
+    ::operator delete(frame);
+  } else {
+    put(frames(size), frame);
+  }
+}
+
+void FrameMemory::prepare(std::size_t count) {
+  for (std::size_t size = 0; (kSmallest << size) <= 2048; ++size) {
+    for (std::size_t i = 0; i < count; ++i) put(frames(size), ::operator new(kSmallest << size));
+  }
+}
+
+// ---- Tasks ----
+
+void Waiting::remember_chain() noexcept {
+  const Dispatch* dispatch = Dispatch::current();
+  if (dispatch == nullptr) return;
+  chain_instance = dispatch->chain_instance;
+  root_release = dispatch->root_release;
+  way = dispatch->way;
+}
+
+/// The outermost coroutine of a task. At its end it destroys itself, and with it all of the task.
+struct TaskRunner::Root {
+  struct promise_type : TaskContext {
+    std::size_t place = 0;
+
+    struct End {
+      bool await_ready() const noexcept { return false; }
+      void await_suspend(std::coroutine_handle<promise_type> root) const noexcept {
+        TaskRunner& runner = *root.promise().runner;
+        const std::size_t place = root.promise().place;
+        root.destroy();
+        runner.ended(place);
+      }
+      void await_resume() const noexcept {}
+    };
+    Root get_return_object() noexcept {
+      return {std::coroutine_handle<promise_type>::from_promise(*this)};
+    }
+    std::suspend_always initial_suspend() const noexcept { return {}; }
+    End final_suspend() const noexcept { return {}; }
+    void return_void() const noexcept {}
+    void unhandled_exception() const noexcept { *failure_ = std::current_exception(); }
+  };
+  std::coroutine_handle<promise_type> coroutine;
+};
+
+TaskRunner::Root TaskRunner::run(Task<> task) {
+  co_await std::move(task);
+}
+
+thread_local constinit std::exception_ptr* TaskRunner::failure_ = nullptr;
+
+TaskRunner::TaskRunner(const std::string& callback, std::shared_ptr<CallbackGroup> group,
+                       Clock& clock, std::size_t most_tasks)
+    : Entity(EntityKind::waitable, callback + "/resumed", std::move(group)),
+      clock_(clock),
+      tasks_(most_tasks) {
+  sleepers_.reserve(most_tasks);
+  FrameMemory::prepare(3 * most_tasks);  // the root, the callback, and a task that it awaits
+}
+
+TaskRunner::~TaskRunner() {
+  for (const auto task : tasks_) {
+    if (task) task.destroy();
+  }
+}
+
+void TaskRunner::set_alarm(std::shared_ptr<Timer> alarm) {
+  alarm_ = std::move(alarm);
+  alarm_->cancel();
+}
+
+bool TaskRunner::reserve() noexcept {
+  std::size_t reserved = reserved_.load();
+  while (reserved < tasks_.size()) {
+    if (reserved_.compare_exchange_weak(reserved, reserved + 1)) return true;
+  }
+  return false;
+}
+
+void TaskRunner::start(Task<> task) {
+  const Root root = run(std::move(task));
+  {
+    const std::lock_guard lock(mutex_);
+    const auto place = std::find(tasks_.begin(), tasks_.end(), nullptr);
+    *place = root.coroutine;
+    root.coroutine.promise().runner = this;
+    root.coroutine.promise().place = static_cast<std::size_t>(place - tasks_.begin());
+  }
+  go_on(root.coroutine);
+}
+
+// Afterwards the coroutine may be anywhere: gone, or on another thread.
+void TaskRunner::go_on(std::coroutine_handle<> coroutine) {
+  std::exception_ptr failure;
+  {
+    const std::lock_guard lock(mutex_);
+    ++running_;
+  }
+  std::exception_ptr* outer = std::exchange(failure_, &failure);
+  coroutine.resume();
+  failure_ = outer;
+  leave();
+  if (failure) std::rethrow_exception(failure);
+}
+
+void TaskRunner::leave() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    if (--running_ != 0 || !is_retired_) return;
+  }
+  // Nobody else comes to a task of a retired runner.
+  for (auto& task : tasks_) {
+    if (task) std::exchange(task, nullptr).destroy();
+  }
+  keep(nullptr);
+}
+
+// What it lets go, which may be the last that holds this runner, goes after the lock.
+void TaskRunner::keep(std::shared_ptr<Entity> owner) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (owner == nullptr || running_ != 0) kept_.swap(owner);
+}
+
+void TaskRunner::ended(std::size_t place) noexcept {
+  const ReadSection section;
+  const std::lock_guard lock(mutex_);
+  tasks_[place] = nullptr;
+  reserved_.fetch_sub(1);
+  if (task_owner_ != nullptr && !is_retired_) task_owner_->task_ended();
+}
+
+void TaskRunner::resume_later(Waiting& waiting) noexcept {
+  const ReadSection section;
+  const Arrival arrival{next_sequence(), clock_.real().now()};
+  {
+    const std::lock_guard lock(mutex_);
+    waiting.arrival = arrival;
+    ready_.push(waiting);
+    ready_count_.fetch_add(1);
+  }
+  announce(arrival);  // not of the waiting, which may be gone
+}
+
+void TaskRunner::resume_at(Waiting& waiting, TimePoint time) noexcept {
+  const std::lock_guard lock(mutex_);
+  sleepers_.push_back({time, &waiting});
+  set_alarm_clock();
+}
+
+// With the mutex held, so that of two who do this the later one knows all.
+void TaskRunner::set_alarm_clock() noexcept {
+  TimePoint first = kNever;
+  for (const Sleeper& sleeper : sleepers_) first = std::min(first, sleeper.until);
+  if (alarm_->next_release() != first) alarm_->release_at(first);
+}
+
+void TaskRunner::wake_sleepers() noexcept {
+  for (;;) {
+    Waiting* awake = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto first =
+          std::min_element(sleepers_.begin(), sleepers_.end(),
+                           [](const Sleeper& a, const Sleeper& b) { return a.until < b.until; });
+      if (first != sleepers_.end() && first->until <= clock_.now()) {
+        awake = first->waiting;
+        sleepers_.erase(first);
+      } else {
+        set_alarm_clock();
+      }
+    }
+    if (awake == nullptr) return;
+    resume_later(*awake);
+  }
+}
+
+void TaskRunner::forget(const Waiting& waiting) noexcept {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(sleepers_, [&](const Sleeper& sleeper) { return sleeper.waiting == &waiting; });
+  if (ready_.remove(waiting)) ready_count_.fetch_sub(1);
+}
+
+void TaskRunner::announce_if_ready() noexcept {
+  Arrival arrival{};
+  const ReadSection section;
+  if (ready_count() != 0 && front(arrival)) announce(arrival);
+}
+
+bool TaskRunner::front(Arrival& arrival) const noexcept {
+  const std::lock_guard lock(mutex_);
+  if (ready_.empty()) return false;
+  arrival = ready_.front()->arrival;
+  return true;
+}
+
+bool TaskRunner::take(Slot& slot) noexcept {
+  const std::lock_guard lock(mutex_);
+  Waiting* waiting = ready_.pop();
+  if (waiting == nullptr) return false;
+  slot.more = ready_count_.fetch_sub(1) > 1;
+  slot.waiting = waiting;
+  slot.sequence = waiting->arrival.sequence;
+  slot.ready_time = waiting->arrival.ready_time;
+  slot.chain_instance = waiting->chain_instance;
+  slot.root_release = waiting->root_release;
+  slot.way = retract_way(waiting->way, id());  // it is still the callback that has begun it
+  return true;
+}
+
+void TaskRunner::execute(Slot& slot) {
+  go_on(slot.waiting->coroutine);
+}
+
+// It goes on when somebody asks again.
+void TaskRunner::discard(Slot& slot) noexcept {
+  const std::lock_guard lock(mutex_);
+  ready_.push(*slot.waiting);
+  ready_count_.fetch_add(1);
+}
+
+void TaskRunner::retire() noexcept {
+  Entity::retire();
+  if (alarm_ != nullptr) alarm_->retire();
+  {
+    const std::lock_guard lock(mutex_);
+    is_retired_ = true;
+    ++running_;
+  }
+  leave();
+}
+
+}  // namespace takt
