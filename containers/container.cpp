@@ -140,6 +140,10 @@ struct Container::Loaded {
   bool is_displaced = false;
 
   const std::shared_ptr<Node>& node() const noexcept { return component->node; }
+  bool uses_sim_time() const {
+    const auto found = description.parameters.find(kUseSimTime);
+    return found != description.parameters.end() && found->second == ParameterValue(true);
+  }
   /// Where the description puts this group apart from the rest of its node; else empty.
   std::string own_executor(const CallbackGroup& group) const {
     const auto found = description.callback_groups.find(group.name());
@@ -248,9 +252,11 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     return loaded->description.on_exception == OnException::remove_node;
   };
   if (description_.lifecycle) make_lifecycle();
+  const auto uses_sim_time = [](const auto& loaded) { return loaded->uses_sim_time(); };
   if ((participant_ != nullptr && !description_.is_split_off) || has_thread(kServiceThread) ||
       description_.lifecycle ||
-      std::any_of(components_.begin(), components_.end(), may_be_removed)) {
+      std::any_of(components_.begin(), components_.end(), may_be_removed) ||
+      std::any_of(components_.begin(), components_.end(), uses_sim_time)) {
     make_manager();
   }
   for (const auto& loaded : components_) serve(*loaded);
@@ -390,9 +396,9 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   options.qos = description_.topics;
   options.log_level = component.log_level;
   options.participant = participant_;
-  options.clock = overrides_.clock;
   auto loaded = std::make_shared<Loaded>();
   loaded->description = component;
+  options.clock = loaded->uses_sim_time() ? &simulated_clock_ : overrides_.clock;
   const std::size_t before = errors.size();
   const auto failed = [&](std::string_view why) {
     errors.push_back(Error(fmt::format("component '{}' could not be made: {}", component.type, why),
@@ -726,6 +732,9 @@ void Container::make_manager() {
   manager_ = std::make_unique<ComponentManager>(
       *this, service_node_,
       description_.dds && description_.dds->parameter_services && !description_.is_split_off);
+  if (participant_ != nullptr && description_.dds->rosout && !description_.is_split_off) {
+    rosout_ = std::make_unique<Rosout>(*service_node_);
+  }
   failed_ = service_node_->create_guard_condition("failed", [this] { displace_failed(); });
   make_own_executor(kServiceThread, service_node_);
 }
@@ -755,6 +764,9 @@ void Container::make_lifecycle() {
 
 void Container::serve(Loaded& loaded) {
   if (manager_ != nullptr) loaded.services = manager_->serve(loaded.node());
+  if (loaded.uses_sim_time() && time_source_ == nullptr) {
+    time_source_ = std::make_unique<TimeSource>(*service_node_, simulated_clock_);
+  }
   const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
   if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->tell(node);
 }
@@ -952,7 +964,13 @@ void Container::hold() {
 }
 
 std::vector<EndpointState> Container::endpoints() const {
-  return participant_ != nullptr ? participant_->endpoints() : std::vector<EndpointState>{};
+  if (participant_ == nullptr) return {};
+  std::vector<EndpointState> endpoints = participant_->endpoints();
+  std::erase_if(endpoints, [](const EndpointState& endpoint) {  // the container's own
+    return endpoint.is_writer &&
+           (endpoint.topic == "/rosout" || endpoint.topic == "/parameter_events");
+  });
+  return endpoints;
 }
 
 void Container::shut_down() {

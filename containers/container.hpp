@@ -11,12 +11,15 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/simulated_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/plan.hpp"
 #include "takt/containers/result.hpp"
 #include "takt/containers/system_description.hpp"
+#include "takt/entities/rosout.hpp"
+#include "takt/entities/time_source.hpp"
 #include "takt/executors/watchdog.hpp"
 #include "takt/sched/cpu_dma_latency.hpp"
 
@@ -153,6 +156,7 @@ class Container {
   Errors errors_;  // of what is made before the start
   std::vector<std::string> notes_;
   std::shared_ptr<Participant> participant_;
+  mutable SimulatedClock simulated_clock_;  // of components with `use_sim_time`
   std::vector<ThreadStatistics> dds_threads_;
   std::shared_ptr<Watchdog> watchdog_;
   std::vector<std::unique_ptr<RunningExecutor>> executors_;
@@ -163,6 +167,8 @@ class Container {
   std::unique_ptr<Loaders> loaders_;  // made by the first unload
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
+  std::unique_ptr<Rosout> rosout_;
+  std::unique_ptr<TimeSource> time_source_;  // when somebody needs it
   std::shared_ptr<Node> lifecycle_node_;
   std::unique_ptr<HeartbeatSender> heartbeats_;
   std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system

@@ -17,9 +17,9 @@ constexpr std::size_t kMostChains = 100;
 constexpr int kHighestPriority = 80;
 
 /// Who may cause whom: from a callback to the subscriptions of what its node publishes in it.
-class Graph {
+class SystemGraph {
  public:
-  explicit Graph(const std::vector<std::shared_ptr<Node>>& nodes) {
+  explicit SystemGraph(const std::vector<std::shared_ptr<Node>>& nodes) {
     for (const auto& node : nodes) {
       for (const auto& entity : node->entities()) {
         callbacks_.push_back({node, entity->name()});
@@ -96,7 +96,7 @@ class Graph {
 };
 
 /// The steps between those that are named, where there is only one way.
-std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const Graph& graph) {
+std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const SystemGraph& graph) {
   std::vector<Chain::Step> path{named.front()};
   for (std::size_t i = 1; i < named.size(); ++i) {
     const auto topic = named[i].first->find_entity(named[i].second)->report().topic;
@@ -130,8 +130,8 @@ Nanoseconds period_of(const std::vector<Chain::Step>& path) {
   return path.front().first->find_entity(path.front().second)->period();
 }
 
-std::vector<PlannedChain> found_chains(const SystemDescription& description, const Graph& graph,
-                                       std::vector<std::string>& errors) {
+std::vector<PlannedChain> found_chains(const SystemDescription& description,
+                                       const SystemGraph& graph, std::vector<std::string>& errors) {
   auto ways = graph.all_ways();
   if (ways.size() > kMostChains) {
     errors.push_back(
@@ -162,7 +162,7 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       const std::vector<std::shared_ptr<Node>>& nodes,
                                       std::vector<std::string>& errors) {
   if (!description.finds_chains && description.chains.empty()) return {};
-  const Graph graph(nodes);
+  const SystemGraph graph(nodes);
   if (description.finds_chains) return found_chains(description, graph, errors);
   std::vector<PlannedChain> chains;
   for (const ChainDescription& described : description.chains) {

@@ -241,6 +241,12 @@ class ConfigurationReader : private SystemReader {
           into(dds.loopback_only)},
          {"parameter_services", "Containers answer ROS 2's parameter services: six for each node.",
           into(dds.parameter_services)},
+         {"ros_graph",
+          "In whose form ROS 2 is told of the nodes here: `jazzy` (since Iron) or `humble` (and "
+          "before). `off`: others see topics and services, but no nodes.",
+          into(dds.ros_graph,
+               {{"jazzy", RosGraph::jazzy}, {"humble", RosGraph::humble}, {"off", RosGraph::off}})},
+         {"rosout", "What is logged goes to ROS 2's topic `/rosout` too.", into(dds.rosout)},
          {"shared_memory",
           "Whether messages of fixed size go to other processes by shared memory. `auto`: when an "
           "iox-roudi runs that this user can use, else by UDP. `require`: `takt run` starts one "
