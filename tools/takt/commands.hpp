@@ -22,8 +22,11 @@ void add_component(CLI::App& app);
 void add_doctor(CLI::App& app);
 void add_latency(CLI::App& app);
 void add_lifecycle(CLI::App& app);
+void add_node(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_reference(CLI::App& app);
+void add_service(CLI::App& app);
+void add_topic(CLI::App& app);
 
 }  // namespace takt::tools
 

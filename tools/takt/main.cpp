@@ -25,8 +25,11 @@ int main(int argc, char** argv) {
   tools::add_doctor(app);
   tools::add_latency(app);
   tools::add_lifecycle(app);
+  tools::add_node(app);
   tools::add_plan(app);
   tools::add_reference(app);
+  tools::add_service(app);
+  tools::add_topic(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -7,11 +7,10 @@ namespace takt::tools {
 
 std::vector<std::string> Caller::find(const std::string& ending) const {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  const std::string last = ending + "Request";
   std::set<std::string> names;
-  for (const std::string& topic : participant_->topics_read()) {
-    if (!topic.starts_with("rq/") || !topic.ends_with(last)) continue;
-    names.insert(topic.substr(3, topic.size() - 3 - last.size()));
+  for (const GraphEndpoint& service : participant_->graph().services) {
+    if (!service.name.ends_with(ending)) continue;
+    names.insert(service.name.substr(1, service.name.size() - 1 - ending.size()));
   }
   return {names.begin(), names.end()};
 }

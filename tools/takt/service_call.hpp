@@ -29,7 +29,7 @@ class Caller {
     options.domain = domain;
     options.shared_memory = SharedMemory::off;  // a few requests are not worth joining it
     participant_ = Participant::create(options);
-    node_ = std::make_shared<Node>(fmt::format("takt_{}", getpid()),
+    node_ = std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
                                    NodeOptions{.participant = participant_});
     executor_->add_node(node_);
   }

@@ -45,7 +45,9 @@ class Surveyor final : public Participant {
   bool serves_own_process() const noexcept override { return false; }
   const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
   std::vector<EndpointState> endpoints() const override { return {}; }
-  std::vector<std::string> topics_read() const override { return {}; }
+  void add_node(const std::string&) override {}
+  void remove_node(const std::string&) override {}
+  Graph graph() override { return {}; }
   const std::vector<ThreadState>& threads() const noexcept override { return threads_; }
 
   const json& pools() const noexcept { return pools_; }
