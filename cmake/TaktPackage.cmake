@@ -15,8 +15,9 @@ install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder
 # Headers in folders of a module are the module's own.
 foreach(module ${takt_modules})
   file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${module}/*.hpp)
-  # cyclone_type.hpp is for two files of the library, and needs Cyclone's headers.
-  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/cyclone_type\\.hpp$")
+  # These are for files of the library, and need Cyclone's headers.
+  list(FILTER headers EXCLUDE REGEX
+       "_test\\.hpp$|/(cyclone_entity|cyclone_type|graph_reader|node_announcer)\\.hpp$")
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${module})
 endforeach()
 install(DIRECTORY transport/messages DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/transport

@@ -42,7 +42,7 @@ struct ToMessage {
 };
 
 std::uint8_t type_of(const ParameterValue& value) {
-  return to_message(value).type;
+  return takt::to_message(value).type;
 }
 
 wire::ParameterDescriptor to_message(const std::string& name, const ParameterValue& value,

@@ -14,6 +14,7 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
+#include "takt/transport/local_topics.hpp"
 #include "takt/transport/participant.hpp"
 
 namespace takt {
@@ -67,6 +68,15 @@ class Topics {
       replace(*writer, std::move(table));
     }
     forget_if_empty(reader.endpoint().topic);
+  }
+
+  std::vector<Endpoint> publishers() {
+    const std::lock_guard lock(mutex_);
+    std::vector<Endpoint> result;
+    for (const auto& [name, topic] : topics_) {
+      for (const IntraProcessWriter* writer : topic.writers) result.push_back(writer->endpoint());
+    }
+    return result;
   }
 
  private:
@@ -152,6 +162,10 @@ class Topics {
   PiMutex mutex_;
   std::map<std::string, Topic> topics_;
 };
+
+std::vector<Endpoint> local_publishers() {
+  return Topics::instance().publishers();
+}
 
 IntraProcessReader::IntraProcessReader(Endpoint endpoint)
     : endpoint_((endpoint.qos.check(), std::move(endpoint))),

@@ -21,6 +21,8 @@ struct Field {
   FieldShape shape;
   std::string nested;  // the name of shape.type, or of one that only exists as a description
 };
+// IDL knows no empty structure.
+constexpr const char* kNoFields = "structure_needs_at_least_one_member";
 using Structures = std::map<std::string, std::vector<Field>>;
 
 bool is_ros_name(std::string_view name) {
@@ -40,7 +42,7 @@ bool add(Structures& structures, const MessageType& type) {
     fields.push_back({field.name, field.shape, nested != nullptr ? nested->name : ""});
   }
   if (fields.empty()) {
-    fields.push_back({"structure_needs_at_least_one_member", {FieldShape::uint8}, {}});
+    fields.push_back({kNoFields, {FieldShape::uint8}, {}});
   }
   structures[type.name] = std::move(fields);
   return true;
@@ -107,6 +109,71 @@ std::string service_type_hash(const MessageType& request, const MessageType& res
       {"event_message", {FieldShape::nested}, event},
   };
   return hash(name, structures);
+}
+
+std::string message_definition(const MessageType& type) {
+  Structures structures;
+  if (!add(structures, type)) return {};
+  // "std_msgs/msg/Header" is "std_msgs/Header" there.
+  const auto short_name = [](const std::string& name) {
+    return name.substr(0, name.find('/')) + name.substr(name.rfind('/'));
+  };
+  const auto base = [&](const Field& field) -> std::string {
+    switch (field.shape.element()) {
+      case FieldShape::nested:
+        return short_name(field.nested);
+      case FieldShape::int8:
+        return "int8";
+      case FieldShape::uint8:
+        return "uint8";
+      case FieldShape::int16:
+        return "int16";
+      case FieldShape::uint16:
+        return "uint16";
+      case FieldShape::int32:
+        return "int32";
+      case FieldShape::uint32:
+        return "uint32";
+      case FieldShape::int64:
+        return "int64";
+      case FieldShape::uint64:
+        return "uint64";
+      case FieldShape::float32:
+        return "float32";
+      case FieldShape::float64:
+        return "float64";
+      case FieldShape::character:
+        return "char";
+      case FieldShape::boolean:
+        return "bool";
+      case FieldShape::byte:
+        return "byte";
+      case FieldShape::string:
+        return "string";
+      case FieldShape::bounded_string:
+        return fmt::format("string<={}", field.shape.string_capacity);
+    }
+    return {};
+  };
+  const auto text_of = [&](const std::vector<Field>& fields) {
+    std::string text;
+    for (const Field& field : fields) {
+      if (field.name == kNoFields) continue;
+      std::string count;
+      if (field.shape.is_array()) count = fmt::format("[{}]", field.shape.capacity);
+      if (field.shape.is_sequence()) {
+        count = field.shape.capacity == 0 ? "[]" : fmt::format("[<={}]", field.shape.capacity);
+      }
+      text += fmt::format("{}{} {}\n", base(field), count, field.name);
+    }
+    return text;
+  };
+  std::string text = text_of(structures.at(type.name));
+  for (const auto& [name, fields] : structures) {
+    if (name == type.name) continue;
+    text += fmt::format("{:=<80}\nMSG: {}\n{}", "", short_name(name), text_of(fields));
+  }
+  return text;
 }
 
 std::string ros_type_name(std::string_view dds_name) {

@@ -18,6 +18,10 @@ std::string type_hash(const MessageType& type);
 /// has them as fields, and the event that ROS 2's service introspection sends.
 std::string service_type_hash(const MessageType& request, const MessageType& response);
 
+/// The type as the text of a .msg file, with those that it refers to, as recordings have it. Empty
+/// for a type that ROS 2 cannot have.
+std::string message_definition(const MessageType& type);
+
 /// "std_msgs/msg/String" of "std_msgs::msg::dds_::String_"; other names stay.
 std::string ros_type_name(std::string_view dds_name);
 

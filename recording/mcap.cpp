@@ -1,0 +1,377 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/recording/mcap.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/version.hpp"
+
+namespace takt {
+namespace {
+
+constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+enum Opcode : std::uint8_t {
+  kHeader = 0x01,
+  kFooter = 0x02,
+  kSchema = 0x03,
+  kChannel = 0x04,
+  kMessage = 0x05,
+  kChunk = 0x06,
+  kChunkIndex = 0x08,
+  kStatistics = 0x0b,
+  kSummaryOffset = 0x0e,
+  kDataEnd = 0x0f,
+};
+constexpr std::size_t kRecordHead = 1 + 8;
+constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;
+// Before a chunk's records: times, size, checksum (0: none), no compression, size.
+constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;
+
+template <class T>
+void put(std::string& to, T value) {
+  to.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+void put_text(std::string& to, std::string_view text) {
+  put(to, static_cast<std::uint32_t>(text.size()));
+  to += text;
+}
+std::string record(Opcode opcode, const std::string& content) {
+  std::string result(1, static_cast<char>(opcode));
+  put(result, static_cast<std::uint64_t>(content.size()));
+  return result += content;
+}
+
+std::string head() {
+  std::string content;
+  put_text(content, "ros2");
+  put_text(content, "takt " TAKT_VERSION);
+  return std::string(kMagic) + record(kHeader, content);
+}
+
+// Numbers begin with 1: a schema 0 is none.
+std::uint16_t number(std::size_t topic) {
+  return static_cast<std::uint16_t>(topic + 1);
+}
+std::string schema(std::size_t topic, const RecordedTopic& of) {
+  std::string content;
+  put(content, number(topic));
+  put_text(content, of.type);
+  put_text(content, of.definition.empty() ? "" : "ros2msg");
+  put_text(content, of.definition);
+  return record(kSchema, content);
+}
+std::string channel(std::size_t topic, const RecordedTopic& of) {
+  std::string content;
+  put(content, number(topic));
+  put(content, number(topic));
+  put_text(content, of.topic);
+  put_text(content, "cdr");
+  put_text(content, "");  // no metadata
+  return record(kChannel, content);
+}
+
+template <class T>
+void store(std::byte*& to, T value) noexcept {
+  std::memcpy(to, &value, sizeof value);
+  to += sizeof value;
+}
+
+}  // namespace
+
+// ---- Writing ----
+
+McapWriter::McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers)
+    : file_(path, buffer_bytes, buffers) {
+  const std::string begin = head();
+  std::memcpy(file_.buffer().data(), begin.data(), begin.size());
+  file_.write(begin.size());
+}
+
+McapWriter::~McapWriter() {
+  close();
+}
+
+std::size_t McapWriter::add(RecordedTopic topic) {
+  topics_.push_back({std::move(topic)});
+  return topics_.size() - 1;
+}
+
+bool McapWriter::begin_chunk() noexcept {
+  if (used_ != 0) return true;
+  if (file_.error() != 0 || file_.buffer().empty()) return false;
+  used_ = kRecordHead + kChunkHead;
+  current_ = {.begin = file_.offset()};
+  return true;
+}
+
+bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
+                       std::span<const std::byte> bytes) noexcept {
+  Topic& of = topics_[topic];
+  std::string about;
+  if (!of.is_written) about = schema(topic, of.topic) + channel(topic, of.topic);
+  const std::size_t wanted = about.size() + kRecordHead + kMessageHead + bytes.size();
+  if (is_closed_ || wanted > file_.buffer_bytes() - kRecordHead - kChunkHead) return false;
+  if (used_ + wanted > file_.buffer_bytes()) flush();
+  if (!begin_chunk()) return false;
+  std::byte* to = file_.buffer().data() + used_;
+  to = std::copy_n(reinterpret_cast<const std::byte*>(about.data()), about.size(), to);
+  store(to, std::uint8_t{kMessage});
+  store(to, static_cast<std::uint64_t>(kMessageHead + bytes.size()));
+  store(to, number(topic));
+  store(to, static_cast<std::uint32_t>(++of.messages));
+  store(to, log_time_ns);
+  store(to, publish_time_ns);
+  std::copy(bytes.begin(), bytes.end(), to);
+  used_ += wanted;
+  of.is_written = true;
+  if (current_.messages++ == 0) current_.first_ns = current_.last_ns = log_time_ns;
+  current_.first_ns = std::min(current_.first_ns, log_time_ns);
+  current_.last_ns = std::max(current_.last_ns, log_time_ns);
+  return true;
+}
+
+void McapWriter::flush() noexcept {
+  if (used_ == 0) return;
+  const auto size = static_cast<std::uint64_t>(used_ - kRecordHead - kChunkHead);
+  std::byte* to = file_.buffer().data();
+  store(to, std::uint8_t{kChunk});
+  store(to, kChunkHead + size);
+  store(to, current_.first_ns);
+  store(to, current_.last_ns);
+  store(to, size);
+  store(to, std::uint32_t{0});  // no checksum
+  store(to, std::uint32_t{0});  // no compression
+  store(to, size);
+  file_.write(std::exchange(used_, 0));
+  current_.end = file_.offset();
+  chunks_.push_back(current_);
+}
+
+std::uint64_t McapWriter::messages() const noexcept {
+  std::uint64_t sum = used_ != 0 ? current_.messages : 0;
+  for (const Chunk& chunk : chunks_) sum += chunk.messages;
+  return sum;
+}
+
+std::string McapWriter::summary() const {
+  std::string data_end, schemas, channels, indexes, statistics, counts;
+  put(data_end, std::uint32_t{0});
+  for (std::size_t i = 0; i < topics_.size(); ++i) {
+    if (!topics_[i].is_written) continue;
+    schemas += schema(i, topics_[i].topic);
+    channels += channel(i, topics_[i].topic);
+    put(counts, number(i));
+    put(counts, topics_[i].messages);
+  }
+  std::uint64_t first_ns = 0, last_ns = 0;
+  for (const Chunk& chunk : chunks_) {
+    first_ns = first_ns == 0 ? chunk.first_ns : std::min(first_ns, chunk.first_ns);
+    last_ns = std::max(last_ns, chunk.last_ns);
+    std::string content;
+    put(content, chunk.first_ns);
+    put(content, chunk.last_ns);
+    put(content, chunk.begin);
+    put(content, chunk.end - chunk.begin);
+    put_text(content, "");  // no index of messages
+    put(content, std::uint64_t{0});
+    put_text(content, "");  // no compression
+    const std::uint64_t size = chunk.end - chunk.begin - kRecordHead - kChunkHead;
+    put(content, size);
+    put(content, size);
+    indexes += record(kChunkIndex, content);
+  }
+  const std::size_t written = counts.size() / 10;
+  put(statistics, messages());
+  put(statistics, static_cast<std::uint16_t>(written));
+  put(statistics, static_cast<std::uint32_t>(written));
+  put(statistics, std::uint32_t{0});  // attachments
+  put(statistics, std::uint32_t{0});  // metadata
+  put(statistics, static_cast<std::uint32_t>(chunks_.size()));
+  put(statistics, first_ns);
+  put(statistics, last_ns);
+  put_text(statistics, counts);
+
+  std::string text = record(kDataEnd, data_end);
+  const std::uint64_t begin = file_.offset() + text.size();
+  std::string offsets;
+  for (const auto& [opcode, group] :
+       {std::pair(kSchema, schemas), std::pair(kChannel, channels),
+        std::pair(kStatistics, record(kStatistics, statistics)), std::pair(kChunkIndex, indexes)}) {
+    if (group.empty()) continue;
+    std::string content(1, static_cast<char>(opcode));
+    put(content, file_.offset() + text.size());
+    put(content, static_cast<std::uint64_t>(group.size()));
+    offsets += record(kSummaryOffset, content);
+    text += group;
+  }
+  std::string footer;
+  put(footer, begin);
+  put(footer, file_.offset() + text.size());
+  put(footer, std::uint32_t{0});
+  return text + offsets + record(kFooter, footer) + std::string(kMagic);
+}
+
+bool McapWriter::close() noexcept {
+  if (std::exchange(is_closed_, true)) return file_.error() == 0;
+  flush();
+  const bool is_whole = file_.finish();
+  // What lacks is left out, and one chunk more, to have room for the end.
+  if (!is_whole) {
+    const std::uint64_t taken = messages();
+    while (!chunks_.empty() && chunks_.back().end > file_.written()) chunks_.pop_back();
+    if (!chunks_.empty()) chunks_.pop_back();
+    lost_ = taken - messages();
+    file_.cut(chunks_.empty() ? file_.written() : chunks_.back().end);
+  }
+  const std::string end = summary();
+  for (std::size_t done = 0; done < end.size();) {
+    const std::span<std::byte> buffer = file_.buffer();
+    if (buffer.empty()) {
+      file_.finish();
+      continue;
+    }
+    const std::size_t size = std::min(buffer.size(), end.size() - done);
+    std::memcpy(buffer.data(), end.data() + done, size);
+    file_.write(size);
+    done += size;
+  }
+  return file_.finish() && is_whole;
+}
+
+// ---- Reading ----
+
+namespace {
+
+/// Reads on; what would be behind the end is 0, and `ok` is false from then on.
+class Cursor {
+ public:
+  explicit Cursor(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  template <class T>
+  T take() {
+    T value{};
+    const std::span<const std::byte> from = take(sizeof(T));
+    if (!from.empty()) std::memcpy(&value, from.data(), sizeof value);
+    return value;
+  }
+  std::span<const std::byte> take(std::uint64_t size) {
+    if (size > bytes_.size()) {
+      ok = false;
+      bytes_ = {};
+      return {};
+    }
+    const auto result = bytes_.first(static_cast<std::size_t>(size));
+    bytes_ = bytes_.subspan(static_cast<std::size_t>(size));
+    return result;
+  }
+  std::string text() {
+    const auto from = take(take<std::uint32_t>());
+    return {reinterpret_cast<const char*>(from.data()), from.size()};
+  }
+  std::span<const std::byte> rest() const { return bytes_; }
+  bool ok = true;
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace
+
+McapReader::McapReader(const std::string& path) : path_(path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat about {};
+  if (fd < 0 || fstat(fd, &about) != 0) {
+    const int error = errno;
+    if (fd >= 0) ::close(fd);
+    throw Error("the recording cannot be read: " + errno_message(error), "", path);
+  }
+  const auto size = static_cast<std::size_t>(about.st_size);
+  void* memory = size == 0 ? MAP_FAILED : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
+  ::close(fd);
+  if (memory != MAP_FAILED) file_ = {static_cast<const std::byte*>(memory), size};
+  if (file_.size() < kMagic.size() ||
+      std::memcmp(file_.data(), kMagic.data(), kMagic.size()) != 0) {
+    if (!file_.empty()) munmap(memory, size);
+    throw Error("this is no MCAP file", "give one that takt::Recorder, or ros2 bag with MCAP, made",
+                path);
+  }
+  try {
+    read(file_.subspan(kMagic.size()));
+  } catch (...) {
+    munmap(memory, size);
+    throw;
+  }
+  std::stable_sort(messages_.begin(), messages_.end(),
+                   [](const auto& a, const auto& b) { return a.log_time_ns < b.log_time_ns; });
+}
+
+McapReader::~McapReader() {
+  munmap(const_cast<std::byte*>(file_.data()), file_.size());
+}
+
+void McapReader::read(std::span<const std::byte> records) {
+  Cursor file(records);
+  while (file.rest().size() >= kRecordHead) {
+    const auto opcode = file.take<std::uint8_t>();
+    Cursor content(file.take(file.take<std::uint64_t>()));
+    if (!file.ok) return;  // it was not written to its end
+    switch (opcode) {
+      case kSchema: {
+        const auto id = content.take<std::uint16_t>();
+        const std::string name = content.text(), encoding = content.text();
+        schemas_[id] = {name, encoding == "ros2msg" ? content.text() : ""};
+        break;
+      }
+      case kChannel: {
+        const auto id = content.take<std::uint16_t>();
+        const auto& [type, definition] = schemas_[content.take<std::uint16_t>()];
+        const std::string topic = content.text(), encoding = content.text();
+        if (encoding != "cdr") {
+          throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
+                      "takt knows 'cdr' only", path_);
+        }
+        if (channels_.try_emplace(id, topics_.size()).second) {
+          topics_.push_back({topic, type, definition});
+        }
+        break;
+      }
+      case kMessage: {
+        const auto found = channels_.find(content.take<std::uint16_t>());
+        if (found == channels_.end()) break;
+        RecordedMessage message{.topic = found->second};
+        message.sequence = content.take<std::uint32_t>();
+        message.log_time_ns = content.take<std::uint64_t>();
+        message.publish_time_ns = content.take<std::uint64_t>();
+        message.bytes = content.rest();
+        if (content.ok) messages_.push_back(message);
+        break;
+      }
+      case kChunk: {
+        content.take(8 + 8 + 8 + 4);
+        if (const std::string compression = content.text(); !compression.empty()) {
+          throw Error(fmt::format("the recording is compressed by {}", compression),
+                      "takt reads it uncompressed: mcap decompress", path_);
+        }
+        read(content.take(content.take<std::uint64_t>()));
+        break;
+      }
+      case kDataEnd:
+        break;
+      case kFooter:
+        is_complete_ = true;
+        return;
+      default:
+        break;
+    }
+  }
+}
+
+}  // namespace takt

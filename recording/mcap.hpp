@@ -1,0 +1,116 @@
+// The MCAP container format, as far as a recording needs it (https://mcap.dev/spec).
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_RECORDING_MCAP_HPP_
+#define TAKT_RECORDING_MCAP_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/recording/ring_file.hpp"
+
+namespace takt {
+
+/// What is recorded of one topic.
+struct RecordedTopic {
+  std::string topic;       // "/scan"
+  std::string type;        // "sensor_msgs/msg/LaserScan"
+  std::string definition;  // as .msg text ("ros2msg"); empty: not known
+};
+
+struct RecordedMessage {
+  std::size_t topic = 0;          // which of the reader's topics
+  std::uint32_t sequence = 0;     // in its topic, from 1
+  std::uint64_t log_time_ns = 0;  // since 1970
+  std::uint64_t publish_time_ns = 0;
+  std::span<const std::byte> bytes;  // CDR, with its header
+};
+
+/// Writes a chunk for each buffer of the file, and a summary at the end.
+/// Thread safety: one thread at a time.
+/// Real-time: as RingFile; a chunk's place is remembered, which allocates now and then.
+class McapWriter {
+ public:
+  /// Throws Error as RingFile does.
+  McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers);
+  ~McapWriter();
+  McapWriter(const McapWriter&) = delete;
+  McapWriter& operator=(const McapWriter&) = delete;
+
+  /// The number to write its messages with.
+  std::size_t add(RecordedTopic topic);
+  /// False: there was no room, because the disk is slow, full, or the message larger than a buffer.
+  bool write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
+             std::span<const std::byte> bytes) noexcept;
+  /// Whether something waits for `flush`.
+  bool is_pending() const noexcept { return used_ != 0; }
+  /// Hands over what was written so far.
+  void flush() noexcept;
+  /// Ends the file; nothing is written afterwards. False: a write had failed.
+  bool close() noexcept;
+  int error() const noexcept { return file_.error(); }
+  /// That were taken, but for those that are lost.
+  std::uint64_t messages() const noexcept;
+  /// Taken, and not in the file because a write has failed. Known after `close`.
+  std::uint64_t lost() const noexcept { return lost_; }
+  std::uint64_t bytes() const noexcept { return file_.offset(); }
+
+ private:
+  struct Topic {
+    RecordedTopic topic;
+    std::uint64_t messages = 0;
+    bool is_written = false;  // its schema and channel
+  };
+  struct Chunk {
+    std::uint64_t begin = 0, end = 0;  // in the file
+    std::uint64_t first_ns = 0, last_ns = 0;
+    std::uint64_t messages = 0;
+  };
+  bool begin_chunk() noexcept;
+  std::string summary() const;
+
+  RingFile file_;
+  std::vector<Topic> topics_;
+  std::vector<Chunk> chunks_;
+  Chunk current_;
+  std::size_t used_ = 0;  // of the buffer
+  std::uint64_t lost_ = 0;
+  bool is_closed_ = false;
+};
+
+/// Reads recordings: ours, and others' whose chunks are not compressed.
+/// Thread safety: after the constructor, any.
+class McapReader {
+ public:
+  /// Throws Error when it is no MCAP file. One that ends in the middle is read so far.
+  explicit McapReader(const std::string& path);
+  ~McapReader();
+  McapReader(const McapReader&) = delete;
+  McapReader& operator=(const McapReader&) = delete;
+
+  const std::vector<RecordedTopic>& topics() const noexcept { return topics_; }
+  /// In the order of log_time. Their bytes live as long as the reader.
+  const std::vector<RecordedMessage>& messages() const noexcept { return messages_; }
+  /// It has an end, with a summary.
+  bool is_complete() const noexcept { return is_complete_; }
+
+ private:
+  void read(std::span<const std::byte> records);
+
+  const std::string path_;
+  std::span<const std::byte> file_;
+  std::map<std::uint16_t, std::pair<std::string, std::string>> schemas_;  // name, text
+  std::map<std::uint16_t, std::size_t> channels_;
+  std::vector<RecordedTopic> topics_;
+  std::vector<RecordedMessage> messages_;
+  bool is_complete_ = false;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_RECORDING_MCAP_HPP_
