@@ -56,6 +56,39 @@ ProcessResult run(const SystemDescription& system, const ContainerOverrides& ove
   return container.result();
 }
 
+// Its node has the parameter of ROS 2, and its timer the time that somebody tells on /clock.
+TEST(Container, ComponentsMayUseSimulatedTime) {
+  SystemDescription system = one_ticker();
+  system.components[0].parameters = {{kUseSimTime, true}};
+  const auto simulator = std::make_shared<Node>("simulator");
+  const auto clock = simulator->create_publisher<rosgraph_msgs::Clock>("/clock", 1);
+  Container container(system);
+  const auto listener = simulator->create_subscription<Tick>("ticks", 10, [](const Tick&) {});
+  container.start();
+  container.release();
+  const auto ticks_at = [&](std::uint32_t milliseconds) {
+    clock->publish(rosgraph_msgs::Clock{{5, milliseconds * 1'000'000}});
+    for (int i = 0; i < 10'000; ++i) {
+      if (listener->ready_count() != 0) break;
+      std::this_thread::sleep_for(1ms);
+    }
+    int count = 0;
+    for (Tick tick; listener->take(tick);) ++count;
+    return count;
+  };
+  EXPECT_EQ(ticks_at(10), 1);  // from 0 s to 5.01 s: one, and the others are missed
+  EXPECT_EQ(ticks_at(11), 1);
+  EXPECT_EQ(ticks_at(17), 1);
+  container.hold();
+  container.stop();
+  const auto& callbacks = container.result().callbacks;
+  const auto timer = std::find_if(callbacks.begin(), callbacks.end(), [](const auto& row) {
+    return row.statistics.callback == "timer";
+  });
+  ASSERT_NE(timer, callbacks.end());
+  EXPECT_EQ(timer->statistics.received, 3u);  // in real time, it would have been more
+}
+
 TEST(Container, DeliversEverythingUnderEveryExecutorAndAllocatesNothing) {
   for (const std::string& executor : executors().names()) {
     const ProcessResult result = run(one_ticker(), {.executor = executor});

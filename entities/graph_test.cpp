@@ -377,5 +377,73 @@ TEST_F(WireTest, ThePartsOfAnAction) {
                            "03000000");
 }
 
+// The other way round: the client has types, and the server is bytes.
+TEST_F(WireTest, AnActionsClient) {
+  const auto node = make("typed");
+  const auto bytewise = join(RosGraph::off);
+  const auto client = create_action_client<Count>(*node, "count");
+  const std::string action = "/count/_action/", type = "test_msgs/action/Count_";
+  const auto asked =
+      receiver(bytewise, "rq" + action + "send_goalRequest", type + "SendGoal_Request");
+  const auto answers =
+      sender(bytewise, "rr" + action + "send_goalReply", type + "SendGoal_Response");
+  const auto wanted =
+      receiver(bytewise, "rq" + action + "get_resultRequest", type + "GetResult_Request");
+  const auto results =
+      sender(bytewise, "rr" + action + "get_resultReply", type + "GetResult_Response");
+  const auto cancels = receiver(bytewise, "rq" + action + "cancel_goalRequest",
+                                "action_msgs/srv/CancelGoal_Request");
+  const auto canceled =
+      sender(bytewise, "rr" + action + "cancel_goalReply", "action_msgs/srv/CancelGoal_Response");
+  const auto feedback = sender(bytewise, action + "feedback", type + "FeedbackMessage");
+  ASSERT_TRUE(eventually([&] {
+    return client->action_server_is_ready() && answers->subscription_count() == 1 &&
+           results->subscription_count() == 1 && canceled->subscription_count() == 1 &&
+           feedback->subscription_count() == 1;
+  }));
+  const auto all = [&] {
+    for (const auto& entity : node->entities()) {
+      if (entity->kind() != EntityKind::timer) serve(*entity);
+    }
+  };
+  std::shared_ptr<ClientGoalHandle> goal;
+  std::int32_t fed = 0, reached = 0;
+  GoalState end = GoalState::unknown;
+  std::size_t canceling = 0;
+  client->async_send_goal({.to = 9}, {.response = [&](const auto& handle) { goal = handle; },
+                                      .feedback = [&](const auto&, const auto& f) { fed = f.now; },
+                                      .result =
+                                          [&](const auto&, const auto& result) {
+                                            end = result.state;
+                                            reached = result.result.reached;
+                                          }});
+  const std::string request = next_of(*asked);
+  ASSERT_EQ(request.size(), 2 * (4 + 16 + 16 + 4u));
+  const std::string header = request.substr(8, 32), id = request.substr(40, 32);
+  EXPECT_EQ(request.substr(72), "09000000");
+  const std::string stamp = "0100000002000000";
+  answers->publish(bytes("00010000" + header + "01000000" + stamp));
+  ASSERT_TRUE(eventually([&] { return all(), goal != nullptr; }));
+  EXPECT_EQ(goal->stamp().nanosec, 2u);
+  feedback->publish(bytes("00010000" + id + "04000000"));
+  ASSERT_TRUE(eventually([&] { return all(), fed == 4; }));
+  const std::string asks = next_of(*wanted);
+  EXPECT_EQ(asks.substr(40), id);
+  client->async_cancel_goal(goal,
+                            [&](const auto& answer) { canceling = answer.goals_canceling.size(); });
+  const std::string cancel = next_of(*cancels);
+  EXPECT_EQ(cancel.substr(40), id + "0000000000000000");
+  canceled->publish(bytes("00010000" + cancel.substr(8, 32) +
+                          "00000000"
+                          "01000000" +
+                          id + stamp));
+  ASSERT_TRUE(eventually([&] { return all(), canceling == 1; }));
+  results->publish(bytes("00010000" + asks.substr(8, 32) +
+                         "05000000"
+                         "03000000"));
+  ASSERT_TRUE(eventually([&] { return all(), end == GoalState::canceled; }));
+  EXPECT_EQ(reached, 3);
+}
+
 }  // namespace
 }  // namespace takt
