@@ -69,14 +69,22 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   function_.wait(&function);
 }
 
-void Logger::write_as(std::string_view source, LogLevel level, std::string_view text) {
+// nullptr: too many lines are on their way.
+Logger::Record* Logger::begin(LogLevel level) noexcept {
   start();
   Record* record = records_->acquire();
   if (record == nullptr) {
     dropped_.fetch_add(1, std::memory_order_relaxed);
-    return;
+    return nullptr;
   }
   record->level = level;
+  record->source_size = 0;
+  return record;
+}
+
+void Logger::write_as(std::string_view source, LogLevel level, std::string_view text) {
+  Record* record = begin(level);
+  if (record == nullptr) return;
   const auto end = fmt::format_to_n(record->text, kLineBytes, "{}: {}", source, text);
   record->size = std::min<std::size_t>(end.size, kLineBytes);
   record->source_size = source.size();

@@ -56,14 +56,8 @@ class Logger {
   /// As log, for who has a level of its own.
   template <class... Arguments>
   void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    start();
-    Record* record = records_->acquire();
-    if (record == nullptr) {
-      dropped_.fetch_add(1, std::memory_order_relaxed);
-      return;
-    }
-    record->level = level;
-    record->source_size = 0;
+    Record* record = begin(level);
+    if (record == nullptr) return;
     const auto end =
         fmt::format_to_n(record->text, kLineBytes, format, std::forward<Arguments>(arguments)...);
     record->size = end.size < kLineBytes ? end.size : kLineBytes;
@@ -95,6 +89,7 @@ class Logger {
   Logger();
   ~Logger();
   void start();
+  Record* begin(LogLevel level) noexcept;
   void hand_over(Record& record) noexcept;
   void write_until_stopped();
 

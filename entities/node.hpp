@@ -126,6 +126,11 @@ class Node : public std::enable_shared_from_this<Node> {
       std::string name, std::function<void()> callback = {},
       std::shared_ptr<CallbackGroup> group = nullptr);
 
+  // It would be made, and never run.
+  template <TaskCallback F>
+  std::shared_ptr<GuardCondition> create_guard_condition(
+      std::string name, F callback, std::shared_ptr<CallbackGroup> group = nullptr) = delete;
+
   /// A callback for what happens to a publisher or a subscription besides messages; which, tells
   /// the status that it takes: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
   /// DeadlineMissedStatus or LivelinessChangedStatus (these two: see EndpointEvent). There is one
@@ -159,6 +164,10 @@ class Node : public std::enable_shared_from_this<Node> {
       std::string name, int fd, FileDescriptorEvents events,
       std::function<void(FileDescriptorEvents)> callback,
       std::shared_ptr<CallbackGroup> group = nullptr);
+  template <TaskCallback<FileDescriptorEvents> F>
+  std::shared_ptr<FileDescriptor> create_file_descriptor(
+      std::string name, int fd, FileDescriptorEvents events, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) = delete;
 
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,

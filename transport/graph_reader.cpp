@@ -17,7 +17,9 @@ dds_entity_t make_reader(dds_entity_t participant, const Topic* topic, const End
                          RosGraph form) {
   if (topic == nullptr) return 0;
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);  // one of each process, and without keys
+  // There are no keys: so it is the history of all processes together.
+  constexpr std::int32_t kMostUnread = 1000;
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kMostUnread);
   const std::string told = user_data(endpoint, form);
   dds_qset_userdata(qos.get(), told.data(), told.size());
   return dds_check(dds_create_reader(participant, topic->handle(), qos.get(), nullptr),

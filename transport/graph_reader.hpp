@@ -12,8 +12,7 @@
 namespace takt {
 
 /// Thread safety: read from any thread.
-/// Real-time: no. What nobody reads is kept until somebody does: a message for each change of
-/// another process's nodes.
+/// Real-time: no. Until somebody reads, the last 1000 changes of other processes' nodes are kept.
 class GraphReader {
  public:
   /// `form`: that of the others' names of nodes; off: they are not read.

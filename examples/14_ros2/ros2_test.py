@@ -28,7 +28,7 @@ log = tempfile.TemporaryFile("w+")
 process = subprocess.Popen([takt, "run", here / "talker.yaml"], env=environment,
                            stdout=subprocess.DEVNULL, stderr=log)
 try:
-    time.sleep(1)
+    time.sleep(2)
     nodes = [row["node"] for row in json.loads(ask("node", "list", "--json", "-"))]
     check("its nodes are seen", {"/takt_talker", "/takt_listener"} <= set(nodes), nodes)
     heard = json.loads(ask("topic", "echo", "/chatter", "-n", "1", "--json", "-") or "{}")
