@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <stdexcept>
 
+#include "takt/entities/lifecycle_node.hpp"
 #include "takt/executors/conformance_test.hpp"
 
 namespace takt::conformance {
@@ -278,6 +279,40 @@ TEST_P(ConformanceTask, WhatIsDroppedDoesNotGoOn) {
   }
   EXPECT_EQ(alive, 0);
   EXPECT_THAT(trace_, ElementsAre("goes on to its next await"));
+}
+
+TEST_P(ConformanceTask, ThoseOfALifecycleNodeRestWhileItIsNotActive) {
+  const auto managed = std::make_shared<LifecycleNode>("managed", NodeOptions{.clock = &clock_});
+  const auto publisher = node_->create_publisher<Number>("numbers", 5);
+  const auto timer = managed->create_timer("steps", 10ms, [&]() -> Task<> {
+    note("begins");
+    co_await sleep_for(5ms);
+    note("goes on");
+  });
+  const auto subscription =
+      managed->create_subscription<Number>("numbers", 5, [&](const Number& number) -> Task<> {
+        co_await sleep_for(1ms);
+        note(std::to_string(number.value));
+      });
+  executor_->add_node(node_);
+  executor_->add_node(managed);
+  const auto run = [&](int milliseconds) {
+    for (int i = 0; i < milliseconds; ++i) {
+      clock_.advance(1ms);
+      executor_->spin_all();
+    }
+  };
+  managed->configure();
+  managed->activate();
+  run(12);
+  EXPECT_THAT(trace_, ElementsAre("begins"));
+  managed->deactivate();
+  publisher->publish(Number{7});
+  run(50);
+  EXPECT_THAT(trace_, ElementsAre("begins"));
+  managed->activate();
+  run(5);
+  EXPECT_THAT(trace_, UnorderedElementsAre("begins", "goes on", "7"));
 }
 
 TEST_P(ConformanceTask, TheSteadyStateAllocatesNothing) {
