@@ -80,14 +80,44 @@ const Types& types() {
   return known;
 }
 
+/// How many bytes an element of an array takes; 0: that depends.
+std::size_t size_of(FieldShape::Id id) {
+  switch (id) {
+    case FieldShape::int8:
+    case FieldShape::uint8:
+    case FieldShape::character:
+    case FieldShape::boolean:
+    case FieldShape::byte:
+      return 1;
+    case FieldShape::int16:
+    case FieldShape::uint16:
+      return 2;
+    case FieldShape::int32:
+    case FieldShape::uint32:
+    case FieldShape::float32:
+      return 4;
+    case FieldShape::int64:
+    case FieldShape::uint64:
+    case FieldShape::float64:
+      return 8;
+    default:
+      return 0;
+  }
+}
+
+// How the text begins that stands for the rest of an array.
+constexpr std::string_view kCut = "... (";
+
 // ---- Bytes → fields ----
 
 class Reader {
  public:
-  Reader(std::span<const std::byte> bytes, std::size_t skipped)
-      : body_(bytes.size() < kCdrHeader.size() + skipped ? throw Error("the bytes are no message")
-                                                         : bytes.subspan(kCdrHeader.size())),
-        offset_(skipped) {}
+  Reader(std::span<const std::byte> bytes, const ReadOptions& options)
+      : body_(bytes.size() < kCdrHeader.size() + options.skipped
+                  ? throw Error("the bytes are no message")
+                  : bytes.subspan(kCdrHeader.size())),
+        offset_(options.skipped),
+        most_(options.most) {}
 
   json message(const MessageType& type) {
     json result = json::object();
@@ -102,7 +132,14 @@ class Reader {
     const std::size_t count = shape.is_array() ? shape.capacity : number<std::uint32_t>();
     if (count > body_.size()) throw_short();  // each takes a byte at the least
     json result = json::array();
-    for (std::size_t i = 0; i < count; ++i) result.push_back(one(shape));
+    for (std::size_t i = 0; i < std::min(count, most_); ++i) result.push_back(one(shape));
+    if (count <= most_) return result;
+    if (const std::size_t size = size_of(shape.element()); size != 0) {
+      take((count - most_) * size);
+    } else {
+      for (std::size_t i = most_; i < count; ++i) one(shape);
+    }
+    result.push_back(fmt::format("{}{} in all)", kCut, count));
     return result;
   }
   json one(const FieldShape& shape) {
@@ -163,6 +200,7 @@ class Reader {
 
   const std::span<const std::byte> body_;
   std::size_t offset_;
+  const std::size_t most_;
 };
 
 // ---- Text → bytes ----
@@ -302,7 +340,7 @@ class Writer {
   document::Errors& errors_;
 };
 
-void write_yaml(const json& value, std::size_t most, std::size_t indent, std::string& text) {
+void write_yaml(const json& value, std::size_t indent, std::string& text) {
   const std::string spaces(indent, ' ');
   if (value.is_object()) {
     for (const auto& [name, field] : value.items()) {
@@ -311,34 +349,33 @@ void write_yaml(const json& value, std::size_t most, std::size_t indent, std::st
       text += spaces + name + ":";
       if (is_nested) {
         text += '\n';
-        write_yaml(field, most, indent + (field.is_object() ? 2 : 0), text);
+        write_yaml(field, indent + (field.is_object() ? 2 : 0), text);
       } else {
         text += ' ';
-        write_yaml(field, most, 0, text);
+        write_yaml(field, 0, text);
         text += '\n';
       }
     }
   } else if (value.is_array()) {
-    const std::size_t shown = most == 0 ? value.size() : std::min(value.size(), most);
     const bool is_nested = !value.empty() && value.front().is_object();
-    if (!is_nested) text += '[';
-    for (std::size_t i = 0; i < shown; ++i) {
-      if (is_nested) {
-        std::string element;
-        write_yaml(value[i], most, indent + 2, element);
-        element.replace(indent, 1, "-");
-        text += element;
+    const char* separator = "[";
+    for (const json& element : value) {
+      if (element.is_object()) {
+        std::string fields;
+        write_yaml(element, indent + 2, fields);
+        fields.replace(indent, 1, "-");
+        text += fields;
+      } else if (is_nested) {  // what stands for the rest
+        text += spaces + element.get<std::string>() + "\n";
       } else {
-        if (i != 0) text += ", ";
-        write_yaml(value[i], most, 0, text);
+        text += separator;
+        write_yaml(element, 0, text);
+        separator = ", ";
       }
     }
-    if (shown < value.size()) {
-      text += is_nested ? spaces : ", ";
-      text += fmt::format("... ({} in all)", value.size());
-      if (is_nested) text += '\n';
-    }
-    if (!is_nested) text += ']';
+    if (!is_nested) text += value.empty() ? "[]" : "]";
+  } else if (value.is_string() && value.get_ref<const std::string&>().starts_with(kCut)) {
+    text += value.get_ref<const std::string&>();
   } else {
     text += value.dump();
   }
@@ -368,13 +405,13 @@ const MessageType& require_type(std::string_view name) {
 }
 
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
-                                    std::size_t skipped) {
-  return Reader(bytes, skipped).message(type);
+                                    const ReadOptions& options) {
+  return Reader(bytes, options).message(type);
 }
 
-std::string to_yaml(const nlohmann::ordered_json& message, std::size_t most) {
+std::string to_yaml(const nlohmann::ordered_json& message) {
   std::string text;
-  write_yaml(message, most, 0, text);
+  write_yaml(message, 0, text);
   return text;
 }
 

@@ -20,12 +20,15 @@ const MessageType* known_type(std::string_view name);
 /// The same, or the Error that tells what is known.
 const MessageType& require_type(std::string_view name);
 
-/// The fields of a message in their order. `skipped`: so many bytes of header come first, as in
-/// requests and replies. Throws Error when the bytes are no such message.
+struct ReadOptions {
+  std::size_t skipped = 0;      // bytes of header that come first, as in requests and replies
+  std::size_t most = SIZE_MAX;  // elements of an array; then a text says how many there are
+};
+/// The fields of a message in their order. Throws Error when the bytes are no such message.
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
-                                    std::size_t skipped = 0);
-/// As YAML, indented; arrays with more than `most` elements are cut, and say so. 0: never.
-std::string to_yaml(const nlohmann::ordered_json& message, std::size_t most);
+                                    const ReadOptions& options = {});
+/// As YAML, indented.
+std::string to_yaml(const nlohmann::ordered_json& message);
 
 /// A message from text like "{linear: {x: 1.0}}"; what it leaves out is zero. `header`: comes
 /// before the fields. Throws ConfigurationError, or Error, that says which field.

@@ -49,9 +49,7 @@ std::string absolute(const std::string& name) {
 Observer::Observer(const ObserverOptions& options)
     : participant_(join(options)),
       node_(std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
-                                   NodeOptions{.participant = participant_})),
-      executor_(executors().make("events", {.name = "observer"})) {
-  executor_->add_node(node_);
+                                   NodeOptions{.participant = participant_})) {
 }
 
 Graph Observer::graph() const {
@@ -63,7 +61,7 @@ Graph Observer::graph() const {
 Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
   Graph graph = participant_->graph();
   for (int i = 0; i < 60 && !is_there(graph); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
     graph = participant_->graph();
   }
   return graph;
@@ -77,11 +75,19 @@ void Observer::run(Nanoseconds duration) {
   const int fd = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   const auto signal = node_->create_file_descriptor("signal", fd, FileDescriptorEvents::readable,
                                                     [this](FileDescriptorEvents) { stop(); });
+  add(signal);
   std::shared_ptr<Timer> end;
   if (duration != Nanoseconds::zero()) {
-    end = node_->create_timer("end", duration, [this] { stop(); });
+    add(end = node_->create_timer("end", duration, [this] { stop(); }));
   }
-  executor_->spin();
+  while (!is_stopped_) {
+    bool has_messages = false;
+    for (const auto& entity : wait_set_.wait()) {
+      has_messages = has_messages || entity->kind() == EntityKind::subscription;
+      for (Slot slot; !is_stopped_ && entity->take(slot); slot = {}) entity->execute(slot);
+    }
+    if (has_messages && !is_stopped_) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
 }
 
 std::string type_of(const std::vector<GraphEndpoint>& some,

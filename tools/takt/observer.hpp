@@ -10,7 +10,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "takt/executors/executor.hpp"
+#include "takt/entities/node.hpp"
+#include "takt/executors/wait_set.hpp"
 
 namespace takt::tools {
 
@@ -36,14 +37,18 @@ class Observer {
   /// Once `is_there` says so, or when 3 s have passed.
   Graph graph(const std::function<bool(const Graph&)>& is_there) const;
 
-  /// Runs the node's callbacks until the time is over (0: never), Ctrl-C, or `stop`.
+  /// Whose callback `run` calls.
+  void add(const std::shared_ptr<Entity>& entity) { wait_set_.add(entity); }
+  /// Until the time is over (0: never), Ctrl-C, or `stop`. What arrives within 100 ms is looked at
+  /// together: who looks on is not to be in the way.
   void run(Nanoseconds duration);
-  void stop() noexcept { executor_->cancel(); }
+  void stop() noexcept { is_stopped_ = true; }
 
  private:
   const std::shared_ptr<Participant> participant_;
   const std::shared_ptr<Node> node_;
-  const std::unique_ptr<Executor> executor_;
+  WaitSet wait_set_;
+  bool is_stopped_ = false;
 };
 
 /// The ends of that name. Throws the Error that lists what there is when there is none, or they

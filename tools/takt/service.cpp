@@ -71,8 +71,8 @@ void call(const Options& options) {
       Endpoint{reply_topic(name), &serialized_type(response.name), QoS(10), node, identity},
       [&](std::span<const std::byte> bytes, const MessageInfo&) {
         is_answered = true;
-        const auto fields = read_message(response, bytes, sizeof id);
-        if (options.json_path != "-") fmt::print("{}", to_yaml(fields, 0));
+        const auto fields = read_message(response, bytes, {.skipped = sizeof id});
+        if (options.json_path != "-") fmt::print("{}", to_yaml(fields));
         if (!options.json_path.empty()) write_json(fields, options.json_path);
       },
       observer.participant());

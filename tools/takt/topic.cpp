@@ -117,18 +117,21 @@ class Listener {
     });
     type_ = options.type.empty() ? type_of(graph.publishers, graph.subscriptions, topic_, "topic")
                                  : options.type;
-    QoS qos(1000);
+    // Best effort, so that no publisher waits for who looks on; but what is kept for those who come
+    // late, only reliable readers get.
     bool is_kept = true, is_offered = false;
     for (const GraphEndpoint& publisher : graph.publishers) {
       if (publisher.name != topic_) continue;
       is_offered = true;
-      if (publisher.qos.reliability == Reliability::best_effort) qos.best_effort();
-      is_kept = is_kept && publisher.qos.durability == Durability::transient_local;
+      is_kept = is_kept && publisher.qos.durability == Durability::transient_local &&
+                publisher.qos.reliability == Reliability::reliable;
     }
-    if (is_offered && is_kept) qos.transient_local();
     if (!is_offered) fmt::print(stderr, "nobody publishes on '{}' yet\n", topic_);
+    QoS qos(10'000);
+    is_offered&& is_kept ? qos.transient_local() : qos.best_effort();
     subscription_ =
         observer.node().create_generic_subscription(topic_, type_, qos, std::move(callback));
+    observer.add(subscription_);
   }
   const std::string& topic() const noexcept { return topic_; }
   const std::string& type() const noexcept { return type_; }
@@ -148,25 +151,25 @@ void echo(const Options& options) {
   }
   const MessageType* type = nullptr;
   std::uint64_t count = 0;
-  const Listener listener(observer, options,
-                          [&](std::span<const std::byte> bytes, const MessageInfo&) {
-                            if (options.count != 0 && count == options.count) return;
-                            if (options.raw) {
-                              for (const std::byte byte : bytes)
-                                fmt::print("{:02x}", std::to_integer<int>(byte));
-                              fmt::print("\n");
-                            } else {
-                              const auto fields = read_message(*type, bytes);
-                              if (options.json_path == "-") {
-                                fmt::print("{}\n", fields.dump());
-                              } else {
-                                fmt::print("{}---\n", to_yaml(fields, options.full ? 0 : 16));
-                              }
-                              if (file.is_open()) file << fields.dump() << '\n';
-                            }
-                            std::fflush(stdout);
-                            if (++count == options.count) observer.stop();
-                          });
+  const Listener listener(
+      observer, options, [&](std::span<const std::byte> bytes, const MessageInfo&) {
+        if (options.count != 0 && count == options.count) return;
+        if (options.raw) {
+          for (const std::byte byte : bytes) fmt::print("{:02x}", std::to_integer<int>(byte));
+          fmt::print("\n");
+        } else {
+          const bool is_cut = options.json_path.empty() && !options.full;
+          const auto fields = read_message(*type, bytes, {.most = is_cut ? 16 : SIZE_MAX});
+          if (options.json_path == "-") {
+            fmt::print("{}\n", fields.dump());
+          } else {
+            fmt::print("{}---\n", to_yaml(fields));
+          }
+          if (file.is_open()) file << fields.dump() << '\n';
+        }
+        std::fflush(stdout);
+        if (++count == options.count) observer.stop();
+      });
   if (!options.raw) type = &require_type(listener.type());
   observer.run(options.duration());
 }
@@ -212,6 +215,7 @@ void watch(Observer& observer, const Options& options, Show show) {
     last = show(options.json_path != "-");
     std::fflush(stdout);
   });
+  observer.add(timer);
   observer.run(options.duration());
   if (!options.json_path.empty()) write_json(last, options.json_path);
 }
@@ -221,12 +225,12 @@ void hz(const Options& options) {
   Window periods(options.window);
   TimePoint before{};
   std::uint64_t total = 0, shown = 0;
-  // The time of arrival here: what the publisher's time-stamp says, another clock may have told.
-  const Listener listener(observer, options, [&](std::span<const std::byte>, const MessageInfo&) {
-    const TimePoint now = Clock::steady().now();
-    if (total++ != 0) periods.add(static_cast<double>((now - before).count()) / 1e6);
-    before = now;
-  });
+  const auto note = [&](std::span<const std::byte>, const MessageInfo& info) {
+    const TimePoint sent = info.publish_time;
+    if (total++ != 0) periods.add(static_cast<double>((sent - before).count()) / 1e6);
+    before = sent;
+  };
+  const Listener listener(observer, options, note);
   bool has_header = false;
   watch(observer, options, [&](bool prints) {
     if (periods.empty() || total == shown) {
@@ -307,6 +311,7 @@ void pub(const Options& options) {
           publisher->publish(message.bytes());
           if (++count == most) observer.stop();
         });
+    observer.add(timer);
     observer.run(options.duration());
   }
   std::this_thread::sleep_for(std::chrono::milliseconds(100));  // what is under way arrives
