@@ -10,6 +10,7 @@ namespace takt {
 namespace {
 
 TEST(Rosout, LinesOfNodesAndOthersAreTold) {
+  Logger::instance().flush();  // what tests before have logged
   Logger::instance().set_writer([](LogLevel, std::string_view) {});
   const auto host = std::make_shared<Node>("container");
   const auto node = std::make_shared<Node>("lidar", NodeOptions{.name_space = "/front"});

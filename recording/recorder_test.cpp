@@ -164,6 +164,7 @@ TEST_F(RecordingTest, RecordsByPointerAndPlaysByteForByte) {
 
 TEST_F(RecordingTest, AFullDiskEndsTheRecordingAndIsCounted) {
   std::vector<std::string> lines;
+  Logger::instance().flush();  // what tests before have logged
   Logger::instance().set_writer([&](LogLevel, std::string_view line) { lines.emplace_back(line); });
   signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
