@@ -15,13 +15,26 @@
 
 namespace takt {
 
+/// Only one that was made is taken down: liburing would take the zeros of another for descriptors.
 struct RingFile::Ring {
-  io_uring ring{};
+  explicit Ring(std::size_t entries) {
+    const int result = io_uring_queue_init(static_cast<unsigned>(entries), &ring, 0);
+    if (result < 0) {
+      throw Error("io_uring: " + errno_message(-result), "see: takt list wait_backends");
+    }
+  }
   ~Ring() { io_uring_queue_exit(&ring); }
+  Ring(const Ring&) = delete;
+  Ring& operator=(const Ring&) = delete;
+
+  io_uring ring{};
 };
 
 RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_t buffers)
-    : buffer_bytes_(buffer_bytes), memory_bytes_(buffer_bytes * buffers), buffers_(buffers) {
+    : buffer_bytes_(buffer_bytes),
+      ring_(std::make_unique<Ring>(buffers)),
+      memory_bytes_(buffer_bytes * buffers),
+      buffers_(buffers) {
   fd_ = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
   if (fd_ < 0) {
     throw Error("the file cannot be written: " + errno_message(errno), "choose a place that can be",
@@ -36,11 +49,6 @@ RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) fail("no memory for buffers: " + errno_message(errno), "");
   memory_ = static_cast<std::byte*>(memory);
-  ring_ = std::make_unique<Ring>();
-  if (const int result = io_uring_queue_init(static_cast<unsigned>(buffers), &ring_->ring, 0);
-      result < 0) {
-    fail("io_uring: " + errno_message(-result), "see: takt list wait_backends");
-  }
   std::vector<iovec> registered;
   for (std::size_t i = 0; i < buffers; ++i) {
     registered.push_back({memory_ + i * buffer_bytes, buffer_bytes});

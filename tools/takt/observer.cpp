@@ -61,7 +61,7 @@ Graph Observer::graph() const {
 Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
   Graph graph = participant_->graph();
   for (int i = 0; i < 60 && !is_there(graph); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
     graph = participant_->graph();
   }
   return graph;
