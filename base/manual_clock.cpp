@@ -33,7 +33,7 @@ ManualClock::Participant* ManualClock::next_due(TimePoint limit) noexcept {
 
 void ManualClock::advance(Nanoseconds duration) {
   std::unique_lock lock(mutex_);
-  const TimePoint target = now_ + duration;
+  const TimePoint target = later(now_, duration);
   for (;;) {
     if (!cpus_.empty()) share_cpus();
     Participant* next = next_due(target);
@@ -80,7 +80,7 @@ void ManualClock::share_cpus() {
     if (cpu == free.end()) continue;
     free.erase(cpu);
     candidate->has_cpu_ = true;
-    candidate->wake_time_ = now_ + candidate->remaining_;
+    candidate->wake_time_ = later(now_, candidate->remaining_);
   }
 }
 
@@ -142,7 +142,7 @@ void ManualClock::work(Nanoseconds duration) {
     now_ += duration;
     return;
   }
-  this_participant->wake_time_ = now_ + duration;
+  this_participant->wake_time_ = later(now_, duration);
   this_participant->remaining_ = duration;
   block(*this_participant, lock);
 }

@@ -14,7 +14,7 @@ Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& cloc
       simulated_(clock.as_simulated()),
       period_(period),
       callback_(std::move(callback)),
-      next_release_(clock.now() + period) {
+      next_release_(later(clock.now(), period)) {
   if (period <= Nanoseconds::zero()) {
     throw Error("a timer's period must be positive, not " + std::to_string(period.count()) + " ns");
   }
@@ -54,11 +54,11 @@ void Timer::cancel() noexcept {
 }
 
 void Timer::reset() noexcept {
-  release_at(clock_.now() + period_);
+  release_at(later(clock_.now(), period_));
 }
 
 void Timer::restart() noexcept {
-  const TimePoint first = clock_.now() + period_;
+  const TimePoint first = later(clock_.now(), period_);
   TimePoint release = next_release_.load();
   while (release != kNever && !next_release_.compare_exchange_weak(release, first)) {
   }
@@ -74,7 +74,7 @@ bool Timer::take(Slot& slot) noexcept {
   for (;;) {
     if (due > now) return false;  // cancelled or reset since it was released
     const auto missed = (now - due) / period_;
-    if (next_release_.compare_exchange_weak(due, due + (missed + 1) * period_)) {
+    if (next_release_.compare_exchange_weak(due, later(due + missed * period_, period_))) {
       missed_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
       slot.ready_time = simulated_ == nullptr ? due : simulated_->last_set();
       slot.expected_period = period_;
@@ -86,9 +86,9 @@ bool Timer::take(Slot& slot) noexcept {
 void Timer::skip_releases(TimePoint until) noexcept {
   TimePoint due = next_release_.load();
   while (due < until) {
-    const auto skipped = (until - due - Nanoseconds(1)) / period_ + 1;
-    if (next_release_.compare_exchange_weak(due, due + skipped * period_)) {
-      missed_.fetch_add(static_cast<std::uint64_t>(skipped), std::memory_order_relaxed);
+    const auto skipped = (until - due - Nanoseconds(1)) / period_;
+    if (next_release_.compare_exchange_weak(due, later(due + skipped * period_, period_))) {
+      missed_.fetch_add(static_cast<std::uint64_t>(skipped) + 1, std::memory_order_relaxed);
       return;
     }
   }
