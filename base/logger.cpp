@@ -6,7 +6,12 @@
 #include <mutex>
 
 #include <pthread.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/clock.hpp"
 
 namespace takt {
@@ -15,6 +20,14 @@ namespace {
 void write_to_stderr(LogLevel level, std::string_view line) {
   static constexpr const char* kNames[] = {"debug", "info", "warn", "error"};
   fmt::print(stderr, "[{}] {}\n", kNames[static_cast<int>(level)], line);
+}
+
+// Not those of the thread that happens to start this one.
+void take_default_attributes() {
+  const sched_param no_priority{};
+  sched_setscheduler(0, SCHED_OTHER, &no_priority);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 0);
+  use_available_cpus();
 }
 
 }  // namespace
@@ -54,6 +67,7 @@ void Logger::start() {
   if (started_.load()) return;
   thread_ = std::thread([this] {
     pthread_setname_np(pthread_self(), "log");
+    take_default_attributes();
     write_until_stopped();
   });
   started_.store(true, std::memory_order_release);

@@ -32,12 +32,13 @@ struct LogLine {
 
 /// A bounded logger: a line is formatted into a record of a fixed pool and handed to the thread
 /// `log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
-/// the count is written as soon as there is room. The thread starts with the first line and sleeps
-/// on a futex while there is nothing to write.
+/// the count is written as soon as there is room. The thread starts with the first line, or before
+/// the first callback of an executor, with the default attributes of a thread (SCHED_OTHER, all
+/// CPUs), and sleeps on a futex while there is nothing to write.
 ///
 /// Thread safety: every method may be called from any thread.
-/// Real-time: `log` neither blocks nor allocates, except for the very first line of a process
-/// (call `run_in_thread` before spin) and for arguments whose formatting allocates.
+/// Real-time: `log` neither blocks nor allocates, except for the first line of a process in which
+/// no executor has spun, and for arguments whose formatting allocates.
 class Logger {
  public:
   static constexpr std::size_t kRecords = 256;
@@ -45,6 +46,8 @@ class Logger {
 
   static Logger& instance();
 
+  /// Starts the writing thread, unless it runs already.
+  void start();
   /// Calls `function` in the writing thread, which starts if it has not yet, and returns
   /// afterwards: so the container gives the thread its attributes.
   void run_in_thread(const std::function<void()>& function);
@@ -88,7 +91,6 @@ class Logger {
 
   Logger();
   ~Logger();
-  void start();
   Record* begin(LogLevel level) noexcept;
   void hand_over(Record& record) noexcept;
   void write_until_stopped();

@@ -544,7 +544,9 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
   };
   loaded.reset();
   if (loaders_ == nullptr) {
-    const Realtime realtime = has_thread(kLoaderThread) ? description_.realtime : Realtime::off;
+    const Realtime realtime = has_thread(kLoaderThread)
+                                  ? description_.realtime
+                                  : std::min(description_.realtime, Realtime::prefer);
     loaders_ = std::make_unique<Loaders>(thread(kLoaderThread), realtime);
   }
   std::future<void> done = loaders_->run(std::move(work));
@@ -894,7 +896,8 @@ void Container::start(std::function<void()> on_failure) {
     running->executor->release_timers(false);
     running->thread = std::thread([this, &executor = *running, on_failure] {
       try {
-        apply({.name = executor.name}, Realtime::off);  // what the file gives comes on top
+        // Not what this thread has; what the file gives comes on top.
+        apply({.name = executor.name}, std::min(description_.realtime, Realtime::prefer));
         executor.executor->spin([this](const FailedCallback& failed) { return handle(failed); });
       } catch (...) {
         executor.exception = std::current_exception();

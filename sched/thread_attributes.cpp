@@ -105,6 +105,17 @@ int set_policy(const ThreadAttributes& attributes) {
   return sched_setscheduler(0, policy, &parameters) == 0 ? 0 : errno;
 }
 
+// The error number, or 0. Empty means all: not what the thread that made this one has.
+int set_affinity(const std::vector<int>& affinity) {
+  if (affinity.empty()) {
+    return affinity_of(0) == available_cpus() || use_available_cpus() ? 0 : errno;
+  }
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (const int cpu : affinity) CPU_SET(static_cast<unsigned>(cpu), &set);
+  return sched_setaffinity(0, sizeof set, &set) == 0 ? 0 : errno;
+}
+
 // How many CPUs the kernel lets SCHED_DEADLINE reserve.
 double cpus_to_reserve() {
   const auto cpus = static_cast<double>(available_cpus().size());
@@ -163,13 +174,6 @@ ThreadPolicy thread_policy(std::string_view name) {
   }
   throw Error(fmt::format("there is no thread policy '{}'", name), suggest(name, valid));
 }
-
-const std::vector<int>& available_cpus() {
-  static const std::vector<int> cpus = affinity_of(0);
-  return cpus;
-}
-// Asked when the library is loaded, before any thread has narrowed its own affinity.
-[[maybe_unused]] static const std::size_t kAskedEarly = available_cpus().size();
 
 void ThreadAttributes::check() const {
   check_priority();
@@ -295,11 +299,8 @@ ThreadState apply(const ThreadAttributes& attributes, Realtime realtime) {
   if (!attributes.name.empty()) {
     pthread_setname_np(pthread_self(), attributes.name.substr(0, 15).c_str());
   }
-  if (!attributes.affinity.empty()) {
-    cpu_set_t set;
-    CPU_ZERO(&set);
-    for (const int cpu : attributes.affinity) CPU_SET(static_cast<unsigned>(cpu), &set);
-    if (sched_setaffinity(0, sizeof set, &set) != 0) refuse("affinity", why(errno));
+  if (const int error = set_affinity(attributes.affinity); error != 0) {
+    refuse("affinity", why(error));
   }
   if (realtime != Realtime::off) {
     if (const int error = set_policy(attributes); error != 0) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
 
 namespace takt {
@@ -78,9 +79,6 @@ ThreadState thread_state(int tid);
 std::string_view to_string(ThreadPolicy policy) noexcept;
 /// Throws an Error that lists the valid names.
 ThreadPolicy thread_policy(std::string_view name);
-
-/// The CPUs that this process was given when it started.
-const std::vector<int>& available_cpus();
 
 }  // namespace takt
 

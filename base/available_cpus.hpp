@@ -1,0 +1,20 @@
+// Which CPUs this process may use.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_AVAILABLE_CPUS_HPP_
+#define TAKT_BASE_AVAILABLE_CPUS_HPP_
+
+#include <vector>
+
+namespace takt {
+
+/// The CPUs that this process was given when it started, in order.
+/// Thread safety: from any thread. Real-time: set-up only.
+const std::vector<int>& available_cpus();
+
+/// Gives the calling thread all of them. False, with errno, when the kernel refuses.
+/// Thread safety: from any thread. Real-time: set-up only.
+bool use_available_cpus();
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_AVAILABLE_CPUS_HPP_
