@@ -40,6 +40,14 @@ void Entity::detach() noexcept {
 }
 
 void Entity::retire() noexcept {
+  {
+    const std::lock_guard lock(ownership_mutex());
+    is_retired_ = true;
+  }
+  leave_owner();
+}
+
+void Entity::leave_owner() noexcept {
   Sink* owner = nullptr;
   {
     const std::lock_guard lock(ownership_mutex());

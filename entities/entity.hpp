@@ -78,6 +78,7 @@ struct Dispatch {
   TimePoint root_release;
   std::uint64_t way;                 // this callback included
   StagedOutputs* outputs = nullptr;  // where messages wait for the end of the period; none: sent
+  const Dispatch* outer = nullptr;   // whose callback spins the executor of this one
 
   /// nullptr outside callbacks.
   static const Dispatch* current() noexcept { return current_; }
@@ -85,13 +86,16 @@ struct Dispatch {
   /// Makes a dispatch current for as long as the object lives.
   class Scope {
    public:
-    explicit Scope(const Dispatch& dispatch) noexcept : outer_(current_) { current_ = &dispatch; }
-    ~Scope() { current_ = outer_; }
+    explicit Scope(Dispatch& dispatch) noexcept : dispatch_(dispatch) {
+      dispatch.outer = current_;
+      current_ = &dispatch;
+    }
+    ~Scope() { current_ = dispatch_.outer; }
     Scope(const Scope&) = delete;
     Scope& operator=(const Scope&) = delete;
 
    private:
-    const Dispatch* outer_;
+    const Dispatch& dispatch_;
   };
 
  private:
@@ -178,8 +182,12 @@ class Entity {
   void set_owner(Sink* owner) noexcept { owner_ = owner; }
   Sink* owner() const noexcept { return owner_; }
 
-  /// The user let go of the entity: takes it from its executor, and waits as Sink::remove does.
+  /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
+  void leave_owner() noexcept;
+  /// The user let go of the entity: as leave_owner, and no executor gets it again.
   virtual void retire() noexcept;
+  /// With ownership_mutex held.
+  bool is_retired() const noexcept { return is_retired_; }
   /// After that, when the last pointer goes: what still uses the entity may keep it.
   virtual void retired(std::shared_ptr<Entity>) noexcept {}
 
@@ -197,7 +205,8 @@ class Entity {
   CallbackParameters parameters_;
   std::vector<ChainStep> chain_steps_;
   std::atomic<Sink*> sink_{nullptr};
-  Sink* owner_ = nullptr;  // guarded by ownership_mutex
+  Sink* owner_ = nullptr;    // guarded by ownership_mutex
+  bool is_retired_ = false;  // the same
 };
 
 /// Guards who owns which entity, over the whole process: taken for a few instructions when

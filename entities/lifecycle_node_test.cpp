@@ -258,7 +258,7 @@ class RecordingSink final : public Sink {
     entity_->attach(*this);
   }
   ~RecordingSink() {
-    if (entity_ != nullptr) entity_->Entity::retire();
+    if (entity_ != nullptr) entity_->leave_owner();
   }
   void announce(Arrival) noexcept override { ++announcements; }
   void release_changed() noexcept override { ++changes; }
@@ -411,7 +411,7 @@ TEST_F(ManagedEntities, AnExecutorMayComeBeforeOrAfterActivation) {
   EXPECT_EQ(subscription->ready_count(), 1u);
   scans_->publish(Scan{});
   EXPECT_EQ(sink.announcements, 1);
-  subscription->Entity::retire();
+  subscription->leave_owner();
   ASSERT_TRUE(node_->deactivate());
   ASSERT_TRUE(node_->activate());  // nobody is there to be told
   EXPECT_EQ(sink.announcements, 1);

@@ -90,6 +90,28 @@ Node::~Node() {
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
+template <class Call>
+void Node::notify(Call&& call) {
+  std::unique_lock lock(mutex_);
+  const std::vector<NodeListener*> listeners = listeners_;
+  for (NodeListener* listener : listeners) {
+    if (std::find(listeners_.begin(), listeners_.end(), listener) == listeners_.end()) continue;
+    const std::pair running(listener, std::this_thread::get_id());
+    listener_calls_.push_back(running);
+    lock.unlock();
+    std::exception_ptr exception;
+    try {
+      call(*listener);
+    } catch (...) {
+      exception = std::current_exception();
+    }
+    lock.lock();
+    listener_calls_.erase(std::find(listener_calls_.begin(), listener_calls_.end(), running));
+    listener_called_.notify_all();
+    if (exception != nullptr) std::rethrow_exception(exception);
+  }
+}
+
 std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, CallbackGroupType type,
                                                            bool automatically_add_to_executor) {
   check_name(name, "callback group");
@@ -101,14 +123,12 @@ std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, Cal
   }
   auto group =
       std::make_shared<CallbackGroup>(std::move(name), type, automatically_add_to_executor);
-  std::vector<NodeListener*> listeners;
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(groups_, [](const auto& known) { return known.expired(); });
     groups_.push_back(group);
-    listeners = listeners_;
   }
-  for (NodeListener* listener : listeners) listener->group_added(*this, group);
+  notify([&](NodeListener& listener) { listener.group_added(*this, group); });
   return group;
 }
 
@@ -128,14 +148,12 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
     throw Error(fmt::format("'{}' of node '{}' was given a callback group of another node",
                             entity->name(), name_));
   }
-  std::vector<NodeListener*> listeners;
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(entities_, [](const auto& old) { return old.expired(); });
     entities_.push_back(entity);
-    listeners = listeners_;
   }
-  for (NodeListener* listener : listeners) listener->entity_added(*this, entity);
+  notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });
 }
 
 std::shared_ptr<Timer> Node::create_timer(std::string name, Nanoseconds period,
@@ -292,15 +310,35 @@ void Node::check_callback_parameters(const CallbackParameterChanges& changes) co
 void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
   const auto all_groups = groups();
   const auto all_entities = entities();
-  std::vector<NodeListener*> listeners;
+  ChangedParameters before;
+  const auto exchange = [&before](const ChangedParameters& parameters) {
+    before = {};
+    for (const auto& [group, of_group] : parameters.groups) {
+      before.groups.emplace(group, group->parameters());
+      group->set_parameters(of_group);
+    }
+    for (const auto& [entity, of_entity] : parameters.callbacks) {
+      before.callbacks.emplace(entity, entity->parameters());
+      entity->set_parameters(of_entity);
+    }
+  };
+  const auto tell = [this] {
+    notify([this](NodeListener& listener) { listener.parameters_changed(*this); });
+  };
   {
     const std::lock_guard lock(mutex_);
-    const ChangedParameters changed = checked(changes, all_groups, all_entities);
-    for (const auto& [group, parameters] : changed.groups) group->set_parameters(parameters);
-    for (const auto& [entity, parameters] : changed.callbacks) entity->set_parameters(parameters);
-    listeners = listeners_;
+    exchange(checked(changes, all_groups, all_entities));
   }
-  for (NodeListener* listener : listeners) listener->parameters_changed(*this);
+  try {
+    tell();
+  } catch (...) {  // a user's scheduler does not take them
+    {
+      const std::lock_guard lock(mutex_);
+      exchange(ChangedParameters(before));
+    }
+    tell();
+    throw;
+  }
 }
 
 CallbackParameters Node::callback_parameters(const Entity& entity) const {
@@ -334,8 +372,13 @@ void Node::add_listener(NodeListener& listener) {
 }
 
 void Node::remove_listener(NodeListener& listener) noexcept {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   std::erase(listeners_, &listener);
+  listener_called_.wait(lock, [&] {
+    return std::none_of(listener_calls_.begin(), listener_calls_.end(), [&](const auto& running) {
+      return running.first == &listener && running.second != std::this_thread::get_id();
+    });
+  });
 }
 
 bool Node::claim(const NodeListener* owner) noexcept {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -321,8 +323,9 @@ class Node : public std::enable_shared_from_this<Node> {
   bool publishes(std::string_view callback, std::string_view topic) const;
   std::vector<std::shared_ptr<Entity>> entities() const;
   std::vector<std::shared_ptr<CallbackGroup>> groups() const;
-  /// From here on the listener is told of every entity and group. Adding it again does nothing.
+  /// From here on the listener is called for every entity and group. Adding it again does nothing.
   void add_listener(NodeListener& listener);
+  /// When it returns, no call of the listener runs, except one that the calling thread is in.
   void remove_listener(NodeListener& listener) noexcept;
   /// Makes the node as a whole this listener's; false when it is another's.
   bool claim(const NodeListener* owner) noexcept;
@@ -369,6 +372,9 @@ class Node : public std::enable_shared_from_this<Node> {
   /// "/arm/move" → "arm_move_timeout".
   static std::string timeout_name(std::string_view service);
   void add(const std::shared_ptr<Entity>& entity);
+  /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
+  template <class Call>
+  void notify(Call&& call);
   struct ChangedParameters {
     std::map<CallbackGroup*, CallbackParameters> groups;
     std::map<Entity*, CallbackParameters> callbacks;
@@ -388,6 +394,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::weak_ptr<Entity>> entities_;
   std::vector<std::weak_ptr<CallbackGroup>> groups_;
   std::vector<NodeListener*> listeners_;
+  std::vector<std::pair<NodeListener*, std::thread::id>> listener_calls_;  // that run now
+  std::condition_variable_any listener_called_;
   std::set<std::string, std::less<>> used_remaps_, topics_;
   // Topic → the callbacks that publish on it; empty: any may.
   std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
