@@ -255,6 +255,10 @@ class ConfigurationReader : private SystemReader {
           into(dds.shared_memory, {{"auto", SharedMemory::automatic},
                                    {"require", SharedMemory::require},
                                    {"off", SharedMemory::off}})},
+         {"synchronized_clocks",
+          "Other hosts keep the same time as this one, by PTP: latencies and deadlines of their "
+          "messages begin when they were sent. Otherwise they begin on arrival.",
+          into(dds.synchronized_clocks)},
          {"threads",
           "Name in `threads`: policy, priority and CPUs of all of Cyclone's threads; without it, "
           "SCHED_OTHER. They keep Cyclone's names; the result shows what is in force. Not "

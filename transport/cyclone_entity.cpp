@@ -5,6 +5,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/transport/type_description.hpp"
+#include "takt/transport/writer_clocks.hpp"
 
 namespace takt {
 namespace {
@@ -94,9 +95,9 @@ std::string_view policy_name(std::uint32_t id) noexcept {
 }
 
 std::string user_data(const Endpoint& endpoint, RosGraph form) {
-  if (form == RosGraph::off) return {};
+  if (form == RosGraph::off) return clock_identity();
   const ServiceIdentity& identity = endpoint.identity;
-  std::string text = identity.id;
+  std::string text = identity.id + clock_identity();
   if (form != RosGraph::jazzy) return text;
   const std::string hash = identity.id.empty()
                                ? type_hash(*endpoint.type)

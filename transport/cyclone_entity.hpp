@@ -29,8 +29,8 @@ QoS qos_of(const dds_qos_t& wire);
 /// As files call it, and QoS::refuses.
 std::string_view policy_name(std::uint32_t id) noexcept;
 
-/// What ROS 2 wants to know of an endpoint beyond its name and type: "typehash=RIHS01_...;",
-/// "serviceid=...;".
+/// What others want to know of an endpoint beyond its name and type. ROS 2: "typehash=RIHS01_...;",
+/// "serviceid=...;". Takt: see clock_identity.
 std::string user_data(const Endpoint& endpoint, RosGraph form);
 
 /// A topic of the participant for as long as one of its ends lives.

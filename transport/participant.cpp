@@ -29,6 +29,7 @@
 #include "takt/transport/cyclone_entity.hpp"
 #include "takt/transport/graph_reader.hpp"
 #include "takt/transport/node_announcer.hpp"
+#include "takt/transport/writer_clocks.hpp"
 
 namespace takt {
 namespace {
@@ -279,6 +280,7 @@ class CycloneParticipant final : public Participant,
   explicit CycloneParticipant(const DdsOptions& options)
       : serves_own_process_(options.serves_own_process),
         requires_shared_memory_(options.shared_memory == SharedMemory::require),
+        clocks_are_synchronized_(options.synchronized_clocks),
         ros_graph_(options.ros_graph) {
     // Every thread of Cyclone inherits from the one that creates the participant. The thread
     // attributes that it cannot inherit, its name, are Cyclone's.
@@ -340,6 +342,7 @@ class CycloneParticipant final : public Participant,
                                               std::shared_ptr<EndpointEvents> events) override;
   std::unique_ptr<RemoteReader> create_reader(IntraProcessReader& reader) override;
   bool serves_own_process() const noexcept override { return serves_own_process_; }
+  bool clocks_are_synchronized() const noexcept { return clocks_are_synchronized_; }
   const std::string& why_no_shared_memory() const noexcept override {
     return why_no_shared_memory_;
   }
@@ -418,7 +421,7 @@ class CycloneParticipant final : public Participant,
  private:
   static constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 
-  const bool serves_own_process_, requires_shared_memory_;
+  const bool serves_own_process_, requires_shared_memory_, clocks_are_synchronized_;
   const RosGraph ros_graph_;
   const std::uint64_t id_ = random_number();
   std::shared_ptr<Domain> domain_;
@@ -699,6 +702,7 @@ class CycloneReader final : public CycloneEndpoint {
   CycloneReader(CycloneParticipant& participant, IntraProcessReader& reader)
       : CycloneEndpoint(participant, reader.endpoint(), false),
         reader_(reader),
+        clocks_(participant.clocks_are_synchronized()),
         most_held_(shared_messages_held(endpoint_.qos.depth)),
         blocks_(Pool<ReceivedBlock>::create(endpoint_.qos.depth + 8, [](std::uint32_t) {
           return std::make_unique<ReceivedBlock>();
@@ -775,10 +779,9 @@ class CycloneReader final : public CycloneEndpoint {
       }
       block->set_references(1);
       messages_.fetch_add(1, std::memory_order_relaxed);
-      // When it was sent, in our clock: Cyclone's is CLOCK_REALTIME.
-      const Nanoseconds age(dds_time() - info.source_timestamp);
+      const TimePoint sent_at = clocks_.sent_at(handle, info);
       const ReadSection section;
-      const Arrival arrival{next_sequence(), Clock::steady().now() - age};
+      const Arrival arrival{next_sequence(), sent_at};
       block->envelope = {.sequence = arrival.sequence, .ready_time = arrival.ready_time};
       reader_.deliver(*block, arrival);
     }
@@ -830,6 +833,7 @@ class CycloneReader final : public CycloneEndpoint {
   EndpointEvents& events() const noexcept override { return *reader_.events(); }
 
   IntraProcessReader& reader_;
+  WriterClocks clocks_;  // only in receive
   const std::size_t most_held_;
   const PoolPtr<ReceivedBlock> blocks_;
   std::vector<ChunkHeader> last_;  // of each writer; only in receive

@@ -38,6 +38,10 @@ struct DdsOptions {
   /// SCHED_DEADLINE, which they cannot inherit.
   ThreadAttributes threads;
   Realtime realtime = Realtime::prefer;
+  /// Other hosts keep the same wall-clock time as this one (PTP): the time stamps of their messages
+  /// count for latencies and deadlines. Otherwise those are measured from the arrival here. Within
+  /// a host all share one clock.
+  bool synchronized_clocks = false;
   /// Readers of this very process are served over DDS too, instead of by pointer. For comparisons.
   bool serves_own_process = false;
   /// Messages of fixed size go to other processes of Takt by shared memory, see shared_memory.hpp.
