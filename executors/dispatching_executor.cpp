@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/logger.hpp"
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
 #include "takt/entities/chain.hpp"
@@ -36,12 +37,15 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
     DispatchingExecutor::worker_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
 
 /// Between begin and end of a spin, of whatever kind, this is the only one.
 class DispatchingExecutor::Spin {
  public:
   /// `has_workers`: the calling thread is all there is; a pool tells when it is complete.
   explicit Spin(DispatchingExecutor& executor, bool has_workers = true) : executor_(executor) {
+    Logger::instance().start();  // not in the first callback that logs
     const std::lock_guard lock(executor_.control_mutex_);
     if (executor_.spinning_.load()) {
       throw Error("executor '" + executor_.options_.name + "' is spinning already");
@@ -51,7 +55,9 @@ class DispatchingExecutor::Spin {
     if (executor_.has_changes_) executor_.hand_plan_over();
     executor_.spinning_.store(true);
     executor_.was_spun_ = true;
+    executor_.spinner_.store(std::this_thread::get_id());
     outer_ = std::exchange(worker_of_, &executor_);
+    outer_index_ = std::exchange(worker_index_, 0);
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
@@ -67,7 +73,9 @@ class DispatchingExecutor::Spin {
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_plan();
     worker_of_ = outer_;
+    worker_index_ = outer_index_;
     trace_of_ = outer_trace_;
+    executor_.spinner_.store({});
     executor_.spinning_.store(false);
   }
   Spin(const Spin&) = delete;
@@ -79,6 +87,7 @@ class DispatchingExecutor::Spin {
  private:
   DispatchingExecutor& executor_;
   const DispatchingExecutor* outer_;
+  std::size_t outer_index_;
   TraceRing* outer_trace_;
 };
 
@@ -253,6 +262,8 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   pass_on();
   const ReadyCallback as_picked = *record;
   const bool is_judged = record->is_judged;
+  if (is_judged) [[unlikely]]
+    watch_execution(*record);
   unlock();
   Slot slot;
   slot.sequence = as_picked.sequence;
@@ -265,12 +276,12 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
 // one are taken before any callback runs.
 bool DispatchingExecutor::run_period() noexcept {
   ready_.read_clock();
-  if (let_->next == TimePoint{}) let_->next = ready_.now() + let_->period;
+  if (let_->next == TimePoint{}) let_->next = later(ready_.now(), let_->period);
   if (ready_.now() < let_->next) return false;
   let_->outputs.publish();
   const auto missed = (ready_.now() - let_->next) / let_->period;
   let_->missed += static_cast<std::uint64_t>(missed);
-  let_->next += (missed + 1) * let_->period;
+  let_->next = later(let_->next + missed * let_->period, let_->period);
   ready_.take_snapshot();
   // A callback may bring another plan, and with it another place for the next period.
   const std::shared_ptr<void> keeps = let_->taken;
@@ -279,6 +290,7 @@ bool DispatchingExecutor::run_period() noexcept {
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
     Execution& execution = executions.emplace_back(record, *record, record->is_judged);
     execution.slot.sequence = record->sequence;
+    if (record->is_judged) watch_execution(*record);
     execution.is_taken = record->entity->take(execution.slot);
   }
   for (Execution& execution : executions) {
@@ -320,12 +332,12 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     start = shared_ ? options_.clock->now() : ready_.now();
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
-    const Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
-                            is_root ? slot.ready_time : slot.root_release,
-                            extend_way(slot.way, record.entity->id()), outputs};
+    Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
+                      is_root ? slot.ready_time : slot.root_release,
+                      extend_way(slot.way, record.entity->id()), outputs};
     const Dispatch::Scope scope(dispatch);
     if (is_judged) [[unlikely]]
-      record.supervision->chain_instance.store(dispatch.chain_instance);
+      record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
     try {
       record.entity->execute(slot);
     } catch (...) {
@@ -333,6 +345,8 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     }
     if (is_judged) [[unlikely]]
       judge(record, slot, dispatch, start);
+  } else if (is_judged) {
+    record.supervision->running[worker_index_].deadline.store(kNever);
   }
   lock();
   if (taken && options_.statistics != StatisticsLevel::off) ++record.statistics.received;
@@ -343,6 +357,14 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     ready_.tell_scheduler(record, as_picked, ready_.now() - start);
   }
   ready_.finished(record, slot.more);
+}
+
+// With the lock held. The watchdog may have looked while the deadline was on its way from the
+// release to the execution: so it is expected again.
+void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
+  const Supervision::Watch& watch = record.supervision->begin(worker_index_);
+  const TimePoint deadline = watch.deadline.load();
+  if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
 }
 
 // A message of a chain instance that was aborted.
@@ -359,10 +381,13 @@ void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const 
                                 TimePoint start) noexcept {
   const TimePoint end = options_.clock->now();
   Supervision& supervision = *record.supervision;
-  supervision.chain_instance.store(0);
+  Supervision::Watch& watch = supervision.running[worker_index_];
+  watch.chain_instance.store(0);
+  // Whoever takes the deadline out reports the miss.
+  const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
   lock();
   const Nanoseconds budget = record.settings.info.budget;
-  TimePoint deadline = record.deadline_of(slot.ready_time);
+  const TimePoint deadline = record.deadline_of(slot.ready_time);
   const bool has_missed = end > deadline;
   const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
   const bool has_overrun =
@@ -392,12 +417,8 @@ void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const 
                        .end = end,
                        .execution_time = end - start,
                        .budget = budget};
-  // Whoever disarms it tells.
-  const bool is_told = deadline != kNever && options_.watchdog != nullptr &&
-                       !supervision.armed.compare_exchange_strong(deadline, kNever) &&
-                       supervision.told.load() == report.deadline;
   try {
-    if (has_missed && !is_told && supervision.on_deadline_miss)
+    if (has_missed && !is_reported && supervision.on_deadline_miss)
       supervision.on_deadline_miss(report);
     if (has_overrun && supervision.on_overrun) supervision.on_overrun(report);
   } catch (...) {
@@ -411,30 +432,38 @@ TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
     TimePoint next = kNever;
     std::shared_ptr<Supervision> late;
     TimePoint missed = kNever;
+    // True: this deadline has passed, and we have taken it out.
+    const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
+      TimePoint deadline = watch.deadline.load();
+      next = std::min(next, deadline > now ? deadline : kNever);
+      // If that fails, it has just ended; if it has begun again, the watchdog expects it.
+      if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
+      const std::uint64_t chain_instance = watch.chain_instance.load();
+      if (chain_instance != 0 && record.wanted.overrun == OverrunPolicy::abort) {
+        AbortedInstances::add(chain_instance);
+      }
+      missed = deadline;
+      return record.supervision->on_deadline_miss != nullptr;
+    };
     {
       const std::lock_guard lock(control_mutex_);
-      for (const auto& record : records_) {
+      for (const auto& [id, record] : records_) {
         Supervision& supervision = *record->supervision;
-        TimePoint deadline = supervision.armed.load();
-        if (deadline > now) {
-          next = std::min(next, deadline);
-          continue;
+        if (has_missed(*record, supervision.waiting) ||
+            std::any_of(supervision.running.begin(), supervision.running.end(),
+                        [&](auto& watch) { return has_missed(*record, watch); })) {
+          late = record->supervision;
+          break;
         }
-        supervision.told.store(deadline);
-        // If that fails, it has just ended; if it has begun again, the watchdog is told of it.
-        if (!supervision.armed.compare_exchange_strong(deadline, kNever)) continue;
-        const std::uint64_t chain_instance = supervision.chain_instance.load();
-        if (chain_instance != 0 && record->wanted.overrun == OverrunPolicy::abort) {
-          AbortedInstances::add(chain_instance);
-        }
-        if (!supervision.on_deadline_miss) continue;
-        late = record->supervision;
-        missed = deadline;
-        break;
       }
     }
     if (late == nullptr) return next;
-    late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
+    try {
+      late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
+    } catch (...) {
+      log(LogLevel::error, "{}/{}: its handler of missed deadlines threw, on the watchdog's thread",
+          late->node, late->callback);
+    }
   }
 }
 
@@ -497,6 +526,7 @@ void DispatchingExecutor::start_worker(std::size_t index) {
 // A worker's life: one function, with everything on the hot path inlined.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
   worker_of_ = this;
+  worker_index_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];
   { const ReadSection registers_this_thread; }
   backend_->enter(index, threads_[index]);
@@ -524,6 +554,8 @@ void DispatchingExecutor::start_worker(std::size_t index) {
 void DispatchingExecutor::spin(const ExceptionHandler& handler) {
   Spin spin(*this, false);
   if (spin.take_cancel()) return;
+  const auto forget = [this](void*) { handler_ = nullptr; };
+  const std::unique_ptr<void, decltype(forget)> handler_lasts(this, forget);
   handler_ = handler;
   thread_statistics_.assign(threads_.size(), {});
   {
@@ -551,14 +583,13 @@ void DispatchingExecutor::spin(const ExceptionHandler& handler) {
     work(0);
     wake_all();
   }
-  handler_ = nullptr;
   spin.take_cancel();
   rethrow();
 }
 
 void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   Spin spin(*this);
-  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = end_of(timeout, options_.clock->now());
   lock();
   while (!stopping() && !run_next({}) && sleep(0, limit)) {
   }
@@ -579,16 +610,15 @@ bool DispatchingExecutor::run_one() {
 void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
   Spin spin(*this);
   if (spin.take_cancel()) return;
-  const TimePoint start = ready_.now();
+  const TimePoint limit =
+      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
   lock();
   // A snapshot that spin_once has left unfinished is finished instead of taking another.
   if (let_ == nullptr) ready_.take_snapshot();
   const ReadySet::Limits limits{
       .last_sequence = ready_.is_wait_set() ? UINT64_MAX : next_sequence(), .may_poll = false};
   while (!stopping() && run_next(limits)) {
-    if (max_duration == Nanoseconds::zero()) continue;
-    ready_.read_clock();
-    if (ready_.now() - start >= max_duration) break;
+    if (!has_time_left(limit)) break;
   }
   ready_.restore_deferred();
   unlock();
@@ -599,26 +629,32 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
 void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   Spin spin(*this);
   if (spin.take_cancel()) return;
-  const TimePoint start = ready_.now();
+  const TimePoint limit =
+      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
   lock();
   while (!stopping() && run_next({})) {
-    if (max_duration == Nanoseconds::zero()) continue;
-    ready_.read_clock();
-    if (ready_.now() - start >= max_duration) break;
+    if (!has_time_left(limit)) break;
   }
   unlock();
   spin.take_cancel();
   rethrow();
 }
 
+// With the lock held.
+bool DispatchingExecutor::has_time_left(TimePoint limit) noexcept {
+  if (limit == kNever) return true;
+  ready_.read_clock();
+  return ready_.now() < limit;
+}
+
 FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
                                                           Nanoseconds timeout) {
   Spin spin(*this);
-  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = end_of(timeout, options_.clock->now());
   future.watch(this);
   lock();
   while (!stopping() && !future.ready() &&
-         (run_next({}) ? ready_.now() < limit : sleep(0, limit, &future))) {
+         (run_next({}) ? has_time_left(limit) : sleep(0, limit, &future))) {
   }
   unlock();
   future.watch(nullptr);
@@ -635,7 +671,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   const std::lock_guard lock(control_mutex_);
   const bool waits = trigger_ != nullptr && !ready_.is_open();
   std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
-  for (const auto& record : records_) {
+  for (const auto& [id, record] : records_) {
     // In this order: who sees that a message was taken sees that its callback executes.
     // The entity's kind, as a worker may be installing the record's.
     const bool is_timer = record->entity->kind() == EntityKind::timer;
@@ -652,7 +688,7 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
     throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
   }
   std::vector<CallbackStatistics> result;
-  for (const auto& record : records_) {
+  for (const auto& [id, record] : records_) {
     CallbackStatistics statistics = record->statistics;
     const Entity::Report report = record->entity->report();
     statistics.node = record->node;
@@ -683,12 +719,10 @@ std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
   threads.resize(threads_.size());  // when it was not spin that ran them
   const auto named = [this](const TraceEvent& event) {
     NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
-    const auto record = std::find_if(records_.begin(), records_.end(), [&](const auto& candidate) {
-      return candidate->id() == event.callback;
-    });
-    if (record != records_.end()) {
-      result.name = (*record)->node + "/" + (*record)->entity->name();
-      result.kind = (*record)->settings.info.kind;
+    if (const auto found = records_.find(event.callback); found != records_.end()) {
+      const Record& record = *found->second;
+      result.name = record.node + "/" + record.entity->name();
+      result.kind = record.settings.info.kind;
     }
     return result;
   };

@@ -4,7 +4,11 @@
 #define TAKT_EXECUTORS_DISPATCHING_EXECUTOR_HPP_
 
 #include <atomic>
+#include <map>
 #include <memory>
+#include <set>
+#include <thread>
+#include <unordered_map>
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
@@ -82,6 +86,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
 
  private:
   struct Record;
+  using Records = std::vector<std::shared_ptr<Record>>;
   class Spin;
 
   /// What the watchdog calls, from its thread: complete before the executor is.
@@ -124,10 +129,19 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void unwatch(Entity& entity) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
-  void release_group(CallbackGroup& group, const Node& node) noexcept;
-  void remove(Record& record) noexcept;
+  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
+                      const Node& node) noexcept;
+  static void wait_until_gone(const Record& record) noexcept;
+  bool claim_removal(Record& record) noexcept;
+  void remove(const std::vector<Record*>& records) noexcept;
+  void take_out(Record& record) noexcept;
+  void forget_at_rest() noexcept;
   void hand_plan_over();
-  std::vector<std::unique_ptr<Record>> take_what_is_gone() noexcept;
+  void hand_removal_over() noexcept;
+  std::unique_ptr<ReadyPlan> make_plan(const ReadyPlan* earlier) const;
+  void configure(ReadyPlan& plan) const;
+  void send(std::unique_ptr<ReadyPlan> plan) noexcept;
+  Records take_what_is_gone() noexcept;
   void remember(const std::shared_ptr<Node>& node);
 
   // Workers.
@@ -145,6 +159,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_judged, Slot& slot,
                bool taken, StagedOutputs* outputs) noexcept;
+  [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   void caught(const CallbackRecord& record, std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
@@ -152,6 +167,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   [[gnu::cold, gnu::noinline]] void judge(CallbackRecord& record, const Slot& slot,
                                           const Dispatch& dispatch, TimePoint start) noexcept;
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
+  bool has_time_left(TimePoint limit) noexcept;
   [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
                               const FutureState* future) noexcept;
   [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
@@ -175,6 +191,9 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
   [[gnu::tls_model(
       "initial-exec")]] static thread_local constinit const DispatchingExecutor* worker_of_;
+
+  // Which of its workers: 0 is the thread that spins.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
 
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
@@ -204,6 +223,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in a spin of whatever kind
+  std::atomic<std::thread::id> spinner_;  // who called it: the only worker where there is one
   std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
@@ -212,13 +232,15 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
-  std::vector<std::unique_ptr<Record>> records_;
-  std::vector<std::unique_ptr<Record>> removed_records_;  // until nobody can touch them
-  ReadyPlan changes_;                                     // only its lists are used
+  std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
+  std::unordered_map<const Entity*, Record*> of_entity_;   // the same
+  Records removed_records_;                                // until nobody can touch them
+  std::multiset<const CallbackGroup*> leaving_;            // groups that are being removed
+  ReadyPlan changes_;                                      // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
-  std::vector<std::pair<const void*, std::uint32_t>> group_ids_, node_ids_;
+  std::unordered_map<const void*, std::uint32_t> group_ids_, node_ids_;
   std::vector<std::weak_ptr<Node>> nodes_;
   std::vector<ThreadStatistics> thread_statistics_;
   std::vector<TraceRing> traces_;  // one for each worker, or none
@@ -230,9 +252,11 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   DispatchingExecutor& executor;
   // Guarded by control_mutex_.
-  const Node* of_node = nullptr;  // never followed
-  CallbackSettings wanted;        // what the next plan brings
-  bool detached = false;          // nobody announces any more
+  const Node* of_node = nullptr;                              // never followed
+  CallbackSettings wanted;                                    // what the next plan brings
+  bool is_handed_over = false;                                // to the ready set, by a plan
+  bool detached = false;                                      // nobody announces any more
+  CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
   void announce(Arrival arrival) noexcept override {
     if (!announce_here(arrival)) executor.announce(*this, arrival);
@@ -245,7 +269,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   void release_changed() noexcept override {
     if (executor.ready_.announce_change(*this)) executor.wake();
   }
-  void remove() noexcept override { executor.remove(*this); }
+  void remove() noexcept override { executor.remove({this}); }
   void expect_remove() noexcept override { executor.expected_removals_.fetch_add(1); }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <mutex>
+#include <thread>
+#include <unordered_set>
 
 #include <fmt/format.h>
 
@@ -11,12 +13,17 @@
 namespace takt {
 namespace {
 
-std::uint32_t id_of(std::vector<std::pair<const void*, std::uint32_t>>& ids, const void* object) {
-  const auto known = std::find_if(ids.begin(), ids.end(),
-                                  [&](const auto& entry) { return entry.first == object; });
-  if (known != ids.end()) return known->second;
-  ids.emplace_back(object, static_cast<std::uint32_t>(ids.size()));
-  return ids.back().second;
+std::uint32_t id_of(std::unordered_map<const void*, std::uint32_t>& ids, const void* object) {
+  return ids.try_emplace(object, static_cast<std::uint32_t>(ids.size())).first->second;
+}
+
+// Whether the calling thread is inside the callback, however deep.
+bool runs_here(const CallbackRecord& record) noexcept {
+  for (const Dispatch* dispatch = Dispatch::current(); dispatch != nullptr;
+       dispatch = dispatch->outer) {
+    if (record.is_described_by(dispatch->callback)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -31,15 +38,11 @@ DispatchingExecutor::~DispatchingExecutor() {
   std::vector<Record*> mine;
   {
     const std::lock_guard lock(control_mutex_);
-    const std::lock_guard ownership(ownership_mutex());
-    for (const auto& record : records_) {
-      if (record->entity->owner() != record.get()) continue;  // its remover is on the way
-      record->entity->set_owner(nullptr);
-      expected_removals_.fetch_add(1);
-      mine.push_back(record.get());
+    for (const auto& [id, record] : records_) {
+      if (claim_removal(*record)) mine.push_back(record.get());
     }
   }
-  for (Record* record : mine) remove(*record);
+  remove(mine);
   for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
@@ -81,6 +84,7 @@ void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
     remove_node(node);
     throw;
   }
+  if (!node->belongs_to(this)) release_groups(node->groups(), *node);  // removed meanwhile
 }
 
 void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
@@ -101,14 +105,16 @@ void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup
   try {
     add_group(group, *node);
   } catch (...) {
-    release_group(*group, *node);
+    release_groups({group}, *node);
     throw;
   }
 }
 
 void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
   const std::lock_guard lock(control_mutex_);
-  std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  if (nodes_.size() == nodes_.capacity()) {  // seldom, so that n nodes cost O(n)
+    std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  }
   nodes_.push_back(node);
 }
 
@@ -131,16 +137,17 @@ void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>
 }
 
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
-  std::vector<std::unique_ptr<Record>> gone;
+  Records gone;
   const std::lock_guard lock(control_mutex_);
+  if (leaving_.contains(entity->group().get())) return;  // as if it were made after the removal
   gone = take_what_is_gone();
-  auto record = std::make_unique<Record>(*this);
+  auto record = std::make_shared<Record>(*this);
   record->entity = entity;
   record->group = entity->group();
   record->node = node.fully_qualified_name();
   const CallbackParameters parameters = node.callback_parameters(*entity);
   record->of_node = &node;
-  record->supervision = std::make_shared<Supervision>();
+  record->supervision = std::make_shared<Supervision>(threads_.size());
   record->supervision->node = record->node;
   record->supervision->callback = entity->name();
   record->supervision->on_deadline_miss = parameters.on_deadline_miss;
@@ -159,7 +166,8 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   ++next_callback_id_;
   {
     const std::lock_guard ownership(ownership_mutex());
-    if (entity->owner() != nullptr) return;  // seen twice: in the node's list, and as news
+    // Seen twice, in the node's list and as an added one; or dropped, and not yet destroyed.
+    if (entity->owner() != nullptr || entity->is_retired()) return;
     entity->set_owner(record.get());
   }
   try {
@@ -169,20 +177,21 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
     entity->set_owner(nullptr);
     throw;
   }
-  changes_.added.push_back(record.get());
-  records_.push_back(std::move(record));
+  Record* const added = record.get();
+  of_entity_.emplace(entity.get(), added);
+  records_.emplace(added->key(), std::move(record));
   has_changes_ = true;
   if (!spinning_.load()) return;
   try {
     hand_plan_over();
   } catch (...) {  // a user's scheduler does not take it: all is as before
-    changes_.added.pop_back();
     unwatch(*entity);
     {
       const std::lock_guard ownership(ownership_mutex());
       entity->set_owner(nullptr);
     }
-    records_.pop_back();
+    of_entity_.erase(entity.get());
+    records_.erase(added->key());
     throw;
   }
 }
@@ -214,16 +223,34 @@ CallbackSettings DispatchingExecutor::settings(const Record& record, const Node&
 }
 
 void DispatchingExecutor::parameters_changed(Node& node) {
+  const auto entities = node.entities();
   const std::lock_guard lock(control_mutex_);
-  for (const auto& record : records_) {
-    if (record->of_node != &node) continue;
-    CallbackSettings now = settings(*record, node);
-    if (now == record->wanted) continue;
-    record->wanted = now;
-    changes_.changed.push_back({record.get(), now});
+  std::vector<std::pair<Record*, CallbackSettings>> before;
+  const std::size_t changes = changes_.changed.size();
+  for (const auto& entity : entities) {
+    const auto known = of_entity_.find(entity.get());
+    if (known == of_entity_.end()) continue;
+    Record& record = *known->second;
+    CallbackSettings now = settings(record, node);
+    if (now == record.wanted) continue;
+    before.emplace_back(&record, record.wanted);
+    record.wanted = now;
     has_changes_ = true;
+    if (record.is_handed_over) {
+      changes_.changed.push_back({&record, now});
+    } else {
+      record.settings = now;
+    }
   }
-  if (has_changes_ && spinning_.load()) hand_plan_over();
+  if (before.empty() || !spinning_.load()) return;
+  try {
+    hand_plan_over();
+  } catch (...) {  // a user's scheduler does not take them: all is as before
+    for (const auto& [record, settings] : before) record->wanted = settings;
+    changes_.changed.erase(changes_.changed.begin() + static_cast<std::ptrdiff_t>(changes),
+                           changes_.changed.end());
+    throw;
+  }
 }
 
 void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
@@ -233,9 +260,7 @@ void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
                 options_.name + "'");
   }
   node->remove_listener(*this);
-  for (const auto& group : node->groups()) {
-    if (group->belongs_to(static_cast<NodeListener*>(this))) release_group(*group, *node);
-  }
+  release_groups(node->groups(), *node);
   node->release(this);
 }
 
@@ -246,50 +271,135 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
     throw Error(fmt::format("callback group '{}' of node '{}' does not belong to executor '{}'",
                             group->name(), node->fully_qualified_name(), options_.name));
   }
-  release_group(*group, *node);
+  release_groups({group}, *node);
 }
 
-void DispatchingExecutor::release_group(CallbackGroup& group, const Node& node) noexcept {
-  for (const auto& entity : node.entities()) {
-    if (entity->group().get() == &group) entity->Entity::retire();
-  }
-  group.release(static_cast<NodeListener*>(this));
-}
-
-// 1. The record leaves the list, so that the next plan does not know it. Its file descriptor, if it
-//    has one, is not watched any more.
-// 2. A dispatch point installs that plan: from then on the record is skipped wherever it stands.
-// 3. The running callback ends; then nobody executes the entity any more.
-// 4. The entity forgets its sink; when all read sections have ended, nobody announces any more.
-// 5. The record is freed when it has come out of inbox and scheduler.
-void DispatchingExecutor::remove(Record& record) noexcept {
+// All callbacks of these groups, as far as the groups are ours, by one change of the ready set.
+// Those that another thread is removing already are waited for.
+void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
+                                         const Node& node) noexcept {
+  std::erase_if(groups, [this](const auto& group) {
+    return !group->belongs_to(static_cast<NodeListener*>(this));
+  });
+  const auto is_meant = [&](const Record& record) {
+    return std::find(groups.begin(), groups.end(), record.group) != groups.end();
+  };
+  const auto entities = node.entities();
+  std::vector<Record*> mine;
+  Records of_others;
   {
     const std::lock_guard lock(control_mutex_);
-    const auto entry = std::find_if(records_.begin(), records_.end(),
-                                    [&](const auto& known) { return known.get() == &record; });
-    removed_records_.push_back(std::move(*entry));
-    records_.erase(entry);
-    unwatch(*record.entity);
-    changes_.removed.push_back(&record);
-    hand_plan_over();
-    if (!spinning_.load()) install_plan();
+    for (const auto& group : groups) leaving_.insert(group.get());
+    for (const auto& entity : entities) {
+      const auto known = of_entity_.find(entity.get());
+      if (known == of_entity_.end() || !is_meant(*known->second)) continue;
+      if (claim_removal(*known->second)) {
+        mine.push_back(known->second);
+      } else {
+        of_others.push_back(records_.at(known->second->key()));
+      }
+    }
+    for (const auto& record : removed_records_) {
+      if (is_meant(*record)) of_others.push_back(record);
+    }
   }
-  if (worker_of_ == this) {
+  remove(mine);
+  for (const auto& record : of_others) wait_until_gone(*record);
+  const std::lock_guard lock(control_mutex_);
+  for (const auto& group : groups) {
+    leaving_.erase(leaving_.find(group.get()));
+    group->release(static_cast<NodeListener*>(this));
+  }
+}
+
+// With control_mutex_ held. True: the caller, and nobody else, removes the record.
+bool DispatchingExecutor::claim_removal(Record& record) noexcept {
+  const std::lock_guard ownership(ownership_mutex());
+  if (record.entity->owner() != &record) return false;  // its remover is on the way
+  record.entity->set_owner(nullptr);
+  expected_removals_.fetch_add(1);
+  return true;
+}
+
+// In its own callback the removal is complete when that returns.
+void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
+  if (!runs_here(record)) record.gone.wait(0);
+}
+
+// 1. The records leave the list, so that the next plan does not know them. Their file descriptors
+//    are not watched any more.
+// 2. A dispatch point installs that plan: from then on they are skipped wherever they stand.
+// 3. The running callbacks end; then nobody executes the entities any more.
+// 4. The entities forget their sinks; when all read sections have ended, nobody announces any more.
+// 5. A record is freed when it has come out of inbox and scheduler.
+void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
+  if (records.empty()) return;
+  bool at_rest = false;
+  {
+    const std::lock_guard lock(control_mutex_);
+    at_rest = !spinning_.load();
+    for (Record* record : records) take_out(*record);
+    if (at_rest) {
+      forget_at_rest();
+    } else {
+      hand_removal_over();
+    }
+  }
+  if (shared_ || spinner_.load() == std::this_thread::get_id()) {
     lock();
     install_plan();
     unlock();
   }
-  const Dispatch* dispatch = Dispatch::current();
-  if (dispatch == nullptr || !record.is_described_by(dispatch->callback)) record.gone.wait(0);
-  record.entity->detach();
-  std::vector<std::unique_ptr<Record>> gone;
+  for (const Record* record : records) wait_until_gone(*record);
+  for (Record* record : records) record->entity->detach();
+  // What the user's callbacks hold goes without the lock: it may be another entity of ours.
+  std::vector<std::shared_ptr<Entity>> released;
+  Records gone;
   {
     const std::lock_guard lock(control_mutex_);
-    record.detached = true;
-    gone = take_what_is_gone();
+    for (Record* record : records) {
+      record->detached = true;
+      if (at_rest) released.push_back(std::move(record->entity));
+    }
+    if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
   }
+  released.clear();
   gone.clear();
-  if (expected_removals_.fetch_sub(1) == 1) expected_removals_.notify_all();
+  if (expected_removals_.fetch_sub(records.size()) == records.size()) {
+    expected_removals_.notify_all();
+  }
+}
+
+// With control_mutex_ held.
+void DispatchingExecutor::take_out(Record& record) noexcept {
+  unwatch(*record.entity);
+  of_entity_.erase(record.entity.get());
+  const auto entry = records_.find(record.key());
+  removed_records_.push_back(std::move(entry->second));
+  records_.erase(entry);
+  if (record.is_handed_over) {
+    changes_.removed.push_back(&record);
+    has_changes_ = true;
+  } else {
+    record.forgotten.store(true);
+    record.gone.store(1);
+  }
+}
+
+// With control_mutex_ held, while nobody spins: nobody executes. The ready set forgets the records
+// at the next spin, or when they are many: so taking n callbacks down costs O(n log n).
+void DispatchingExecutor::forget_at_rest() noexcept {
+  for (CallbackRecord* record : changes_.removed) {
+    record->removed = true;
+    record->gone.store(1);
+    record->gone.notify_all();
+  }
+  if (changes_.removed.size() <= records_.size()) return;
+  try {
+    hand_plan_over();
+    install_plan();
+  } catch (...) {  // a user's scheduler: the next spin says so
+  }
 }
 
 // ---- File descriptors: with control_mutex_ held ----
@@ -297,11 +407,11 @@ void DispatchingExecutor::remove(Record& record) noexcept {
 void DispatchingExecutor::choose_wait_backend() {
   const bool has_file_descriptors =
       std::any_of(records_.begin(), records_.end(),
-                  [](const auto& record) { return record->entity->watch().fd >= 0; });
+                  [](const auto& entry) { return entry.second->entity->watch().fd >= 0; });
   backend_ =
       make_wait_backend(options_.wait, *options_.clock, threads_.size(), has_file_descriptors);
   try {
-    for (const auto& record : records_) watch(*record->entity);
+    for (const auto& [id, record] : records_) watch(*record->entity);
   } catch (...) {
     backend_.reset();
     watched_.store(0);
@@ -333,55 +443,97 @@ void DispatchingExecutor::unwatch(Entity& entity) noexcept {
 
 // ---- Plans ----
 
-// With control_mutex_ held. What an earlier plan, not yet installed, would have changed is taken
-// along.
+// With control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
 void DispatchingExecutor::hand_plan_over() {
-  auto plan = std::make_unique<ReadyPlan>();
-  if (const std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)}) {
-    const auto before = [](auto& ours, const auto& earlier_ones) {
-      ours.insert(ours.begin(), earlier_ones.begin(), earlier_ones.end());
-    };
-    before(changes_.added, earlier->added);
-    before(changes_.removed, earlier->removed);
-    before(changes_.changed, earlier->changed);
+  std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
+  std::unique_ptr<ReadyPlan> plan;
+  try {
+    plan = make_plan(earlier.get());
+    configure(*plan);
+  } catch (...) {
+    if (earlier != nullptr) send(std::move(earlier));
+    throw;
   }
-  std::vector<CallbackInfo> infos;
-  std::vector<std::pair<CallbackGroup*, std::vector<CallbackInfo>>> groups;
-  const auto members_of = [&groups](const CallbackRecord& record) -> std::vector<CallbackInfo>& {
-    CallbackGroup* group = record.group.get();
-    for (auto& known : groups) {
-      if (known.first == group) return known.second;
+  changes_.removed.clear();
+  changes_.changed.clear();
+  for (CallbackRecord* record : plan->added) static_cast<Record*>(record)->is_handed_over = true;
+  has_changes_ = false;
+  send(std::move(plan));
+}
+
+// As hand_plan_over; but a scheduler that refuses to do with fewer callbacks goes on with what it
+// has: that is more than it needs.
+void DispatchingExecutor::hand_removal_over() noexcept {
+  try {
+    hand_plan_over();
+  } catch (...) {
+    log(LogLevel::error,
+        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes "
+        "on as it is",
+        options_.name, scheduler_);
+    std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
+    std::unique_ptr<ReadyPlan> plan = make_plan(earlier.get());
+    if (earlier != nullptr) {
+      plan->scheduler = std::move(earlier->scheduler);
+      plan->parking = std::move(earlier->parking);
     }
-    return groups.emplace_back(group, std::vector<CallbackInfo>{}).second;
+    changes_.removed.clear();
+    changes_.changed.clear();
+    has_changes_ = false;
+    send(std::move(plan));
+  }
+}
+
+// What an earlier plan, not yet installed, would have changed is taken along.
+std::unique_ptr<ReadyPlan> DispatchingExecutor::make_plan(const ReadyPlan* earlier) const {
+  auto plan = std::make_unique<ReadyPlan>();
+  if (earlier != nullptr) {
+    plan->added = earlier->added;
+    plan->removed = earlier->removed;
+    plan->changed = earlier->changed;
+  }
+  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(plan->removed));
+  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(plan->changed));
+  std::unordered_set<CallbackGroup*> groups;
+  const auto park = [&](const CallbackRecord& record) {
+    if (groups.insert(record.group.get()).second) plan->parking.push_back({record.group.get(), {}});
   };
   // A group whose last callback goes gets an empty parking place instead of the one with its
   // records.
-  for (const CallbackRecord* record : changes_.removed) members_of(*record);
-  for (const auto& record : records_) {
-    const CallbackInfo& info = record->wanted.info;
-    infos.push_back(info);
-    members_of(*record).push_back(info);
+  for (const CallbackRecord* record : plan->removed) park(*record);
+  for (const auto& [id, record] : records_) {
+    park(*record);
+    if (!record->is_handed_over) plan->added.push_back(record.get());
     plan->all.push_back(record.get());
     plan->reads_clock |= must_be_judged(*record, record->wanted);
   }
-  plan->scheduler = schedulers().make(scheduler_);
-  plan->scheduler->configure(infos);
-  for (const auto& [group, members] : groups) {
-    plan->parking.push_back({group, schedulers().make(scheduler_)});
-    plan->parking.back().scheduler->configure(members);
-  }
-  plan->timers.reserve(infos.size());
-  if (trigger_ != nullptr) plan->trigger_inputs.resize(infos.size());
+  plan->timers.reserve(records_.size());
+  if (trigger_ != nullptr) plan->trigger_inputs.resize(records_.size());
   if (let_ != nullptr) {
     const auto room = std::make_shared<std::vector<Execution>>();
-    room->reserve(infos.size());
+    room->reserve(records_.size());
     plan->room = room;
   }
-  // From here on nothing can fail.
-  plan->added = std::exchange(changes_.added, {});
-  plan->removed = std::exchange(changes_.removed, {});
-  plan->changed = std::exchange(changes_.changed, {});
-  has_changes_ = false;
+  return plan;
+}
+
+// Gives the plan schedulers that know all callbacks.
+void DispatchingExecutor::configure(ReadyPlan& plan) const {
+  std::vector<CallbackInfo> infos;
+  std::unordered_map<const CallbackGroup*, std::vector<CallbackInfo>> members;
+  for (const auto& [id, record] : records_) {
+    infos.push_back(record->wanted.info);
+    members[record->group.get()].push_back(record->wanted.info);
+  }
+  plan.scheduler = schedulers().make(scheduler_);
+  plan.scheduler->configure(infos);
+  for (auto& parking : plan.parking) {
+    parking.scheduler = schedulers().make(scheduler_);
+    parking.scheduler->configure(members[parking.group]);
+  }
+}
+
+void DispatchingExecutor::send(std::unique_ptr<ReadyPlan> plan) noexcept {
   plan_.store(plan.release());
   wake();
 }
@@ -397,16 +549,15 @@ void DispatchingExecutor::take_plan_over() noexcept {
 
 // With control_mutex_ held; the caller destroys them after it is released, because what a user's
 // callback holds goes with them, and may be another entity of ours.
-std::vector<std::unique_ptr<DispatchingExecutor::Record>>
-DispatchingExecutor::take_what_is_gone() noexcept {
+DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
   for (ReadyPlan* plan = used_plans_.take_all(); plan != nullptr;) {
     const std::unique_ptr<ReadyPlan> used(plan);
     plan = plan->inbox_next;
   }
-  std::vector<std::unique_ptr<Record>> gone;
+  Records gone;
   for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->detached && !record->queued.load() &&
-        !record->held.load() && !record->changed.load()) {
+    if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
+        !record->queued.load() && !record->held.load() && !record->changed.load()) {
       gone.push_back(std::move(record));
     }
   }

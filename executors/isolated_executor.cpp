@@ -97,9 +97,9 @@ std::vector<std::shared_ptr<IsolatedExecutor::Child>> IsolatedExecutor::children
 }
 
 IsolatedExecutor::~IsolatedExecutor() {
-  for (const auto& child : children()) {
-    const auto node = child->node.lock();
-    if (!is_per_group() || node == nullptr) continue;
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (node == nullptr || !node->belongs_to(this)) continue;
     node->remove_listener(*this);
     node->release(this);
   }
@@ -112,6 +112,11 @@ void IsolatedExecutor::add_node(const std::shared_ptr<Node>& node) {
   if (!node->claim(this)) {
     throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
                 "remove it there first");
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+    nodes_.push_back(node);
   }
   node->add_listener(*this);
   try {
@@ -162,7 +167,7 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
 // It has nothing to run any more. In its own callback it cannot be joined; it then ends with the
 // executor.
 void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
-  if (child->thread.get_id() == std::this_thread::get_id()) return;
+  if (child->runs_on.load() == std::this_thread::get_id()) return;
   stop(*child);
   const std::lock_guard lock(mutex_);
   std::erase(children_, child);
@@ -178,9 +183,11 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
 
 // Starts the child's thread, if children have threads now and this one has none yet.
 void IsolatedExecutor::start(Child& child) {
+  const std::lock_guard joining(child.joining);
   const std::lock_guard lock(mutex_);
   if (!runs_children_ || child.thread.joinable()) return;
   child.thread = std::thread([this, &child, handler = handler_] {
+    child.runs_on.store(std::this_thread::get_id());
     try {
       child.executor.spin(handler);
     } catch (...) {
@@ -190,13 +197,17 @@ void IsolatedExecutor::start(Child& child) {
       }
       cancel();
     }
+    child.runs_on.store({});
   });
 }
 
+// Whoever comes second waits for the same end.
 void IsolatedExecutor::stop(Child& child) noexcept {
+  const std::lock_guard joining(child.joining);
   if (!child.thread.joinable()) return;
   child.executor.cancel();
   child.thread.join();
+  child.executor.forget_cancel();
 }
 
 // ---- Spinning ----
@@ -228,13 +239,10 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   }
   // All are told before any is waited for. Under a manual clock, give way to those who must end.
   for (const auto& child : children()) {
-    if (child->thread.joinable()) child->executor.cancel();
+    if (child->runs_on.load() != std::thread::id()) child->executor.cancel();
   }
   backend_->leave(0);
-  for (const auto& child : children()) {
-    if (child->thread.joinable()) child->thread.join();
-    child->executor.forget_cancel();
-  }
+  for (const auto& child : children()) stop(*child);
   const std::lock_guard lock(mutex_);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
@@ -267,7 +275,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
   while (!cancelled_.load() && !done()) {
     has_news_.store(false);
     if (run_one()) {
-      if (once) return;
+      if (once || (limit != kNever && options_.clock->now() >= limit)) return;
       continue;
     }
     TimePoint deadline = limit;
@@ -285,7 +293,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
 
 void IsolatedExecutor::spin_once(Nanoseconds timeout) {
   const Spin spin(*this);
-  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = end_of(timeout, options_.clock->now());
   run_on_caller(limit, /*once=*/true, [] { return false; });
 }
 
@@ -312,7 +320,7 @@ void IsolatedExecutor::spin_all(Nanoseconds max_duration) {
 
 FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nanoseconds timeout) {
   const Spin spin(*this);
-  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : options_.clock->now() + timeout;
+  const TimePoint limit = end_of(timeout, options_.clock->now());
   future.watch(this);
   run_on_caller(limit, /*once=*/false, [&] { return future.ready(); });
   future.watch(nullptr);

@@ -69,6 +69,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
     SingleThreadedExecutor executor;
     Waker waker;
+    std::atomic<std::thread::id> runs_on{};
+    std::mutex joining;  // taken before the executor's mutex_; guards thread
     std::thread thread;
   };
   class Spin;
@@ -98,7 +100,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
 
   mutable std::mutex mutex_;  // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
-  bool runs_children_ = false;  // each on its thread
+  std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
+  bool runs_children_ = false;              // each on its thread
   bool releases_timers_ = true;
   ExceptionHandler handler_;
   std::exception_ptr exception_;

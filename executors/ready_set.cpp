@@ -90,7 +90,9 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
 
   for (CallbackRecord* record : plan.removed) record->removed = true;
   for (CallbackRecord* record : plan.added) set(*record, record->settings);
-  for (const auto& [record, settings] : plan.changed) set(*record, settings);
+  for (const auto& [record, settings] : plan.changed) {
+    if (!record->removed) set(*record, settings);
+  }
 
   const auto for_those_who_stay = [](ReadyCallback* callback, auto&& stays) noexcept {
     while (callback != nullptr) {
@@ -102,12 +104,12 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
       }
     }
   };
-  scheduler_.swap(plan.scheduler);
+  if (plan.scheduler != nullptr) scheduler_.swap(plan.scheduler);
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [group, scheduler, parked] : plan.parking) {
-    scheduler = group->set_parking(std::move(scheduler));
+    if (scheduler != nullptr) scheduler = group->set_parking(std::move(scheduler));
     for_those_who_stay(parked, [to = group](CallbackRecord& record) { to->park(record); });
     hand_back(group->unpark());  // the one that was handed back before may have been removed
   }
@@ -135,6 +137,7 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     }
   }
   for (CallbackRecord* record : plan.removed) {
+    record->forgotten.store(true);
     if (record->executing.load() == 0) {
       record->gone.store(1);
       record->gone.notify_all();
@@ -151,18 +154,21 @@ void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noe
   record.demoted_info.chain = kNoChain;
   record.demoted_info.period = Nanoseconds::zero();
   record.is_judged = must_be_judged(record, settings);
-  if (record.is_judged) return;
-  record.info = &record.settings.info;
-  record.deadline = kNever;
-  record.is_demoted = false;
+  if (!record.is_judged) record.is_demoted = false;
+  set_urgency(record);  // it may wait: then it goes back by what holds now
+}
+
+void ReadySet::set_urgency(CallbackRecord& record) noexcept {
+  record.info = record.is_demoted ? &record.demoted_info : &record.settings.info;
+  record.deadline = record.is_demoted ? kNever : record.deadline_of(record.ready_time);
 }
 
 void ReadySet::push_judged(CallbackRecord& record) noexcept {
+  set_urgency(record);
   const TimePoint deadline = record.deadline_of(record.ready_time);
-  record.info = record.is_demoted ? &record.demoted_info : &record.settings.info;
-  record.deadline = record.is_demoted ? kNever : deadline;
   if (watchdog_ != nullptr && deadline != kNever) {
-    record.supervision->armed.store(deadline);
+    record.supervision->waiting.is_watched = true;
+    record.supervision->waiting.deadline.store(deadline);
     watchdog_->expect(deadline);
   }
   hand_back(&record);
@@ -208,8 +214,8 @@ void ReadySet::look_at_clock() noexcept {
 }
 
 void ReadySet::release_due_timers() noexcept {
+  if (!exact_time()) look_at_clock();  // stopped or not: it begins the count to the next look
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
-  if (!exact_time()) look_at_clock();
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();
     std::pop_heap(timers_.begin(), timers_.end(), due_later);

@@ -36,14 +36,31 @@ struct CallbackSettings {
   friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
 };
 
-/// What is kept of a callback for those who are told when it overruns; it outlives the record while
-/// they are. Names and handlers never change.
+/// What is kept of a callback for the handlers of its overruns; it outlives the record while they
+/// run. Names and handlers never change.
 struct Supervision {
+  /// A deadline that the watchdog reports when it passes: of the release that waits, and of each
+  /// execution.
+  struct Watch {
+    /// True: there is a deadline to report if it is missed, here or by the watchdog, which then
+    /// takes it out. Worker only.
+    bool is_watched = false;
+    std::atomic<TimePoint> deadline{kNever};
+    std::atomic<std::uint64_t> chain_instance{0};  // that runs
+  };
+  explicit Supervision(std::size_t workers) : running(workers) {}
+
+  /// The waiting release begins to run. Under the dispatch lock, which a new release takes too.
+  Watch& begin(std::size_t worker) noexcept {
+    running[worker].is_watched = std::exchange(waiting.is_watched, false);
+    running[worker].deadline.store(waiting.deadline.exchange(kNever));
+    return running[worker];
+  }
+
   std::string node, callback;
   OverrunHandler on_deadline_miss, on_overrun;
-  std::atomic<TimePoint> armed{kNever};          // the deadline that the watchdog looks at
-  std::atomic<TimePoint> told{kNever};           // the deadline of which it has told
-  std::atomic<std::uint64_t> chain_instance{0};  // that runs
+  Watch waiting;
+  std::vector<Watch> running;  // one for each worker
 };
 
 /// All that an executor keeps of one entity, made by a control thread when the entity is added.
@@ -67,6 +84,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   bool drained = false;                // `queued`, and out of the inbox: settling answers it
   bool announced_again = false;        // from a callback of the only worker, while it was held
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
+  std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
   std::string node;
   CallbackStatistics statistics;
   std::uint64_t lost_before = 0;  // what the entity had lost when last traced
@@ -96,7 +114,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   /// When what became ready then should have ended.
   TimePoint deadline_of(TimePoint ready) const noexcept {
     const Nanoseconds relative = settings.info.deadline;
-    return relative == Nanoseconds::zero() ? kNever : ready + relative;
+    return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
   }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
   bool is_reentrant() const noexcept { return group->type() == CallbackGroupType::Reentrant; }
@@ -140,7 +158,8 @@ struct ReadyPlan {
     CallbackRecord* record;
     CallbackSettings settings;
   };
-  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<Scheduler>
+      scheduler;  // nullptr, here and for groups: the one that is there stays
   std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
   std::vector<CallbackRecord*> added, removed;
@@ -188,7 +207,7 @@ class ReadySet {
       announce(record, arrival);
     } else if (record.held.load(std::memory_order_relaxed)) {
       record.announced_again = true;
-    } else if (!record.queued.load(std::memory_order_relaxed)) {
+    } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
       record.arrived(arrival);
       hold(record);
     }  // else it is in the inbox, and what is taken out of there looks at all messages
@@ -255,6 +274,7 @@ class ReadySet {
   void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
   void push_judged(CallbackRecord& record) noexcept;
+  static void set_urgency(CallbackRecord& record) noexcept;
   void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more) noexcept;

@@ -19,7 +19,7 @@ struct WaitSet::Member final : Sink {
     if (!wait_set.has_news_.exchange(true)) wait_set.backend_->post();
   }
   bool wants_time() const noexcept override { return false; }
-  void expect_remove() noexcept override {}  // who removes holds the set, and the set the entity
+  void expect_remove() noexcept override { wait_set.expected_removals_.fetch_add(1); }
   void remove() noexcept override { wait_set.expel(*this); }
 };
 
@@ -28,7 +28,14 @@ WaitSet::WaitSet(Clock& clock)
 }
 
 WaitSet::~WaitSet() {
-  while (!members_.empty()) remove(members_.back()->entity);
+  std::vector<std::shared_ptr<Entity>> entities;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& member : members_) entities.push_back(member->entity);
+  }
+  for (const auto& entity : entities) remove(entity);
+  // Others may be removing one: they use the set until they are done.
+  for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
   backend_->leave(0);
 }
 
@@ -63,7 +70,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
 }
 
 void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
-  entity->Entity::retire();
+  entity->leave_owner();
 }
 
 void WaitSet::expel(Member& member) noexcept {
@@ -77,6 +84,8 @@ void WaitSet::expel(Member& member) noexcept {
     gone = std::move(*known);
     members_.erase(known);
   }
+  gone.reset();
+  if (expected_removals_.fetch_sub(1) == 1) expected_removals_.notify_all();
 }
 
 void WaitSet::collect() {
@@ -89,7 +98,7 @@ void WaitSet::collect() {
 }
 
 const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
-  const TimePoint limit = timeout < Nanoseconds::zero() ? kNever : clock_.now() + timeout;
+  const TimePoint limit = end_of(timeout, clock_.now());
   for (;;) {
     has_news_.store(false);  // before we look: who comes later announces again
     collect();

@@ -32,8 +32,13 @@ void Watchdog::add(Watched& watched) {
 }
 
 void Watchdog::remove(Watched& watched) noexcept {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   std::erase(watched_, &watched);
+  if (std::this_thread::get_id() != thread_id_) {
+    called_.wait(lock, [&] { return calling_ != &watched; });
+  }
+  lock.unlock();
+  backend_->post();  // the round that runs may have passed over another
 }
 
 // Whoever expects something writes it down before it looks at wakes_at_; we write wakes_at_ before
@@ -43,9 +48,16 @@ void Watchdog::run() noexcept {
     wakes_at_.store(kNever);
     TimePoint next = kNever;
     {
-      const std::lock_guard lock(mutex_);
-      const TimePoint now = clock_.now();
-      for (Watched* watched : watched_) next = std::min(next, watched->tell_misses(now));
+      std::unique_lock lock(mutex_);
+      thread_id_ = std::this_thread::get_id();
+      for (std::size_t i = 0; i < watched_.size(); ++i) {
+        calling_ = watched_[i];
+        lock.unlock();
+        next = std::min(next, calling_->tell_misses(clock_.now()));
+        lock.lock();
+        calling_ = nullptr;
+        called_.notify_all();
+      }
     }
     TimePoint nothing_earlier = kNever;
     wakes_at_.compare_exchange_strong(nothing_earlier, next);  // else a post is on its way

@@ -4,7 +4,9 @@
 #define TAKT_EXECUTORS_WATCHDOG_HPP_
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <thread>
 #include <vector>
 
 #include "takt/base/clock.hpp"
@@ -17,7 +19,7 @@ namespace takt {
 /// A thread that sleeps until the first deadline of all executors that were given it, and calls the
 /// handlers of callbacks that have not ended by then. It costs about one wake-up for each release
 /// of a callback with a deadline. Give its thread more urgency than those that it watches.
-/// Thread safety: every method from any thread.
+/// Thread safety: every method from any thread, handlers included.
 /// Real-time: expect() costs a load, and a wake-up when the deadline is the first. Handlers run on
 /// the watchdog's thread, at the same time as the callback that is late.
 class Watchdog {
@@ -43,7 +45,7 @@ class Watchdog {
   // For executors.
 
   void add(Watched& watched);
-  /// When it returns, no handler of this one runs any more.
+  /// When it returns, no handler of this one runs any more, unless it is called by one.
   void remove(Watched& watched) noexcept;
   /// Something must have ended by this time.
   void expect(TimePoint deadline) noexcept {
@@ -60,8 +62,11 @@ class Watchdog {
   const std::unique_ptr<WaitBackend> backend_;
   std::atomic<TimePoint> wakes_at_{kNever};
   std::atomic<bool> stopping_{false}, has_ended_{false};
-  PiMutex mutex_;  // guards watched_, and is held while their handlers run
+  PiMutex mutex_;  // guards what follows; handlers run without it
   std::vector<Watched*> watched_;
+  Watched* calling_ = nullptr;  // written by the thread alone
+  std::thread::id thread_id_;
+  std::condition_variable_any called_;
   std::unique_ptr<RealtimeThread> thread_;
 };
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
+#include <span>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/epoll.h>
 #include <unistd.h>
 
@@ -42,14 +45,27 @@ class EpollWaitBackend final : public Reactor {
       timeout = {seconds.count(), (left - seconds).count()};
     }
     std::array<epoll_event, 16> news;  // what does not fit comes next time
-    const int count = epoll_pwait2(epoll_fd_, news.data(), news.size(),
-                                   deadline == kNever ? nullptr : &timeout, nullptr);
+    const int count = gather(news, deadline == kNever ? nullptr : &timeout);
     bool has_announced = false;
     for (int i = 0; i < count; ++i) {
       const auto* watched = static_cast<const Watched*>(news[i].data.ptr);
       if (watched != nullptr && announce(*watched)) has_announced = true;
     }
     return has_announced;
+  }
+
+  // Kernels before 5.11 have no epoll_pwait2, and some sandboxes refuse it: then it takes two
+  // calls.
+  int gather(std::span<epoll_event> news, const timespec* timeout) noexcept {
+    const int most = static_cast<int>(news.size());
+    if (!is_refused_.load(std::memory_order_relaxed)) {
+      const int count = epoll_pwait2(epoll_fd_, news.data(), most, timeout, nullptr);
+      if (count >= 0 || (errno != ENOSYS && errno != EPERM)) return count;
+      is_refused_.store(true, std::memory_order_relaxed);
+    }
+    pollfd ready{epoll_fd_, POLLIN, 0};
+    ppoll(&ready, 1, timeout, nullptr);
+    return epoll_wait(epoll_fd_, news.data(), most, 0);
   }
 
   void add(Watched& watched) override {
@@ -88,6 +104,7 @@ class EpollWaitBackend final : public Reactor {
   }
 
   const int epoll_fd_;
+  std::atomic<bool> is_refused_{false};  // epoll_pwait2
 };
 
 }  // namespace
