@@ -1,0 +1,35 @@
+// A program made of bytes: calls of the public API in any legal order, on one executor, checked
+// against a small model. libFuzzer, rapidcheck and fixed seeds bring the bytes.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_SEQUENCES_SEQUENCE_HPP_
+#define TAKT_EXECUTORS_SEQUENCES_SEQUENCE_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace takt::sequences {
+
+/// Runs the program; the result is the first promise that was broken, or empty.
+///
+/// The first three bytes choose executor, scheduler and level of statistics; each further one is a
+/// call, and those behind it its arguments. Callbacks make calls too, from the same bytes. The
+/// clock is the program's own: it moves when it is read and when a call says so, so a program does
+/// the same each time, except where another thread removes a node while callbacks publish to it.
+///
+/// What is checked:
+/// - nothing runs after its removal, or after its handle was dropped; no cancelled timer runs, and
+///   none whose period is for ever;
+/// - two callbacks of an exclusive group never run at the same time;
+/// - after spin_all no timer is due and no guard condition is triggered, and of each subscription
+///   delivered + dropped = published;
+/// - spin_once, spin_some and spin_until_future_complete end in time, however busy the callbacks
+///   are, and a timer that is due runs though others keep the executor busy;
+/// - an exception leaves the spin in which it was thrown;
+/// - a scheduler is given only callbacks that it was configured for, each once at a time.
+std::string run(std::span<const std::uint8_t> bytes);
+
+}  // namespace takt::sequences
+
+#endif  // TAKT_EXECUTORS_SEQUENCES_SEQUENCE_HPP_
