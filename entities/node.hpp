@@ -240,7 +240,10 @@ class Node : public std::enable_shared_from_this<Node> {
     if (options.timeout != Nanoseconds::zero()) {
       client->set_timer(adopt_timer(std::make_shared<Timer>(
           timeout_name(name), client->group(), clock().real(), options.timeout,
-          [client = client.get()] { client->end_late_calls(); })));
+          [weak = std::weak_ptr<Client<S>>(client)] {
+            // It lives until then, whoever drops it meanwhile.
+            if (const auto alive = weak.lock()) alive->end_late_calls();
+          })));
     }
     auto handle = adopt<Client<S>>(client);
     client->start();
