@@ -160,6 +160,68 @@ TEST_P(ConformanceLifetime, AReplyThatNobodyHasAskedForChangesNothing) {
   EXPECT_THAT(trace_, ElementsAre("42"));
 }
 
+/// Another process that calls a service, as far as the service sees.
+class Outside : public Participant {
+ public:
+  std::atomic<bool> is_asked{false}, is_inside{false}, is_gone{false}, went_inside{false};
+
+  std::unique_ptr<RemoteWriter> create_writer(const Endpoint&,
+                                              std::shared_ptr<EndpointEvents>) override {
+    return nullptr;
+  }
+  std::unique_ptr<RemoteReader> create_reader(IntraProcessReader&) override {
+    return std::make_unique<Callers>(*this);
+  }
+  bool serves_own_process() const noexcept override { return false; }
+  const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
+  std::vector<EndpointState> endpoints() const override { return {}; }
+  void add_node(const std::string&) override {}
+  void remove_node(const std::string&) override {}
+  Graph graph() override { return {}; }
+  const std::vector<ThreadState>& threads() const noexcept override { return threads_; }
+
+ private:
+  struct Callers : RemoteReader {
+    explicit Callers(Outside& of) : outside(of) {}
+    ~Callers() override {
+      outside.went_inside.store(outside.is_inside.load());
+      outside.is_gone.store(true);
+    }
+    // It gives the one who drops the service some time to destroy it.
+    std::size_t writer_count() const noexcept override {
+      Outside& of = outside;
+      of.is_inside.store(true);
+      of.is_asked.store(true);
+      for (int i = 0; i < 100 && !of.is_gone.load(); ++i) std::this_thread::sleep_for(100us);
+      of.is_inside.store(false);
+      return 0;
+    }
+    std::uint64_t received() const noexcept override { return 0; }
+    Outside& outside;
+  };
+  const std::string nothing_;
+  const std::vector<ThreadState> threads_;
+};
+
+TEST_P(ConformanceLifetime, AServiceThatAnotherThreadDropsAnswersFirst) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor lets nothing go";
+  const auto outside = std::make_shared<Outside>();
+  const auto executor = make(Clock::steady());
+  const auto node = std::make_shared<Node>("node", NodeOptions{.participant = outside});
+  auto service = node->create_service<Double>(
+      "twice", [](const auto& request, auto& response) { response.value = 2 * request.value; });
+  const auto caller = make_node(Clock::steady(), "caller");
+  const auto client = caller->create_client<Double>("twice");
+  executor->add_node(node);
+  const SpinThread spin(*executor);
+  client->async_send_request({1}, {});
+  EXPECT_TRUE(eventually([&] { return outside->is_asked.load(); }));
+  service.reset();
+  EXPECT_TRUE(outside->is_gone);
+  EXPECT_FALSE(outside->went_inside);
+  EXPECT_EQ(client->ready_count(), 1u);
+}
+
 // ---- Action clients ----
 
 TEST_P(ConformanceLifetime, AnActionClientThatItsResponseDropsIsSilent) {
