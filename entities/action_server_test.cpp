@@ -34,7 +34,9 @@ GoalId goal_id(std::uint64_t number) {
 // It held its mutex then, and the goal's destructor waited for that.
 TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
   const auto node = std::make_shared<Node>("node");
-  const auto core = std::make_shared<ActionServerCore<Nothing>>("nothing", ActionServerOptions{});
+  constexpr std::size_t kGoals = 50;
+  const auto core = std::make_shared<ActionServerCore<Nothing>>(
+      "nothing", ActionServerOptions{.most_goals = kGoals});
   core->set_publishers(node->create_publisher<FeedbackMessage<Nothing>>("feedback", 1),
                        node->create_publisher<action_msgs::GoalStatusArray>("status", 1));
   std::atomic<bool> is_over{false};
@@ -42,12 +44,15 @@ TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
     const auto never = [](const auto&) { return CancelResponse::reject; };
     while (!is_over.load()) core->cancel({goal_id(1), {}}, never);
   });
-  for (std::uint64_t number = 2; number < 20'000; ++number) {
-    auto goal = core->accept(goal_id(number), {}, {});
-    ASSERT_NE(goal, nullptr);
-    core->begin(goal->id());
-    goal->succeed({});
-    goal.reset();
+  std::uint64_t number = 1;
+  for (int round = 0; round < 400; ++round) {
+    std::vector<std::shared_ptr<ServerGoalHandle<Nothing>>> goals;
+    while (goals.size() < kGoals) {
+      goals.push_back(core->accept(goal_id(++number), {}, {}));
+      ASSERT_NE(goals.back(), nullptr);
+      core->begin(goals.back()->id());
+      goals.back()->succeed({});
+    }
   }
   is_over.store(true);
   canceling.join();
