@@ -89,8 +89,9 @@ class PendingCalls {
   /// more.
   std::optional<Callback> end_late(TimePoint now) noexcept {
     const std::lock_guard lock(mutex_);
-    while (Call* call = find(
-               [=](const Call& known) { return known.sequence != kNoCall && known.deadline <= now; })) {
+    while (Call* call = find([=](const Call& known) {
+             return known.sequence != kNoCall && known.deadline <= now;
+           })) {
       if (auto callback = end(*call, nullptr)) return callback;
     }
     return std::nullopt;
@@ -199,8 +200,8 @@ class Client : public SubscriptionBase {
            (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
   }
 
-  /// The answer comes to the callback, which runs as this client's callback; an empty one tells
-  /// that nobody wants it. Throws Error when ClientOptions::calls_in_flight are.
+  /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
+  /// nobody gets the answer. Throws Error when ClientOptions::calls_in_flight are.
   void async_send_request(const typename S::Request& request, AnswerCallback callback) {
     send(request, std::move(callback));
   }
@@ -234,14 +235,11 @@ class Client : public SubscriptionBase {
 
   // For Node.
 
-  /// The timer that ends calls without an answer; it is the client's from then on.
-  void set_timer(std::shared_ptr<Timer> timer) {
-    timer_ = std::move(timer);
-    timer_->cancel();
-  }
+  /// The timer that ends calls without an answer, cancelled; it is the client's from then on.
+  void set_timer(std::shared_ptr<Timer> timer) { timer_ = std::move(timer); }
   void end_late_calls() {
     const auto callback = pending_->end_late(clock_.now());
-    set_alarm();  // for the next one, at once if it is late too; before the callback, which may throw
+    set_alarm();  // before the callback, which may throw; the next call may be late already
     if (callback && *callback) (*callback)(nullptr);
   }
 

@@ -124,6 +124,19 @@ TEST_P(ConformanceLifetime, AnExceptionWhenACallEndsWithoutAnswerHoldsUpNoOtherC
   EXPECT_EQ(client->calls_in_flight(), 0u);
 }
 
+TEST_P(ConformanceLifetime, ClientsComeWhileTheExecutorSpinsHoweverShortTheirTimeout) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  executor->add_node(node);
+  const SpinThread spin(*executor);
+  for (int i = 0; i < 100; ++i) {
+    const auto client = node->create_client<Double>("nobody", {.timeout = 1ns});
+    const auto future = client->async_send_request({i});
+    EXPECT_TRUE(eventually([&] { return future.ready(); }));
+  }
+}
+
 TEST_P(ConformanceLifetime, ACoroutineWhoseClientGoesGetsNoAnswer) {
   if (is_frozen()) GTEST_SKIP() << "a static executor lets nothing go";
   auto client = node_->create_client<Double>("nobody");
@@ -153,7 +166,8 @@ TEST_P(ConformanceLifetime, AReplyThatNobodyHasAskedForChangesNothing) {
   });
   const auto client = node_->create_client<Double>("twice");
   executor_->add_node(node_);
-  client->async_send_request({21}, [&](const auto* answer) { note(std::to_string(answer->value)); });
+  client->async_send_request({21},
+                             [&](const auto* answer) { note(std::to_string(answer->value)); });
   EXPECT_NO_THROW(executor_->spin_all());
   client->async_send_request({4}, {});  // nobody wants to know
   EXPECT_NO_THROW(executor_->spin_all());
@@ -187,7 +201,7 @@ class Outside : public Participant {
       outside.went_inside.store(outside.is_inside.load());
       outside.is_gone.store(true);
     }
-    // It gives the one who drops the service some time to destroy it.
+    // Gives the thread that drops the service some time to destroy this.
     std::size_t writer_count() const noexcept override {
       Outside& of = outside;
       of.is_inside.store(true);
@@ -279,8 +293,8 @@ TEST_P(ConformanceLifetime, AResultThatNobodyWantsIsNoError) {
 // ---- Action servers ----
 
 TEST_P(ConformanceLifetime, AnExceptionInHandleAcceptedHoldsUpNoOtherGoal) {
-  const auto server = create_action_server<Count>(
-      *node_, "count", accept_goal, accept_cancel, [](ServerGoal goal) {
+  const auto server =
+      create_action_server<Count>(*node_, "count", accept_goal, accept_cancel, [](ServerGoal goal) {
         if (goal->goal().to == 0) throw std::runtime_error("broken");
         goal->succeed({goal->goal().to});
       });
