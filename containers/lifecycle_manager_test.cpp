@@ -159,8 +159,7 @@ TEST_F(Lifecycle, ARequestThatNobodyAnswersIsSentAgain) {
       [&](const auto& request, RequestId) { asked.push_back(request.transition.label); });
   const auto publisher = host->create_publisher<Heartbeat>("/takt/heartbeat", 10);
   const auto beat = host->create_timer("beat", 100ms, [&] {
-    publisher->publish(
-        Heartbeat{"/map", static_cast<std::uint8_t>(LifecycleState::unconfigured)});
+    publisher->publish(Heartbeat{"/map", static_cast<std::uint8_t>(LifecycleState::unconfigured)});
   });
   executor_->add_node(host);
   LifecycleDescription description;

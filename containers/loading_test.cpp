@@ -82,7 +82,8 @@ class ManagedGuest : public LifecycleNode {
   explicit ManagedGuest(const NodeOptions& options) : LifecycleNode("managed", options) {
     const auto group = create_callback_group("loop", CallbackGroupType::MutuallyExclusive);
     rest_ = Node::create_timer("rest_tick", 1ms, [this] { turn(false); });
-    loop_ = Node::create_timer("loop_tick", 1ms, [this] { turn(true); }, group);
+    loop_ = Node::create_timer(
+        "loop_tick", 1ms, [this] { turn(true); }, group);
   }
 
  private:
@@ -241,9 +242,8 @@ TEST_F(Loading, AComponentThatCannotBeUnloadedKeepsItsServicesAndItsExecutors) {
     container_ = std::make_unique<Container>(system);
     container_->start();
     container_->release();
-    const auto client =
-        std::make_shared<Node>("asking")->create_client<lifecycle_msgs::GetState>(
-            "/managed/get_state");
+    const auto client = std::make_shared<Node>("asking")->create_client<lifecycle_msgs::GetState>(
+        "/managed/get_state");
     EXPECT_TRUE(client->service_is_ready());
     for (int i = 0; i < 2; ++i) {
       EXPECT_THAT(error_of([&] { container_->unload(container_->components()[0].id); }),

@@ -133,9 +133,9 @@ class ActionClient {
   void async_send_goal(const Goal& goal, GoalCallbacks callbacks = {}) {
     const GoalId id = new_goal_id();
     send_->async_send_request(
-        {id, goal}, [goals = goals_, results = std::weak_ptr(result_), id,
-                     callbacks = std::move(callbacks)](
-                        const typename SendGoal<A>::Response* answer) mutable {
+        {id, goal},
+        [goals = goals_, results = std::weak_ptr(result_), id,
+         callbacks = std::move(callbacks)](const typename SendGoal<A>::Response* answer) mutable {
           const Handle handle = answer != nullptr && answer->accepted
                                     ? goals->add(id, answer->stamp, std::move(callbacks.feedback))
                                     : nullptr;
@@ -207,15 +207,14 @@ class ActionClient {
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
                          Handle goal, ResultCallback callback) {
     const GoalId id = goal->id();
-    client.async_send_request(
-        {id}, [goals, goal = std::move(goal),
-               callback = std::move(callback)](const typename GetResult<A>::Response* answer) {
-          goals->remove(goal->id());
-          GoalResult<A> result;
-          if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
-          goal->set_state(result.state);
-          if (callback) callback(goal, result);
-        });
+    client.async_send_request({id}, [goals, goal = std::move(goal), callback = std::move(callback)](
+                                        const typename GetResult<A>::Response* answer) {
+      goals->remove(goal->id());
+      GoalResult<A> result;
+      if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
+      goal->set_state(result.state);
+      if (callback) callback(goal, result);
+    });
   }
 
   void cancel(const action_msgs::CancelGoal::Request& request,

@@ -371,8 +371,8 @@ class ActionServer {
         options.cancel_group, kRareService);
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
-        [core = core_, accepted = std::move(accepted),
-         handle_goal = std::move(handle_goal)](const auto& request, auto& response) mutable {
+        [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
+            const auto& request, auto& response) mutable {
           if (handle_goal(request.goal_id, request.goal) == GoalResponse::reject) return;
           response.stamp = wire_time(std::chrono::system_clock::now());
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);

@@ -24,9 +24,8 @@ class WriterSequences {
   template <class IsMatched>
   std::uint64_t overwritten(const ChunkHeader& chunk, std::uint64_t handle,
                             IsMatched&& is_matched) {
-    const auto known = std::find_if(last_.begin(), last_.end(), [&](const Last& last) {
-      return last.writer == chunk.writer;
-    });
+    const auto known = std::find_if(last_.begin(), last_.end(),
+                                    [&](const Last& last) { return last.writer == chunk.writer; });
     std::uint64_t before = chunk.before;
     if (known != last_.end()) {
       before = std::exchange(known->sequence, chunk.sequence);
