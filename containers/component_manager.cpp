@@ -155,7 +155,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         try {
           container.change_parameters(request.changes);
           response.success = true;
-        } catch (const Error& error) {
+        } catch (const std::exception& error) {
           response.reason = error.what();
         }
       },

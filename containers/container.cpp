@@ -532,6 +532,7 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
     try {
       displace(*loaded);
     } catch (...) {
+      serve(*loaded);  // it stays, and so do its services
       const std::lock_guard lock(mutex_);
       loaded->is_leaving = false;
       throw;
@@ -813,11 +814,20 @@ void Container::displace(Loaded& loaded) {
   const std::lock_guard once(loaded.displacing);
   if (loaded.is_displaced) return;
   const std::shared_ptr<Node>& node = loaded.node();
-  executor_for(loaded.description.executor).remove_node(node);
-  for (const auto& group : node->groups()) {
-    const std::string own = loaded.own_executor(*group);
-    if (own.empty() || !overrides_.executor.empty()) continue;
-    executor_for(own).remove_callback_group(group, node);
+  std::vector<std::shared_ptr<CallbackGroup>> removed;
+  try {
+    for (const auto& group : node->groups()) {
+      const std::string own = loaded.own_executor(*group);
+      if (own.empty() || !overrides_.executor.empty()) continue;
+      executor_for(own).remove_callback_group(group, node);
+      removed.push_back(group);
+    }
+    executor_for(loaded.description.executor).remove_node(node);
+  } catch (...) {  // one of them refuses: it stays as it was
+    for (const auto& group : removed) {
+      executor_for(loaded.own_executor(*group)).add_callback_group(group, node);
+    }
+    throw;
   }
   loaded.is_displaced = true;
 }

@@ -14,6 +14,8 @@ using lifecycle_msgs::ChangeState;
 
 constexpr const char* kTopic = "/takt/heartbeat";
 constexpr std::size_t kDepth = 100;  // nodes that tell at the same time
+// The answer of a process that ended, and began again before it was missed, never comes.
+constexpr Nanoseconds kTimeout = std::chrono::seconds(30);
 
 }  // namespace
 
@@ -76,7 +78,8 @@ LifecycleManager::LifecycleManager(Node& host, const LifecycleDescription& descr
     nodes_.push_back(std::make_unique<Managed>());
     nodes_.back()->name = node.name;
     nodes_.back()->depends_on = node.depends_on;
-    nodes_.back()->client = host.create_client<ChangeState>(node.name + "/change_state");
+    nodes_.back()->client =
+        host.create_client<ChangeState>(node.name + "/change_state", {.timeout = kTimeout});
   }
   heartbeats_ = host.create_subscription<Heartbeat>(
       kTopic, kDepth, [this](const Heartbeat& heartbeat) { heard(heartbeat); });
@@ -214,8 +217,13 @@ void LifecycleManager::ask(Managed& node, std::string_view transition) {
         const std::lock_guard lock(mutex_);
         if (!node.is_asked || node.call != call) return;  // it was lost meanwhile
         node.is_asked = false;
+        if (response == nullptr) {  // its heartbeats tell what has become of it
+          log(LogLevel::warn, "lifecycle: {} has not answered for {} s: {}", node.name,
+              kTimeout / std::chrono::seconds(1), label);
+          return;
+        }
         node.answered = clock_.now();
-        if (response == nullptr || !response->success) {
+        if (!response->success) {
           node.has_failed = true;
           log(LogLevel::error, "lifecycle: {} has failed to {}", node.name, label);
         } else {

@@ -53,6 +53,7 @@ class HeartbeatSender {
 ///    it comes up from wherever it is. `on_loss: shutdown` takes all down, for good; `report` logs.
 /// 4. A node that has refused or failed a transition is left alone, and so is one that was up and
 ///    was deactivated by somebody else.
+///    One that has not answered for 30 s is asked again, if its heartbeats say that it has to be.
 /// 5. Down: in reverse order each node is deactivated, cleaned up and shut down.
 ///
 /// Thread safety: its callbacks run on the host's executor; the rest from any thread.

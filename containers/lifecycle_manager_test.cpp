@@ -150,6 +150,31 @@ TEST_F(Lifecycle, WhatDependsOnALostNodeRestsUntilItIsBack) {
   EXPECT_TRUE(manager_->is_up());
 }
 
+// A process that is started again between two heartbeats never answers what the old one was asked.
+TEST_F(Lifecycle, ARequestThatNobodyAnswersIsSentAgain) {
+  const auto host = std::make_shared<Node>("host", NodeOptions{.clock = &clock_});
+  std::vector<std::string> asked;
+  const auto service = host->create_service<lifecycle_msgs::ChangeState>(
+      "/map/change_state",
+      [&](const auto& request, RequestId) { asked.push_back(request.transition.label); });
+  const auto publisher = host->create_publisher<Heartbeat>("/takt/heartbeat", 10);
+  const auto beat = host->create_timer("beat", 100ms, [&] {
+    publisher->publish(Heartbeat{"/map", static_cast<std::uint8_t>(LifecycleState::unconfigured)});
+  });
+  executor_->add_node(host);
+  LifecycleDescription description;
+  description.heartbeat = 300ms;
+  description.bring_up.push_back({"/map", {}});
+  manager_node_ = std::make_shared<Node>("manager", NodeOptions{.clock = &clock_});
+  manager_ = std::make_unique<LifecycleManager>(*manager_node_, description);
+  executor_->add_node(manager_node_);
+  manager_->bring_up();
+  run(29s);
+  EXPECT_THAT(asked, ElementsAre("configure"));
+  run(2s);
+  EXPECT_THAT(asked, ElementsAre("configure", "configure"));
+}
+
 TEST_F(Lifecycle, OfALostNodeIsOnlyToldWhereThatIsAskedFor) {
   make(OnLoss::report, {{"/amcl", {"/map"}}});
   run(1s);

@@ -11,6 +11,8 @@
 
 #include "takt/base/library.hpp"
 #include "takt/containers/container.hpp"
+#include "takt/entities/lifecycle_node.hpp"
+#include "takt/transport/messages/lifecycle_msgs.hpp"
 
 namespace takt::test {
 namespace {
@@ -72,6 +74,26 @@ class Guest : public Node {
 
  private:
   std::shared_ptr<Timer> timer_;
+};
+
+/// Ticks in both of its groups in turn, whatever its state: a tick of one lets the other tick.
+class ManagedGuest : public LifecycleNode {
+ public:
+  explicit ManagedGuest(const NodeOptions& options) : LifecycleNode("managed", options) {
+    const auto group = create_callback_group("loop", CallbackGroupType::MutuallyExclusive);
+    rest_ = Node::create_timer("rest_tick", 1ms, [this] { turn(false); });
+    loop_ = Node::create_timer(
+        "loop_tick", 1ms, [this] { turn(true); }, group);
+  }
+
+ private:
+  void turn(bool is_loop) {
+    if (is_loops_turn_.load() != is_loop) return;
+    board.change([](Board& b) { ++b.ticks; });
+    is_loops_turn_.store(!is_loop);
+  }
+  std::atomic<bool> is_loops_turn_{false};
+  std::shared_ptr<Timer> rest_, loop_;
 };
 
 class Loading : public testing::Test {
@@ -204,6 +226,36 @@ TEST_F(Loading, IsRefusedByAStaticExecutor) {
   EXPECT_THAT(error_of([&] { container_->load(guest_); }),
               HasSubstr("is static: nothing can be added after its first spin"));
   EXPECT_EQ(board.alive, 0);
+}
+
+TEST_F(Loading, AComponentThatCannotBeUnloadedKeepsItsServicesAndItsExecutors) {
+  for (const bool is_static : {true, false}) {
+    SystemDescription system;
+    system.file = "test.yaml";
+    system.executors = {{.name = "events", .type = "events"},
+                        {.name = "static", .type = "static_single_threaded"}};
+    ComponentDescription guest{.type = "takt::test::ManagedGuest", .name = "managed"};
+    guest.executor = is_static ? "static" : "events";
+    guest.callback_groups["loop"] = {.executor = is_static ? "events" : "static"};
+    system.components = {guest};
+    system.threads.push_back({.attributes = {.name = "container"}});
+    container_ = std::make_unique<Container>(system);
+    container_->start();
+    container_->release();
+    const auto client = std::make_shared<Node>("asking")->create_client<lifecycle_msgs::GetState>(
+        "/managed/get_state");
+    EXPECT_TRUE(client->service_is_ready());
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_THAT(error_of([&] { container_->unload(container_->components()[0].id); }),
+                  HasSubstr("is static: nothing can be removed after its first spin"));
+      ASSERT_EQ(container_->components().size(), 1u);
+      EXPECT_TRUE(client->service_is_ready());
+      EXPECT_TRUE(ticks_on());
+    }
+    container_->hold();
+    container_->stop();
+    container_.reset();
+  }
 }
 
 TEST_F(Loading, IsRefusedWhenTheExecutorCannotServeIt) {
@@ -405,3 +457,4 @@ TEST(ComponentIndex, IsReadFromThePrefixesOfTheEnvironment) {
 }  // namespace takt::test
 
 TAKT_REGISTER_COMPONENT(takt::test::Guest)
+TAKT_REGISTER_COMPONENT(takt::test::ManagedGuest)

@@ -62,13 +62,14 @@ class ActionClient {
   using Handle = std::shared_ptr<ClientGoalHandle>;
   using Goal = typename A::Goal;
   using FeedbackCallback = std::function<void(const Handle&, const typename A::Feedback&)>;
+  using ResultCallback = std::function<void(const Handle&, const GoalResult<A>&)>;
   using CancelResult = action_msgs::CancelGoal::Response;
 
   /// Any may be empty.
   struct GoalCallbacks {
     std::function<void(const Handle&)> response;  // nullptr: not accepted, or not in time
     FeedbackCallback feedback;
-    std::function<void(const Handle&, const GoalResult<A>&)> result;
+    ResultCallback result;
   };
 
   ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
@@ -104,16 +105,18 @@ class ActionClient {
 
   /// nullptr: it was not accepted, or not in time. Feedback comes as a callback of its own.
   Task<Handle> send_goal(Goal goal, FeedbackCallback feedback = {}) {
+    const std::shared_ptr<Goals> goals = goals_;  // as the client may be gone after the call
     const typename SendGoal<A>::Request request{new_goal_id(), std::move(goal)};
     const auto answer = co_await send_->call(request);
     co_return answer && answer->accepted
-        ? goals_->add(request.goal_id, answer->stamp, std::move(feedback))
+        ? goals->add(request.goal_id, answer->stamp, std::move(feedback))
         : nullptr;
   }
   Task<GoalResult<A>> result(Handle goal) {
+    const std::shared_ptr<Goals> goals = goals_;
     const typename GetResult<A>::Request request{goal->id()};
     const auto answer = co_await result_->call(request);
-    goals_->remove(goal->id());
+    goals->remove(goal->id());
     if (!answer) co_return GoalResult<A>{};
     goal->set_state(static_cast<GoalState>(answer->status));
     co_return GoalResult<A>{goal->state(), answer->result};
@@ -130,29 +133,22 @@ class ActionClient {
   void async_send_goal(const Goal& goal, GoalCallbacks callbacks = {}) {
     const GoalId id = new_goal_id();
     send_->async_send_request(
-        {id, goal}, [this, id, callbacks = std::move(callbacks)](
-                        const typename SendGoal<A>::Response* answer) mutable {
+        {id, goal},
+        [goals = goals_, results = std::weak_ptr(result_), id,
+         callbacks = std::move(callbacks)](const typename SendGoal<A>::Response* answer) mutable {
           const Handle handle = answer != nullptr && answer->accepted
-                                    ? goals_->add(id, answer->stamp, std::move(callbacks.feedback))
+                                    ? goals->add(id, answer->stamp, std::move(callbacks.feedback))
                                     : nullptr;
           if (callbacks.response) callbacks.response(handle);
-          if (handle != nullptr && callbacks.result) {
-            async_get_result(handle, std::move(callbacks.result));
+          if (handle == nullptr || !callbacks.result) return;
+          // The callback may have dropped the action client.
+          if (const auto client = results.lock()) {
+            ask_result(*client, goals, handle, std::move(callbacks.result));
           }
         });
   }
-  void async_get_result(Handle goal,
-                        std::function<void(const Handle&, const GoalResult<A>&)> callback) {
-    const GoalId id = goal->id();
-    result_->async_send_request(
-        {id}, [goals = goals_, goal = std::move(goal),
-               callback = std::move(callback)](const typename GetResult<A>::Response* answer) {
-          goals->remove(goal->id());
-          GoalResult<A> result;
-          if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
-          goal->set_state(result.state);
-          callback(goal, result);
-        });
+  void async_get_result(Handle goal, ResultCallback callback) {
+    ask_result(*result_, goals_, std::move(goal), std::move(callback));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel({{goal->id(), {}}}, std::move(callback));
@@ -207,6 +203,19 @@ class ActionClient {
     std::vector<Entry> goals_;
     std::vector<action_msgs::GoalStatus> told_;  // last
   };
+
+  static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
+                         Handle goal, ResultCallback callback) {
+    const GoalId id = goal->id();
+    client.async_send_request({id}, [goals, goal = std::move(goal), callback = std::move(callback)](
+                                        const typename GetResult<A>::Response* answer) {
+      goals->remove(goal->id());
+      GoalResult<A> result;
+      if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
+      goal->set_state(result.state);
+      if (callback) callback(goal, result);
+    });
+  }
 
   void cancel(const action_msgs::CancelGoal::Request& request,
               std::function<void(const CancelResult&)> callback) {

@@ -104,12 +104,21 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     expiry_ = timer;
   }
+  /// The server goes: nothing is accepted, published or answered any more. Nobody takes hold of its
+  /// parts from here on, so that none of them goes with the mutex held.
+  void close() noexcept {
+    const std::lock_guard lock(mutex_);
+    feedback_ = nullptr;
+    status_ = nullptr;
+    result_service_.reset();
+    expiry_.reset();
+  }
 
-  /// Makes room for the goal; nullptr: it is known already, or there is none.
+  /// Makes room for the goal; nullptr: it is known already, there is none, or the server has gone.
   std::shared_ptr<Handle> accept(const GoalId& id, const typename A::Goal& goal,
                                  builtin_interfaces::Time stamp) {
     const std::lock_guard lock(mutex_);
-    if (find(id) != nullptr || !make_room()) return nullptr;
+    if (status_ == nullptr || find(id) != nullptr || !make_room()) return nullptr;
     auto handle = std::make_shared<Handle>(this->shared_from_this(), id, goal);
     goals_.push_back({.info = {id, stamp}, .state = GoalState::accepted, .handle = handle});
     publish_status();
@@ -193,10 +202,9 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
         const bool is_meant =
             (!has_id && !has_stamp) || (has_id && goal.info.goal_id == wanted.goal_id) ||
             (has_stamp && nanoseconds_of(goal.info.stamp) <= nanoseconds_of(wanted.stamp));
-        auto handle = goal.handle.lock();
-        if (is_meant && !is_terminal(goal.state) && handle != nullptr) {
-          asked.push_back(std::move(handle));
-        }
+        if (!is_meant || is_terminal(goal.state)) continue;
+        // Ours may be the last pointer to it, and must not go with the mutex held: see abandon.
+        if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));
       }
     }
     for (const auto& handle : asked) {
@@ -335,16 +343,18 @@ class ActionServer {
         base + "_execute",
         [core = core_, accepted, runner = runner_.get(),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
-          while (auto goal = accepted->pop()) {
-            core->begin(goal->id());
-            if constexpr (kIsTask) {
-              if (runner->reserve()) runner->start(execute(callback, std::move(goal)));
-            } else {
-              (*callback)(std::move(goal));
-            }
+          auto goal = accepted->pop();
+          if (goal == nullptr) return;
+          core->begin(goal->id());
+          if constexpr (kIsTask) {
+            if (!runner->reserve()) return;
+            runner->start([&] { return execute(callback, std::move(goal)); });
+          } else {
+            (*callback)(std::move(goal));
           }
         },
         execute_group);
+    accepted->set_listener(execute_);
     result_ = node.create_service<GetResult<A>>(
         name + kGetResult,
         [core = core_](const auto& request, RequestId id) {
@@ -361,15 +371,14 @@ class ActionServer {
         options.cancel_group, kRareService);
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
-        [core = core_, accepted = std::move(accepted), execute = execute_.get(),
-         handle_goal = std::move(handle_goal)](const auto& request, auto& response) mutable {
+        [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
+            const auto& request, auto& response) mutable {
           if (handle_goal(request.goal_id, request.goal) == GoalResponse::reject) return;
           response.stamp = wire_time(std::chrono::system_clock::now());
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);
           if (goal == nullptr) return;
           response.accepted = true;
           accepted->push(std::move(goal));
-          execute->trigger();
         },
         options.goal_group, kRareService);
     expiry_ = node.create_timer(
@@ -377,27 +386,44 @@ class ActionServer {
         options.result_group);
     core_->set_expiry(expiry_);
   }
-  ~ActionServer() { core_->set_publishers(nullptr, nullptr); }
+  ~ActionServer() { core_->close(); }
   ActionServer(const ActionServer&) = delete;
   ActionServer& operator=(const ActionServer&) = delete;
 
  private:
-  /// Goals that are accepted, on their way to the callback; no more than most_goals.
+  /// Goals that are accepted, on their way to the callback; no more than most_goals. The callback
+  /// is called for one at a time: it may throw, or drop the server.
   class Accepted {
    public:
+    /// What calls the callback; before the first goal.
+    void set_listener(const std::shared_ptr<GuardCondition>& listener) { listener_ = listener; }
     void push(std::shared_ptr<Handle> goal) {
-      const std::lock_guard lock(mutex_);
-      goals_.push_back(std::move(goal));
+      {
+        const std::lock_guard lock(mutex_);
+        goals_.push_back(std::move(goal));
+      }
+      trigger();
     }
     std::shared_ptr<Handle> pop() {
-      const std::lock_guard lock(mutex_);
-      if (goals_.empty()) return nullptr;
-      auto first = std::move(goals_.front());
-      goals_.erase(goals_.begin());
+      std::shared_ptr<Handle> first;
+      bool more = false;
+      {
+        const std::lock_guard lock(mutex_);
+        if (goals_.empty()) return nullptr;
+        first = std::move(goals_.front());
+        goals_.erase(goals_.begin());
+        more = !goals_.empty();
+      }
+      if (more) trigger();
       return first;
     }
 
    private:
+    void trigger() noexcept {
+      if (const auto listener = listener_.lock()) listener->trigger();
+    }
+
+    std::weak_ptr<GuardCondition> listener_;
     PiMutex mutex_;
     std::vector<std::shared_ptr<Handle>> goals_;
   };

@@ -31,14 +31,23 @@ struct ClientOptions {
   Nanoseconds timeout{0};
 };
 
-/// A coroutine that waits for an answer.
+/// A coroutine that waits for an answer. It goes on when its call has been sent and is over: while
+/// it is being sent, both the request in the coroutine's frame and the client, which the coroutine
+/// may drop, are needed.
 struct AwaitedAnswer : Waiting {
   MessageBlock* response = nullptr;  // none: no answer came in time
-  /// With the lock held under which it waits.
+  bool is_sent = false, is_over = false;
+
+  // With the lock held under which it waits.
   void answer(MessageBlock* block) noexcept {
     if (block != nullptr) block->retain();
     response = block;
-    runner->resume_later(*this);
+    is_over = true;
+    if (is_sent) runner->resume_later(*this);
+  }
+  void sent() noexcept {
+    is_sent = true;
+    if (is_over) runner->resume_later(*this);
   }
 };
 
@@ -57,15 +66,21 @@ class PendingCalls {
   std::optional<std::int64_t> begin(TimePoint now, Callback callback,
                                     AwaitedAnswer* awaited = nullptr) noexcept {
     const std::lock_guard lock(mutex_);
-    Call* free = find([](const Call& call) { return call.sequence == 0; });
+    Call* free = find([](const Call& call) { return call.sequence == kNoCall; });
     if (free == nullptr) return std::nullopt;
-    *free = {++last_sequence_, timeout_ == Nanoseconds::zero() ? kNever : now + timeout_,
+    *free = {++last_sequence_, timeout_ == Nanoseconds::zero() ? kNever : later(now, timeout_),
              std::move(callback), awaited};
     return free->sequence;
   }
-  /// Ends the call. Returns what is to be called with the answer; nothing: the call was over, or
-  /// it was awaited, and the answer is there.
+  /// Last of all that is done to send an awaited call: from then on its coroutine may be anywhere.
+  void sent(AwaitedAnswer& awaited) noexcept {
+    const std::lock_guard lock(mutex_);
+    awaited.sent();
+  }
+  /// Ends the call. Returns what is to be called with the answer; nothing: there is no such call
+  /// (any more), or it was awaited, and the answer is there.
   std::optional<Callback> end(std::int64_t sequence, MessageBlock& response) noexcept {
+    if (sequence == kNoCall) return std::nullopt;  // a peer may send what it likes
     const std::lock_guard lock(mutex_);
     Call* call = find([=](const Call& known) { return known.sequence == sequence; });
     return call != nullptr ? end(*call, &response) : std::nullopt;
@@ -74,18 +89,21 @@ class PendingCalls {
   /// more.
   std::optional<Callback> end_late(TimePoint now) noexcept {
     const std::lock_guard lock(mutex_);
-    while (Call* call = find(
-               [=](const Call& known) { return known.sequence != 0 && known.deadline <= now; })) {
+    while (Call* call = find([=](const Call& known) {
+             return known.sequence != kNoCall && known.deadline <= now;
+           })) {
       if (auto callback = end(*call, nullptr)) return callback;
     }
     return std::nullopt;
   }
-  /// The client goes: coroutines that wait get no answer.
-  void end_awaited() noexcept {
+  /// The client goes: coroutines that wait get no answer, and no callback is called any more.
+  void close() noexcept {
+    std::vector<Call> left;  // goes after the lock, as callbacks own whatever they like
     const std::lock_guard lock(mutex_);
     while (Call* call = find([](const Call& known) { return known.awaited != nullptr; })) {
       end(*call, nullptr);
     }
+    calls_.swap(left);
   }
   /// It does not wait any more, for its frame is being destroyed.
   void forget(const AwaitedAnswer& awaited) noexcept {
@@ -99,19 +117,20 @@ class PendingCalls {
     const std::lock_guard lock(mutex_);
     TimePoint first = kNever;
     for (const Call& call : calls_) {
-      if (call.sequence != 0) first = std::min(first, call.deadline);
+      if (call.sequence != kNoCall) first = std::min(first, call.deadline);
     }
     return first;
   }
   std::size_t count() const noexcept {
     const std::lock_guard lock(mutex_);
     return static_cast<std::size_t>(std::count_if(
-        calls_.begin(), calls_.end(), [](const Call& call) { return call.sequence != 0; }));
+        calls_.begin(), calls_.end(), [](const Call& call) { return call.sequence != kNoCall; }));
   }
 
  private:
+  static constexpr std::int64_t kNoCall = 0;  // the place is free
   struct Call {
-    std::int64_t sequence = 0;  // 0: the place is free
+    std::int64_t sequence = kNoCall;
     TimePoint deadline{};
     Callback callback;
     AwaitedAnswer* awaited = nullptr;
@@ -122,7 +141,7 @@ class PendingCalls {
     return call == calls_.end() ? nullptr : &*call;
   }
   static std::optional<Callback> end(Call& call, MessageBlock* response) noexcept {
-    call.sequence = 0;
+    call.sequence = kNoCall;
     AwaitedAnswer* awaited = std::exchange(call.awaited, nullptr);
     if (awaited == nullptr) return std::move(call.callback);
     awaited->answer(response);
@@ -181,8 +200,8 @@ class Client : public SubscriptionBase {
            (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
   }
 
-  /// The answer comes to the callback, which runs as this client's callback. Throws Error when
-  /// ClientOptions::calls_in_flight are.
+  /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
+  /// nobody gets the answer. Throws Error when ClientOptions::calls_in_flight are.
   void async_send_request(const typename S::Request& request, AnswerCallback callback) {
     send(request, std::move(callback));
   }
@@ -205,32 +224,33 @@ class Client : public SubscriptionBase {
   void execute(Slot& slot) override {
     const HeldMessage held(slot.message);
     const auto& response = *static_cast<const Response*>(held->payload());
-    if (const auto callback = pending_->end(response.sequence, *held)) (*callback)(&response.body);
+    const auto callback = pending_->end(response.sequence, *held);
+    if (callback && *callback) (*callback)(&response.body);
   }
   void retire() noexcept override {
     SubscriptionBase::retire();
-    pending_->end_awaited();
+    if (timer_ != nullptr) timer_->retire();
+    pending_->close();
   }
 
   // For Node.
 
-  /// The timer that ends calls without an answer; it is the client's from then on.
-  void set_timer(std::shared_ptr<Timer> timer) {
-    timer_ = std::move(timer);
-    timer_->cancel();
-  }
+  /// The timer that ends calls without an answer, cancelled; it is the client's from then on.
+  void set_timer(std::shared_ptr<Timer> timer) { timer_ = std::move(timer); }
   void end_late_calls() {
-    while (const auto callback = pending_->end_late(clock_.now())) (*callback)(nullptr);
-    set_alarm();
+    const auto callback = pending_->end_late(clock_.now());
+    set_alarm();  // before the callback, which may throw; the next call may be late already
+    if (callback && *callback) (*callback)(nullptr);
   }
 
  private:
   void send(const typename S::Request& request, AnswerCallback callback,
             AwaitedAnswer* awaited = nullptr) {
-    const auto sequence = pending_->begin(clock_.now(), std::move(callback), awaited);
+    const std::shared_ptr<PendingCalls<AnswerCallback>> pending = pending_;
+    const auto sequence = pending->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
       throw Error(fmt::format("service '{}': {} calls wait for their answers already", path_,
-                              pending_->count()),
+                              pending->count()),
                   "wait for some, or give the client more ClientOptions::calls_in_flight");
     }
     if (timer_ != nullptr) set_alarm();
@@ -240,6 +260,7 @@ class Client : public SubscriptionBase {
     } else {
       requests_.publish(std::make_unique<Request>(Request{id_, *sequence, request}));
     }
+    if (awaited != nullptr) pending->sent(*awaited);
   }
   // For the first call that ends without an answer. Of two threads that do this, the later one
   // knows all calls.

@@ -17,10 +17,15 @@ void GenericSubscription::execute(Slot& slot) {
   if (slot.message->payload() == nullptr) {
     return callback_(static_cast<const ReceivedBlock&>(*slot.message).bytes(), info);
   }
-  static thread_local ByteBuffer bytes;
-  bytes.clear();
-  payload_type()->encode(slot.message->payload(), bytes);
-  callback_(bytes.bytes(), info);
+  // Taken for as long as the callback runs, as it may spin an executor with others of our kind.
+  static thread_local ByteBuffer spare;
+  struct Taken {
+    ByteBuffer bytes = std::exchange(spare, {});
+    ~Taken() { spare = std::exchange(bytes, {}); }
+  } taken;
+  taken.bytes.clear();
+  payload_type()->encode(slot.message->payload(), taken.bytes);
+  callback_(taken.bytes.bytes(), info);
 }
 
 }  // namespace takt

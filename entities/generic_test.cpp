@@ -58,6 +58,20 @@ TEST_F(GenericTest, WhatIsPublishedByTypeIsReceivedAsBytes) {
   }
 }
 
+TEST_F(GenericTest, TheBytesStayWhileTheCallbackSpinsAnExecutorThatServesOthers) {
+  const auto inner = node_->create_generic_subscription("inner", "std_msgs/msg/String", 5, note());
+  const auto outer = node_->create_generic_subscription(
+      "outer", "std_msgs/msg/String", 5,
+      [&](std::span<const std::byte> bytes, const MessageInfo& info) {
+        EXPECT_TRUE(serve(*inner));
+        note()(bytes, info);
+      });
+  node_->create_publisher<std_msgs::String>("inner", 5)->publish(std_msgs::String{"inner"});
+  node_->create_publisher<std_msgs::String>("outer", 5)->publish(std_msgs::String{"outer"});
+  EXPECT_TRUE(serve(*outer));
+  EXPECT_THAT(heard_, ElementsAre("inner", "outer"));
+}
+
 TEST_F(GenericTest, WhatIsPublishedAsBytesIsReceivedByTypeAndAsBytes) {
   const auto bytewise =
       node_->create_generic_subscription("chatter", "std_msgs/msg/String", 5, note());

@@ -240,9 +240,14 @@ class Node : public std::enable_shared_from_this<Node> {
                                               resolve(name), fully_qualified_name_, clock().real(),
                                               options, options_.participant);
     if (options.timeout != Nanoseconds::zero()) {
-      client->set_timer(adopt_timer(std::make_shared<Timer>(
-          timeout_name(name), client->group(), clock().real(), options.timeout,
-          [client = client.get()] { client->end_late_calls(); })));
+      auto timer =
+          std::make_shared<Timer>(timeout_name(name), client->group(), clock().real(),
+                                  options.timeout, [weak = std::weak_ptr<Client<S>>(client)] {
+                                    // So it lives until that returns, dropped or not.
+                                    if (const auto alive = weak.lock()) alive->end_late_calls();
+                                  });
+      timer->cancel();  // before an executor has it, as the client has not got it yet
+      client->set_timer(adopt_timer(std::move(timer)));
     }
     auto handle = adopt<Client<S>>(client);
     client->start();

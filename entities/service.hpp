@@ -161,7 +161,7 @@ class CallbackService final : public Service<S>, private TaskOwner {
   bool take(Slot& slot) noexcept override {
     if (runner_ != nullptr && !runner_->reserve()) return false;
     if (Base::take(slot)) return true;
-    give_back();
+    if (runner_ != nullptr) runner_->give_back();
     return false;
   }
   void execute(Slot& slot) override {
@@ -169,7 +169,7 @@ class CallbackService final : public Service<S>, private TaskOwner {
     TakenMessage<Request> request(block, static_cast<const Request*>(block->payload()));
     const RequestId id{request->client, request->sequence};
     if constexpr (kIsTask) {
-      runner_->start(serve(std::move(request), Base::prepare(id)));
+      runner_->start([&] { return serve(std::move(request), Base::prepare(id)); });
     } else if constexpr (std::invocable<F&, const typename S::Request&, typename S::Response&>) {
       Answer answer = Base::prepare(id);
       callback_(request->body, answer->body);
@@ -180,7 +180,7 @@ class CallbackService final : public Service<S>, private TaskOwner {
   }
   void discard(Slot& slot) noexcept override {
     Base::discard(slot);
-    give_back();
+    if (runner_ != nullptr) runner_->give_back();
   }
   void retire() noexcept override {
     Base::retire();
@@ -194,11 +194,6 @@ class CallbackService final : public Service<S>, private TaskOwner {
   Task<> serve(TakenMessage<Request> request, Answer answer) {
     co_await callback_(request->body, answer->body);
     Base::respond(std::move(answer));
-  }
-  void give_back() noexcept {
-    if (runner_ == nullptr) return;
-    runner_->give_back();
-    this->announce_if_ready();
   }
   void task_ended() noexcept override { this->announce_if_ready(); }
 

@@ -169,6 +169,50 @@ TEST_F(ServiceTest, CallsInTheProcessAllocateNothing) {
   EXPECT_EQ(sum, 999 * 500);
 }
 
+// It would read the request in a frame that is gone, and might have dropped the client.
+TEST_F(ServiceTest, ACoroutineDoesNotGoOnBeforeItsCallIsSent) {
+  const auto service = node_->create_service<Add>("add", add);
+  const auto client = node_->create_client<Add>("add", {.timeout = 1ns});
+  const auto entity = [&](const std::string& name) { return node_->find_entity(name); };
+  std::string end;
+  const auto timer = node_->create_timer("ask", 1h, [&]() -> Task<> {
+    const Add::Request request{20, 22};
+    const auto answer = co_await client->call(request);
+    end = answer ? std::to_string(answer->sum) : "none";
+  });
+  /// What other threads could do while the call is being sent.
+  struct Others : Sink {
+    std::function<void()> act;
+    void announce(Arrival) noexcept override { act(); }
+    void release_changed() noexcept override {}
+    void remove() noexcept override {}
+    void expect_remove() noexcept override {}
+  } others;
+  service->attach(others);
+  const auto ask = [&](std::function<void()> act) {
+    others.act = [&, act] {
+      act();
+      EXPECT_FALSE(serve(*entity("ask/resumed")));
+      EXPECT_EQ(end, "");
+    };
+    end.clear();
+    timer->release_at(clock_.now());
+    EXPECT_TRUE(serve(*timer));
+    EXPECT_TRUE(serve(*entity("ask/resumed")));
+  };
+  ask([&] {
+    EXPECT_TRUE(serve(*service));
+    EXPECT_TRUE(serve(*client));
+  });
+  EXPECT_EQ(end, "42");
+  ask([&] {
+    clock_.advance(1ms);
+    EXPECT_TRUE(serve(*entity("add_timeout")));
+  });
+  EXPECT_EQ(end, "none");
+  service->detach();
+}
+
 // Two participants of one process stand for two processes: they do not ignore each other.
 TEST(ServiceOverDds, AnswersCallsOfAnotherProcess) {
   const int domain = 100 + static_cast<int>(getpid() % 100);

@@ -216,6 +216,31 @@ TEST_F(BySharedMemory, WhatIsOverwrittenIsCounted) {
   EXPECT_GT(to.state("/fast").lost, 1000u);
 }
 
+TEST_F(BySharedMemory, WritersThatComeAndGoMakeNothingLost) {
+  start_roudi();
+  const Peer stays("require"), to("require");
+  match(stays, to, "block", "/many");
+  std::size_t sent = 0;
+  const auto send = [&](const Peer& from) {
+    EXPECT_EQ(from.ask("publish /many 1"), "ok");
+    ASSERT_TRUE(to.has("/many", ++sent));
+  };
+  for (int round = 0; round < 2; ++round) {
+    const Peer goes("require");
+    ASSERT_EQ(goes.ask("publisher block /many 10"), "ok");
+    ASSERT_TRUE(eventually([&] { return goes.ask("matched /many") == "1"; }));
+    ASSERT_TRUE(eventually([&] { return to.ask("heard /many") == "2"; }));
+    for (int i = 0; i < 3; ++i) {
+      send(stays);
+      send(goes);
+    }
+  }
+  ASSERT_TRUE(eventually([&] { return to.ask("heard /many") == "1"; }));
+  send(stays);
+  EXPECT_EQ(to.state("/many").lost, 0u);
+  EXPECT_EQ(to.received("/many").expected, sent);
+}
+
 TEST_F(BySharedMemory, EmptyPoolsAreCountedAndNoEnd) {
   roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 12}});
   const Peer from("require"), to("require");

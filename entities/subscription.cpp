@@ -18,9 +18,9 @@ void SubscriptionBase::detach() noexcept {
 }
 
 void SubscriptionBase::retire() noexcept {
-  leave();  // first, so that nothing arrives any more
-  remote_.reset();
+  leave();
   Entity::retire();
+  remote_.reset();  // after the callback, which asks it for the ends outside when it answers
 }
 
 bool SubscriptionBase::front(Arrival& arrival) const noexcept {

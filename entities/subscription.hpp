@@ -320,10 +320,11 @@ class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
     if (!runner_->reserve()) return false;
     if (Base::take(slot)) return true;
     runner_->give_back();
-    this->announce_if_ready();
     return false;
   }
-  void execute(Slot& slot) override { runner_->start(this->task(slot)); }
+  void execute(Slot& slot) override {
+    runner_->start([&] { return this->task(slot); });
+  }
   void discard(Slot& slot) noexcept override {
     Base::discard(slot);
     runner_->give_back();

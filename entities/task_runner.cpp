@@ -145,7 +145,14 @@ bool TaskRunner::reserve() noexcept {
   return false;
 }
 
-void TaskRunner::start(Task<> task) {
+void TaskRunner::give_back() noexcept {
+  const ReadSection section;
+  const std::lock_guard lock(mutex_);
+  reserved_.fetch_sub(1);
+  if (task_owner_ != nullptr && !is_retired_) task_owner_->task_ended();
+}
+
+void TaskRunner::begin(Task<> task) {
   const Root root = run(std::move(task));
   {
     const std::lock_guard lock(mutex_);
@@ -190,11 +197,11 @@ void TaskRunner::keep(std::shared_ptr<Entity> owner) noexcept {
 }
 
 void TaskRunner::ended(std::size_t place) noexcept {
-  const ReadSection section;
-  const std::lock_guard lock(mutex_);
-  tasks_[place] = nullptr;
-  reserved_.fetch_sub(1);
-  if (task_owner_ != nullptr && !is_retired_) task_owner_->task_ended();
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_[place] = nullptr;
+  }
+  give_back();
 }
 
 void TaskRunner::resume_later(Waiting& waiting) noexcept {

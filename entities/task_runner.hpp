@@ -4,6 +4,7 @@
 #define TAKT_ENTITIES_TASK_RUNNER_HPP_
 
 #include <atomic>
+#include <concepts>
 #include <coroutine>
 #include <exception>
 #include <memory>
@@ -59,9 +60,19 @@ class TaskRunner : public Entity {
   bool is_free() const noexcept { return reserved_.load() < tasks_.size(); }
   /// False: as many as may be are there.
   bool reserve() noexcept;
-  void give_back() noexcept { reserved_.fetch_sub(1); }
-  /// Begins a task for which a place is reserved. Throws what it throws.
-  void start(Task<> task);
+  void give_back() noexcept;
+  /// Begins the task that `make` returns, for which a place is reserved. Throws what they throw.
+  template <std::invocable Make>
+  void start(Make&& make) {
+    begin([&]() -> Task<> {
+      try {
+        return make();
+      } catch (...) {
+        give_back();
+        throw;
+      }
+    }());
+  }
 
   /// What it has waited for is there.
   void resume_later(Waiting& waiting) noexcept;
@@ -78,11 +89,14 @@ class TaskRunner : public Entity {
   void execute(Slot& slot) override;
   void discard(Slot& slot) noexcept override;
   void retire() noexcept override;
-  /// After retiring: the callback's entity lives as long as one of its tasks runs.
+  void retired(std::shared_ptr<Entity> self) noexcept override { keep(std::move(self)); }
+  /// After retiring: the callback's entity, or the runner itself, lives as long as one of its tasks
+  /// runs.
   void keep(std::shared_ptr<Entity> owner) noexcept;
 
  private:
   struct Root;
+  void begin(Task<> task);
   static Root run(Task<> task);
   void go_on(std::coroutine_handle<> coroutine);
   void ended(std::size_t place) noexcept;
@@ -154,7 +168,7 @@ class TaskTimer : public Timer {
 
   void execute(Slot&) override {
     if (runner_->reserve()) {
-      runner_->start(callback_());
+      runner_->start(callback_);
     } else {
       miss();
     }

@@ -30,6 +30,7 @@
 #include "takt/transport/graph_reader.hpp"
 #include "takt/transport/node_announcer.hpp"
 #include "takt/transport/writer_clocks.hpp"
+#include "takt/transport/writer_sequences.hpp"
 
 namespace takt {
 namespace {
@@ -772,7 +773,7 @@ class CycloneReader final : public CycloneEndpoint {
         block->from_heap = true;
       }
       if (chunk != nullptr) {
-        count_overwritten(*chunk);
+        count_overwritten(*chunk, handle, info.publication_handle);
         hold(*block, sample, chunk + 1);
       } else {
         block->hold(sample);
@@ -809,20 +810,15 @@ class CycloneReader final : public CycloneEndpoint {
     }
   }
 
-  // iceoryx overwrites the oldest in its queue when we are late, and tells nobody; nor does it of
-  // what is sent before RouDi has joined us to a writer that we know already.
-  void count_overwritten(const ChunkHeader& chunk) {
-    const auto known = std::find_if(last_.begin(), last_.end(), [&](const ChunkHeader& last) {
-      return last.writer == chunk.writer;
-    });
-    const bool is_new = known == last_.end();
-    const std::uint64_t before = is_new ? chunk.before : known->sequence;
-    if (is_new) {
-      last_.push_back(chunk);
-    } else {
-      *known = chunk;
-    }
-    const std::uint64_t overwritten = chunk.sequence - before - 1;
+  // `reader`: handle_, which may still be on its way there.
+  void count_overwritten(const ChunkHeader& chunk, dds_entity_t reader,
+                         dds_instance_handle_t writer) {
+    const auto is_matched = [reader](dds_instance_handle_t other) {
+      auto* data = dds_get_matched_publication_data(reader, other);
+      if (data != nullptr) dds_builtintopic_free_endpoint(data);
+      return data != nullptr;
+    };
+    const std::uint64_t overwritten = sequences_.overwritten(chunk, writer, is_matched);
     if (overwritten == 0) return;
     messages_.fetch_add(overwritten, std::memory_order_relaxed);
     lost_.fetch_add(overwritten, std::memory_order_relaxed);
@@ -836,7 +832,7 @@ class CycloneReader final : public CycloneEndpoint {
   WriterClocks clocks_;  // only in receive
   const std::size_t most_held_;
   const PoolPtr<ReceivedBlock> blocks_;
-  std::vector<ChunkHeader> last_;  // of each writer; only in receive
+  WriterSequences sequences_;  // only in receive
 };
 
 /// What its subscription has of a reader, which may live longer.
