@@ -56,8 +56,10 @@ class ConfigurationReader : private SystemReader {
     return changes;
   }
 
-  ComponentDescription read_one(const Value& component, const std::vector<std::string>& executors) {
+  ComponentDescription read_one(const Value& component, const std::vector<std::string>& executors,
+                                const LoadPolicy& policy) {
     executors_ = {executors.begin(), executors.end()};
+    policy_ = &policy;
     read_component(component);
     return system_.components.empty() ? ComponentDescription{} : system_.components.front();
   }
@@ -69,6 +71,7 @@ class ConfigurationReader : private SystemReader {
   SystemDescription read(const Value& root) {
     read_file(root);
     check_number_of_containers(root);
+    check_that_loading_can_be_asked_for(root);
     if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
       errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
     }
@@ -544,15 +547,34 @@ class ConfigurationReader : private SystemReader {
     }
   }
 
+  void check_that_loading_can_be_asked_for(const Value& root) {
+    const Value* only = document::find(root, "container");
+    if (const Value* several = document::find(root, "containers")) {
+      const auto* list = std::get_if<document::List>(&several->content);
+      only = list != nullptr && list->size() == 1 ? &list->front() : nullptr;
+    }
+    const Value* load = only != nullptr ? document::find(*only, "load") : nullptr;
+    if (load == nullptr || document::find(root, "dds") != nullptr) return;
+    errors_.add(load->line, "nobody can ask a container to load anything that is not on DDS",
+                "leave out 'load', or add the key 'dds'");
+  }
+
   std::string read_container(const Value& value) {
     const std::size_t before = system_.components.size();
     const Value* place = document::find(value, "components");
     std::string name = "takt";
     RestartOptions restart;
+    LoadPolicy load;
     read_map(
         value, "a container",
         {{"name", "The process in results.", into(name)},
          {"restart", "When its process is started again after its end.", into_restart(restart)},
+         {"load",
+          "Which libraries it loads when it is asked to while it runs, by `takt component load` or "
+          "ROS 2. `off`: none, and no component either. `index`: those that the component index "
+          "and the keys `library` of this file name. `any`: every file, for everybody on the "
+          "domain. See [security](../explanation/security.md).",
+          into_load(load)},
          {"components", "Not empty.",
           each_in_list([this](const Value& item) { read_component(item); }), true}});
     if (place != nullptr && std::holds_alternative<document::List>(place->content) &&
@@ -564,7 +586,32 @@ class ConfigurationReader : private SystemReader {
       system_.components[i].container = name;
     }
     if (restart.policy != RestartOptions::Policy::never) system_.restarts[name] = restart;
+    system_.loads[name] = load;
     return name;
+  }
+
+  Read into_load(LoadPolicy& load) {
+    const Read word = into(load.kind, {{"off", LoadPolicy::Kind::off},
+                                       {"index", LoadPolicy::Kind::index},
+                                       {"any", LoadPolicy::Kind::any}});
+    return either(word, [this, &load](const Value& value) {
+      read_map(value, "a load policy",
+               {{"libraries",
+                 "Folders: with `index`, the libraries in them and below. A relative path begins "
+                 "in the folder of this file.",
+                 each_in_list([this, &load](const Value& folder) { read_folder(folder, load); }),
+                 true}});
+      const Value* libraries = document::find(value, "libraries");
+      if (is_empty_list(libraries)) {
+        errors_.add(libraries->line, "the list of folders is empty",
+                    "name a folder, or write `load: index`");
+      }
+    });
+  }
+
+  void read_folder(const Value& value, LoadPolicy& load) {
+    std::string folder;
+    into_checked(folder, [&] { load.folders.push_back(real_folder(beside(folder))); })(value);
   }
 
   Read into_restart(RestartOptions& restart) {
@@ -730,6 +777,11 @@ class ConfigurationReader : private SystemReader {
     std::error_code too_long;  // for the name of a file
     if (library.find('/') != std::string::npos || std::filesystem::exists(path, too_long)) {
       library = path;
+    }
+    if (policy_ != nullptr) {
+      library = policy_->permitted(library);
+    } else {
+      system_.libraries.push_back(real_library(library));
     }
   }
 
@@ -927,6 +979,7 @@ class ConfigurationReader : private SystemReader {
     };
   }
 
+  const LoadPolicy* policy_ = nullptr;  // of a request; nullptr: a file, which may load anything
   std::set<std::string> broken_schedulers_;
   std::map<std::string, ThreadAttributes> threads_;
   std::vector<ThreadAttributes> executors_threads_;  // one for each name in an executor's list
@@ -944,8 +997,8 @@ std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std
 
 ComponentDescription read_component(const document::Value& component,
                                     const std::vector<std::string>& executors,
-                                    document::Errors& errors) {
-  return ConfigurationReader(errors).read_one(component, executors);
+                                    const LoadPolicy& policy, document::Errors& errors) {
+  return ConfigurationReader(errors).read_one(component, executors, policy);
 }
 
 std::optional<ParameterValue> read_parameter(const document::Value& value,
