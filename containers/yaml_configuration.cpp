@@ -277,23 +277,27 @@ class ConfigurationReader : private SystemReader {
     const PemFile certificate{"BEGIN CERTIFICATE", "a certificate in PEM form"};
     const PemFile key{"PRIVATE KEY", "a private key in PEM form, without a password"};
     const PemFile document{"multipart/signed", "a document that `openssl smime -sign` has signed"};
-    read_map(value, "security",
-             {{"identity_ca", "The certificate of who has signed those of all processes.",
-               into_file(security.identity_ca, certificate), true},
-              {"certificate", "That of this process.", into_file(security.certificate, certificate),
-               true},
-              {"private_key", "Of that certificate, without a password.",
-               into_file(security.private_key, key), true},
-              {"permissions_ca",
-               "The certificate of who has signed the next two. Without it, `identity_ca`.",
-               into_file(security.permissions_ca, certificate)},
-              {"governance", "What is protected, and how: the same for all of a domain. Signed.",
-               into_file(security.governance, document), true},
-              {"permissions",
-               "What may be written and read by whom, told by the subject of the certificate. "
-               "Signed.",
-               into_file(security.permissions, document), true}});
+    read_map(
+        value, "security",
+        {{"identity_ca", "The certificate of who has signed those of all processes.",
+          into_file(security.identity_ca, certificate), true},
+         {"certificate", "That of this process.", into_file(security.certificate, certificate),
+          true},
+         {"private_key", "Of that certificate, without a password, and not for every user to read.",
+          into_file(security.private_key, key), true},
+         {"permissions_ca",
+          "The certificate of who has signed the next two. Without it, `identity_ca`.",
+          into_file(security.permissions_ca, certificate)},
+         {"governance", "What is protected, and how: the same for all of a domain. Signed.",
+          into_file(security.governance, document), true},
+         {"permissions",
+          "What may be written and read by whom, told by the subject of the certificate. "
+          "Signed.",
+          into_file(security.permissions, document), true}});
     if (security.permissions_ca.empty()) security.permissions_ca = security.identity_ca;
+    if (!security.certificate.empty() && !security.private_key.empty()) {
+      passes(value, "private_key", [&] { security.check(); });
+    }
   }
 
   // Cyclone refuses a wrong one too, but does not tell which.

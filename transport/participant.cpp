@@ -900,6 +900,7 @@ void DdsOptions::check() const {
 
 std::shared_ptr<Participant> Participant::create(const DdsOptions& options) {
   options.check();
+  if (options.security) options.security->check();
   put_away(nullptr);
   return std::make_shared<CycloneParticipant>(options);
 }

@@ -27,6 +27,10 @@ int default_domain();
 struct DdsSecurity {
   std::string identity_ca, certificate, private_key;    // PEM
   std::string permissions_ca, governance, permissions;  // PEM, and two S/MIME documents
+
+  /// Throws an Error about a private key that cannot be read, that every user can read or change,
+  /// or that is not the certificate's: of these Cyclone says nothing, or not why.
+  void check() const;
 };
 
 struct DdsOptions {
@@ -148,9 +152,9 @@ struct EndpointState {
 /// decoded, and what Cyclone warns of, are counted and logged once a second at the most.
 class Participant {
  public:
-  /// Throws Error when the domain cannot be joined, with what Cyclone says of it, or shared memory
-  /// is required and cannot be had. With shared memory it takes 0.1 s: who writes before its reader
-  /// knows of it is not heard.
+  /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says of
+  /// it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: who
+  /// writes before its reader knows of it is not heard.
   static std::shared_ptr<Participant> create(const DdsOptions& options);
   virtual ~Participant() = default;
 
