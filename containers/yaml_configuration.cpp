@@ -239,8 +239,8 @@ class ConfigurationReader : private SystemReader {
           "variable `ROS_DOMAIN_ID`, else 0.",
           into_domain(dds.domain)},
          {"loopback_only",
-          "Talk over the loopback interface only. Cyclone's sockets are bound to all interfaces "
-          "nevertheless.",
+          "Talk over the loopback interface only; what comes by another is dropped. Without it, "
+          "Cyclone's sockets receive from all interfaces.",
           into(dds.loopback_only)},
          {"parameter_services", "Containers answer ROS 2's parameter services: six for each node.",
           into(dds.parameter_services)},

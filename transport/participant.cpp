@@ -28,6 +28,7 @@
 #include "takt/base/sequence.hpp"
 #include "takt/transport/cyclone_entity.hpp"
 #include "takt/transport/graph_reader.hpp"
+#include "takt/transport/loopback_sockets.hpp"
 #include "takt/transport/node_announcer.hpp"
 
 namespace takt {
@@ -166,6 +167,8 @@ class Domain {
         fmt::format("DDS domain {} could not be set up", options.domain),
         "at most 100 processes of one machine can join a domain: choose another by "
         "`dds: {domain: N}`");
+    if (!options.loopback_only) return;
+    if (const std::string why = keep_on_loopback(options.domain); !why.empty()) complain(why);
   }
   ~Domain() { dds_delete(handle_); }
   Domain(const Domain&) = delete;

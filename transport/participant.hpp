@@ -35,8 +35,8 @@ struct DdsSecurity {
 
 struct DdsOptions {
   int domain = default_domain();  // 0 to 230: only processes of the same domain see each other
-  /// Talk over the loopback interface only. The sockets are bound to all interfaces nevertheless:
-  /// this keeps others out by configuration, not by force.
+  /// Talk over the loopback interface only; the kernel drops what comes by another. Without it, the
+  /// sockets receive from all interfaces, though Cyclone chooses one to talk by.
   bool loopback_only = true;
   /// Policy, priority and CPUs of all of Cyclone's threads; they keep Cyclone's names. Not
   /// SCHED_DEADLINE, which they cannot inherit.
