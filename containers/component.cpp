@@ -19,27 +19,36 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kNoun = "component";
-constexpr const char* kIndexFolder = "share/takt/components";
+// Where an index lies, and what its lines are relative to.
+struct IndexFolder {
+  fs::path folder, prefix;
+};
 
-// Those of the environment, then the folders above libtakt.so: which of them is the prefix depends
-// on the system's name for its folder of libraries.
-std::vector<fs::path> prefixes() {
-  std::vector<fs::path> result;
-  if (const char* path = std::getenv("TAKT_COMPONENT_PATH")) {
-    std::istringstream parts(path);
-    for (std::string part; std::getline(parts, part, ':');) {
-      if (!part.empty()) result.emplace_back(part);
-    }
+void add_prefixes(const char* variable, const char* folder, std::vector<IndexFolder>& result) {
+  const char* const path = std::getenv(variable);
+  if (path == nullptr) return;
+  std::istringstream parts(path);
+  for (std::string part; std::getline(parts, part, ':');) {
+    if (!part.empty()) result.push_back({fs::path(part) / folder, part});
   }
+}
+
+// Those of the environment, then those above libtakt.so: which of these is the prefix depends on
+// the system's name for its folder of libraries. Last what ROS 2 has installed.
+std::vector<IndexFolder> index_folders() {
+  constexpr const char* kOwn = "share/takt/components";
+  std::vector<IndexFolder> result;
+  add_prefixes("TAKT_COMPONENT_PATH", kOwn, result);
   Dl_info own{};
   if (dladdr(reinterpret_cast<const void*>(&components), &own) != 0 && own.dli_fname != nullptr) {
     std::error_code ignored;
-    fs::path folder = fs::canonical(own.dli_fname, ignored).parent_path();
-    for (int i = 0; i < 2 && folder.has_relative_path(); ++i) {
-      folder = folder.parent_path();
-      result.push_back(folder);
+    fs::path prefix = fs::canonical(own.dli_fname, ignored).parent_path();
+    for (int i = 0; i < 2 && prefix.has_relative_path(); ++i) {
+      prefix = prefix.parent_path();
+      result.push_back({prefix / kOwn, prefix});
     }
   }
+  add_prefixes("AMENT_PREFIX_PATH", "share/ament_index/resource_index/rclcpp_components", result);
   return result;
 }
 
@@ -110,12 +119,10 @@ ComponentRegistry& components() {
 
 std::vector<IndexedComponent> component_index() {
   std::vector<IndexedComponent> index;
-  for (const fs::path& prefix : prefixes()) {
+  for (const auto& [folder, prefix] : index_folders()) {
     std::vector<fs::path> files;
     std::error_code none;
-    for (const auto& file : fs::directory_iterator(prefix / kIndexFolder, none)) {
-      files.push_back(file.path());
-    }
+    for (const auto& file : fs::directory_iterator(folder, none)) files.push_back(file.path());
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) read_index(file, prefix, index);
   }

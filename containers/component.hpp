@@ -29,9 +29,11 @@ struct IndexedComponent {
 };
 
 /// The component index: files in `share/takt/components` of the prefixes in the environment
-/// variable TAKT_COMPONENT_PATH (separated by ':'), and of the one that Takt itself lies in; of two
-/// classes with one name, the first. `takt_add_component` of CMake writes the files, one for each
-/// library, with lines `demo::Lidar;lib/libdemo.so`, the library being relative to the prefix.
+/// variable TAKT_COMPONENT_PATH (separated by ':'), and of the one that Takt itself lies in; then
+/// those of ROS 2, in `share/ament_index/resource_index/rclcpp_components` of the prefixes in
+/// AMENT_PREFIX_PATH. Of two classes with one name, the first. `takt_add_component` of CMake writes
+/// the files, one for each library, with lines `demo::Lidar;lib/libdemo.so`, the library being
+/// relative to the prefix.
 /// Throws Error with file and line when one cannot be understood.
 std::vector<IndexedComponent> component_index();
 

@@ -104,23 +104,24 @@ std::string text_of(const std::exception& error) {
 }  // namespace
 
 ComponentDescription describe(const ci::LoadNode::Request& request,
-                              const std::vector<std::string>& executors) {
+                              const std::vector<std::string>& executors, const LoadPolicy& policy) {
+  policy.check();
   document::Errors errors(kRequest);
   const Value component = component_of(request, errors);
-  ComponentDescription description = read_component(component, executors, errors);
+  ComponentDescription description = read_component(component, executors, policy, errors);
   errors.throw_if_any();
   return description;
 }
 
 ComponentManager::ComponentManager(Container& container, const std::shared_ptr<Node>& node,
-                                   bool serves_parameters)
+                                   LoadPolicy policy, bool serves_parameters)
     : node_(node), serves_parameters_(serves_parameters) {
   services_.push_back(node->create_service<ci::LoadNode>(
       "~/_container/load_node",
-      [&container](const auto& request, auto& response) {
+      [&container, policy = std::move(policy)](const auto& request, auto& response) {
         try {
           const LoadedComponent loaded =
-              container.load(describe(request, container.executor_names()));
+              container.load(describe(request, container.executor_names(), policy));
           response.success = true;
           response.full_node_name = loaded.name;
           response.unique_id = loaded.id;

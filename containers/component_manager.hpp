@@ -16,8 +16,9 @@ class Container;
 
 /// Answers, on the container's own node `/CONTAINER`, which is under an executor with one thread:
 /// - `/CONTAINER/_container/load_node`, `unload_node` and `list_nodes`, ROS 2's
-///   composition_interfaces. The plug-in's name is the component's class; the package is not looked
-///   at, as the component index knows no packages. Extra arguments, written as in the configuration
+///   composition_interfaces. What is loaded, the container's LoadPolicy says. The plug-in's name is
+///   the component's class; the package is not looked at, as the component index knows no packages.
+///   Extra arguments, written as in the configuration
 ///   file: `library`, `executor` (a name in the container), `on_exception`, and
 ///   `callback_group.GROUP.KEY` with a key of a callback group.
 /// - `/CONTAINER/set_callback_parameters`, see SetCallbackParameters.
@@ -28,7 +29,8 @@ class Container;
 /// Real-time: no; the components have other threads.
 class ComponentManager {
  public:
-  ComponentManager(Container& container, const std::shared_ptr<Node>& node, bool serves_parameters);
+  ComponentManager(Container& container, const std::shared_ptr<Node>& node, LoadPolicy policy,
+                   bool serves_parameters);
   /// The services of a component's node, as long as the result lives.
   std::shared_ptr<void> serve(const std::shared_ptr<Node>& component);
 
@@ -38,10 +40,10 @@ class ComponentManager {
   std::vector<std::shared_ptr<Entity>> services_;
 };
 
-/// What a request asks for. Throws ConfigurationError with all that is wrong; `executors`: the
-/// names that it may give.
+/// What a request asks for. Throws Error when the policy does not allow it, else ConfigurationError
+/// with all that is wrong; `executors`: the names that it may give.
 ComponentDescription describe(const composition_interfaces::LoadNode::Request& request,
-                              const std::vector<std::string>& executors);
+                              const std::vector<std::string>& executors, const LoadPolicy& policy);
 
 }  // namespace takt
 

@@ -14,6 +14,7 @@ using namespace std::chrono_literals;
 using rcl_interfaces::Parameter;
 using rcl_interfaces::ParameterType;
 using testing::HasSubstr;
+using testing::StartsWith;
 using Request = composition_interfaces::LoadNode::Request;
 
 Parameter text(const std::string& name, const std::string& value) {
@@ -34,7 +35,7 @@ Request workload() {
 
 std::string errors_of(const Request& request) {
   try {
-    describe(request, {"fast", "default"});
+    describe(request, {"fast", "default"}, {});
     return "no error";
   } catch (const ConfigurationError& error) {
     return error.what();
@@ -59,7 +60,7 @@ TEST(LoadNode, SaysWhatAFileWouldSay) {
       text("callback_group.rest.executor", "default"),
       {"use_intra_process_comms",
        {.type = static_cast<std::uint8_t>(ParameterType::boolean), .bool_value = true}}};
-  const ComponentDescription component = describe(request, {"fast", "default"});
+  const ComponentDescription component = describe(request, {"fast", "default"}, {});
   EXPECT_EQ(component.type, "takt::Workload");
   EXPECT_EQ(full_name(component), "/front/imu");
   EXPECT_EQ(component.log_level, LogLevel::error);
@@ -91,6 +92,24 @@ TEST(LoadNode, ThatIsWrongIsRefusedWithEverythingThatIsWrong) {
   Request unset = workload();
   unset.parameters = {{"empty", {}}};
   EXPECT_THAT(errors_of(unset), HasSubstr("'empty'"));
+}
+
+TEST(LoadNode, OfALibraryThatIsNotAllowedIsRefusedBeforeAnythingElse) {
+  Request request = workload();
+  request.extra_arguments = {text("library", "/nowhere/libguest.so"), text("executor", "fats")};
+  try {
+    describe(request, {"fast"}, {});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), StartsWith("library '/nowhere/libguest.so' may not be loaded"));
+  }
+  request = workload();
+  try {
+    describe(request, {"fast"}, {.kind = LoadPolicy::Kind::off});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), StartsWith("this container loads no components on request"));
+  }
 }
 
 }  // namespace

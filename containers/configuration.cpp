@@ -19,6 +19,15 @@ std::string full_name(const ComponentDescription& component) {
   return Node(component.name, {.name_space = component.name_space}).fully_qualified_name();
 }
 
+LoadPolicy load_policy(const SystemDescription& process) {
+  const std::string& container =
+      process.components.empty() ? process.name : process.components.front().container;
+  const auto found = process.loads.find(container);
+  LoadPolicy policy = found != process.loads.end() ? found->second : LoadPolicy{};
+  policy.libraries = process.libraries;
+  return policy;
+}
+
 SystemDescription read_system(const std::string& path) {
   document::Errors errors(path);
   const document::Value root = document::read(path, errors);

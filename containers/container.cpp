@@ -733,7 +733,7 @@ void Container::make_manager() {
   service_node_ = std::make_shared<Node>(
       own_name(""), NodeOptions{.clock = overrides_.clock, .participant = participant_});
   manager_ = std::make_unique<ComponentManager>(
-      *this, service_node_,
+      *this, service_node_, load_policy(description_),
       description_.dds && description_.dds->parameter_services && !description_.is_split_off);
   if (participant_ != nullptr && description_.dds->rosout && !description_.is_split_off) {
     rosout_ = std::make_unique<Rosout>(*service_node_);

@@ -10,6 +10,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/callback_groups/callback_group.hpp"
+#include "takt/containers/load_policy.hpp"
 #include "takt/entities/chain.hpp"
 #include "takt/entities/parameter.hpp"
 #include "takt/executors/executor.hpp"
@@ -137,12 +138,18 @@ struct SystemDescription {
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;
   std::map<std::string, RestartOptions, std::less<>> restarts;  // by the container's name
+  std::map<std::string, LoadPolicy, std::less<>> loads;         // by the container's name
+  std::vector<std::string> libraries;                           // named by the file, see LoadPolicy
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
   bool finds_chains = false;  // `chains: auto`: every way from a timer to where nothing follows
   SourceLine chains_where;
   std::vector<std::string> notes;  // what the reader wants the user to know
 };
+
+/// What the process of this description loads on request: as its first container, which it is
+/// called after.
+LoadPolicy load_policy(const SystemDescription& process);
 
 /// All errors of a file, each as `FILE:LINE: what; what to do`.
 class ConfigurationError : public Error {

@@ -124,9 +124,10 @@ class SystemReader {
 };
 
 /// One component, as it stands in a configuration file, that may be given to these executors.
+/// Throws Error, before anything is loaded, when the policy does not let its library in.
 ComponentDescription read_component(const document::Value& component,
                                     const std::vector<std::string>& executors,
-                                    document::Errors& errors);
+                                    const LoadPolicy& policy, document::Errors& errors);
 
 /// The value of a parameter, of the type that it is written as; nothing, and an error, when no
 /// parameter has such a value.

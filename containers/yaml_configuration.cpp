@@ -56,8 +56,10 @@ class ConfigurationReader : private SystemReader {
     return changes;
   }
 
-  ComponentDescription read_one(const Value& component, const std::vector<std::string>& executors) {
+  ComponentDescription read_one(const Value& component, const std::vector<std::string>& executors,
+                                const LoadPolicy& policy) {
     executors_ = {executors.begin(), executors.end()};
+    policy_ = &policy;
     read_component(component);
     return system_.components.empty() ? ComponentDescription{} : system_.components.front();
   }
@@ -69,6 +71,7 @@ class ConfigurationReader : private SystemReader {
   SystemDescription read(const Value& root) {
     read_file(root);
     check_number_of_containers(root);
+    check_that_loading_can_be_asked_for(root);
     if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
       errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
     }
@@ -236,8 +239,8 @@ class ConfigurationReader : private SystemReader {
           "variable `ROS_DOMAIN_ID`, else 0.",
           into_domain(dds.domain)},
          {"loopback_only",
-          "Talk over the loopback interface only. Cyclone's sockets are bound to all interfaces "
-          "nevertheless.",
+          "Talk over the loopback interface only; what comes by another is dropped. Without it, "
+          "Cyclone's sockets receive from all interfaces.",
           into(dds.loopback_only)},
          {"parameter_services", "Containers answer ROS 2's parameter services: six for each node.",
           into(dds.parameter_services)},
@@ -278,23 +281,27 @@ class ConfigurationReader : private SystemReader {
     const PemFile certificate{"BEGIN CERTIFICATE", "a certificate in PEM form"};
     const PemFile key{"PRIVATE KEY", "a private key in PEM form, without a password"};
     const PemFile document{"multipart/signed", "a document that `openssl smime -sign` has signed"};
-    read_map(value, "security",
-             {{"identity_ca", "The certificate of who has signed those of all processes.",
-               into_file(security.identity_ca, certificate), true},
-              {"certificate", "That of this process.", into_file(security.certificate, certificate),
-               true},
-              {"private_key", "Of that certificate, without a password.",
-               into_file(security.private_key, key), true},
-              {"permissions_ca",
-               "The certificate of who has signed the next two. Without it, `identity_ca`.",
-               into_file(security.permissions_ca, certificate)},
-              {"governance", "What is protected, and how: the same for all of a domain. Signed.",
-               into_file(security.governance, document), true},
-              {"permissions",
-               "What may be written and read by whom, told by the subject of the certificate. "
-               "Signed.",
-               into_file(security.permissions, document), true}});
+    read_map(
+        value, "security",
+        {{"identity_ca", "The certificate of who has signed those of all processes.",
+          into_file(security.identity_ca, certificate), true},
+         {"certificate", "That of this process.", into_file(security.certificate, certificate),
+          true},
+         {"private_key", "Of that certificate, without a password, and not for every user to read.",
+          into_file(security.private_key, key), true},
+         {"permissions_ca",
+          "The certificate of who has signed the next two. Without it, `identity_ca`.",
+          into_file(security.permissions_ca, certificate)},
+         {"governance", "What is protected, and how: the same for all of a domain. Signed.",
+          into_file(security.governance, document), true},
+         {"permissions",
+          "What may be written and read by whom, told by the subject of the certificate. "
+          "Signed.",
+          into_file(security.permissions, document), true}});
     if (security.permissions_ca.empty()) security.permissions_ca = security.identity_ca;
+    if (!security.certificate.empty() && !security.private_key.empty()) {
+      passes(value, "private_key", [&] { security.check(); });
+    }
   }
 
   // Cyclone refuses a wrong one too, but does not tell which.
@@ -548,15 +555,34 @@ class ConfigurationReader : private SystemReader {
     }
   }
 
+  void check_that_loading_can_be_asked_for(const Value& root) {
+    const Value* only = document::find(root, "container");
+    if (const Value* several = document::find(root, "containers")) {
+      const auto* list = std::get_if<document::List>(&several->content);
+      only = list != nullptr && list->size() == 1 ? &list->front() : nullptr;
+    }
+    const Value* load = only != nullptr ? document::find(*only, "load") : nullptr;
+    if (load == nullptr || document::find(root, "dds") != nullptr) return;
+    errors_.add(load->line, "nobody can ask a container to load anything that is not on DDS",
+                "leave out 'load', or add the key 'dds'");
+  }
+
   std::string read_container(const Value& value) {
     const std::size_t before = system_.components.size();
     const Value* place = document::find(value, "components");
     std::string name = "takt";
     RestartOptions restart;
+    LoadPolicy load;
     read_map(
         value, "a container",
         {{"name", "The process in results.", into(name)},
          {"restart", "When its process is started again after its end.", into_restart(restart)},
+         {"load",
+          "Which libraries it loads when it is asked to while it runs, by `takt component load` or "
+          "ROS 2. `off`: none, and no component either. `index`: those that the component index "
+          "and the keys `library` of this file name. `any`: every file, for everybody on the "
+          "domain. See [security](../explanation/security.md).",
+          into_load(load)},
          {"components", "Not empty.",
           each_in_list([this](const Value& item) { read_component(item); }), true}});
     if (place != nullptr && std::holds_alternative<document::List>(place->content) &&
@@ -568,7 +594,32 @@ class ConfigurationReader : private SystemReader {
       system_.components[i].container = name;
     }
     if (restart.policy != RestartOptions::Policy::never) system_.restarts[name] = restart;
+    system_.loads[name] = load;
     return name;
+  }
+
+  Read into_load(LoadPolicy& load) {
+    const Read word = into(load.kind, {{"off", LoadPolicy::Kind::off},
+                                       {"index", LoadPolicy::Kind::index},
+                                       {"any", LoadPolicy::Kind::any}});
+    return either(word, [this, &load](const Value& value) {
+      read_map(value, "a load policy",
+               {{"libraries",
+                 "Folders: with `index`, the libraries in them and below. A relative path begins "
+                 "in the folder of this file.",
+                 each_in_list([this, &load](const Value& folder) { read_folder(folder, load); }),
+                 true}});
+      const Value* libraries = document::find(value, "libraries");
+      if (is_empty_list(libraries)) {
+        errors_.add(libraries->line, "the list of folders is empty",
+                    "name a folder, or write `load: index`");
+      }
+    });
+  }
+
+  void read_folder(const Value& value, LoadPolicy& load) {
+    std::string folder;
+    into_checked(folder, [&] { load.folders.push_back(real_folder(beside(folder))); })(value);
   }
 
   Read into_restart(RestartOptions& restart) {
@@ -734,6 +785,11 @@ class ConfigurationReader : private SystemReader {
     std::error_code too_long;  // for the name of a file
     if (library.find('/') != std::string::npos || std::filesystem::exists(path, too_long)) {
       library = path;
+    }
+    if (policy_ != nullptr) {
+      library = policy_->permitted(library);
+    } else {
+      system_.libraries.push_back(real_library(library));
     }
   }
 
@@ -931,6 +987,7 @@ class ConfigurationReader : private SystemReader {
     };
   }
 
+  const LoadPolicy* policy_ = nullptr;  // of a request; nullptr: a file, which may load anything
   std::set<std::string> broken_schedulers_;
   std::map<std::string, ThreadAttributes> threads_;
   std::vector<ThreadAttributes> executors_threads_;  // one for each name in an executor's list
@@ -948,8 +1005,8 @@ std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std
 
 ComponentDescription read_component(const document::Value& component,
                                     const std::vector<std::string>& executors,
-                                    document::Errors& errors) {
-  return ConfigurationReader(errors).read_one(component, executors);
+                                    const LoadPolicy& policy, document::Errors& errors) {
+  return ConfigurationReader(errors).read_one(component, executors, policy);
 }
 
 std::optional<ParameterValue> read_parameter(const document::Value& value,

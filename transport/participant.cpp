@@ -28,6 +28,7 @@
 #include "takt/base/sequence.hpp"
 #include "takt/transport/cyclone_entity.hpp"
 #include "takt/transport/graph_reader.hpp"
+#include "takt/transport/loopback_sockets.hpp"
 #include "takt/transport/node_announcer.hpp"
 #include "takt/transport/writer_clocks.hpp"
 #include "takt/transport/writer_sequences.hpp"
@@ -168,6 +169,8 @@ class Domain {
         fmt::format("DDS domain {} could not be set up", options.domain),
         "at most 100 processes of one machine can join a domain: choose another by "
         "`dds: {domain: N}`");
+    if (!options.loopback_only) return;
+    if (const std::string why = keep_on_loopback(options.domain); !why.empty()) complain(why);
   }
   ~Domain() { dds_delete(handle_); }
   Domain(const Domain&) = delete;
@@ -900,6 +903,7 @@ void DdsOptions::check() const {
 
 std::shared_ptr<Participant> Participant::create(const DdsOptions& options) {
   options.check();
+  if (options.security) options.security->check();
   put_away(nullptr);
   return std::make_shared<CycloneParticipant>(options);
 }

@@ -27,12 +27,16 @@ int default_domain();
 struct DdsSecurity {
   std::string identity_ca, certificate, private_key;    // PEM
   std::string permissions_ca, governance, permissions;  // PEM, and two S/MIME documents
+
+  /// Throws an Error about a private key that cannot be read, that every user can read or change,
+  /// or that is not the certificate's: of these Cyclone says nothing, or not why.
+  void check() const;
 };
 
 struct DdsOptions {
   int domain = default_domain();  // 0 to 230: only processes of the same domain see each other
-  /// Talk over the loopback interface only. The sockets are bound to all interfaces nevertheless:
-  /// this keeps others out by configuration, not by force.
+  /// Talk over the loopback interface only; the kernel drops what comes by another. Without it, the
+  /// sockets receive from all interfaces, though Cyclone chooses one to talk by.
   bool loopback_only = true;
   /// Policy, priority and CPUs of all of Cyclone's threads; they keep Cyclone's names. Not
   /// SCHED_DEADLINE, which they cannot inherit.
@@ -152,9 +156,9 @@ struct EndpointState {
 /// decoded, and what Cyclone warns of, are counted and logged once a second at the most.
 class Participant {
  public:
-  /// Throws Error when the domain cannot be joined, with what Cyclone says of it, or shared memory
-  /// is required and cannot be had. With shared memory it takes 0.1 s: who writes before its reader
-  /// knows of it is not heard.
+  /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says of
+  /// it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: who
+  /// writes before its reader knows of it is not heard.
   static std::shared_ptr<Participant> create(const DdsOptions& options);
   virtual ~Participant() = default;
 

@@ -138,7 +138,10 @@ subprocess.run("openssl smime -sign -text -in elsewhere.xml -signer keys/ca.pem"
 write("elsewhere.yaml", "talker.yaml", ("keys/permissions.p7s", "elsewhere.p7s"))
 subprocess.run("openssl ec -in keys/talker.key -aes128 -passout pass:x -out locked.key",
                shell=True, check=True, capture_output=True)
-write("locked.yaml", "talker.yaml", ("keys/talker.key", "locked.key"))
+shutil.copy("keys/talker.key", "open.key")
+os.chmod("open.key", 0o644)
+for name, key in [("locked", "locked.key"), ("open", "open.key"), ("mixed", "keys/eve.key")]:
+    write(name + ".yaml", "talker.yaml", ("keys/talker.key", key))
 for name, who, reason in [
         ("eve", "whom no permission names", "Subject name is invalid"),
         ("secret", "whose permissions forbid the topic",
@@ -148,9 +151,15 @@ for name, who, reason in [
          "Certificate not valid: error: certificate signature failure; subject: /CN=talker"),
         ("unsigned", "whose permissions another authority has signed", "certificate verify error"),
         ("elsewhere", "whose permissions are for other domains", "denied by default rule"),
-        ("locked", "whose key has a password", "bad decrypt")]:
+        ("locked", "whose key has a password", "locked.yaml:5: the private key"),
+        ("open", "whose key is open to all", "open.yaml:5: the private key"),
+        ("mixed", "whose key is another's", "mixed.yaml:5: the private key")]:
     _, said, status = run(name)[0]
     check(f"'{name}', {who}, is refused at its start", status == 2 and reason in said, status, said)
+    if "private key" in reason:
+        checked = subprocess.run([takt, "check", name + ".yaml"], capture_output=True, text=True)
+        check("and by `takt check`", checked.returncode == 2 and reason in checked.stderr,
+              checked.returncode, checked.stderr)
 
 # Fragments are encrypted too.
 large = (r"size_bytes: \[320\]", "size_bytes: [1000000]")

@@ -156,8 +156,10 @@ void add_component(CLI::App& app) {
       ->required();
   load_command->add_option("--name", options->request.node_name, "The node's name");
   load_command->add_option("--namespace", options->request.node_namespace, "The node's namespace");
-  load_command->add_option("--library", options->library,
-                           "The library that has the class, when the index has not");
+  load_command->add_option(
+      "--library", options->library,
+      "The library that has the class, when the index has not; the container must "
+      "allow it (see: load in the configuration, takt run --load)");
   load_command->add_option("--executor", options->executor,
                            "A name of an executor in the container");
   load_command->add_option("-p,--param", options->parameters, "name:=value; may be repeated")

@@ -113,6 +113,39 @@ with tempfile.TemporaryDirectory() as folder:
     check("`takt run` on two hosts: a topic and a service pass",
           received["subscription"] > 50 and received["client"] > 50, received, said)
 
+# What is on the loopback interface only hears nobody else, though Cyclone's sockets would.
+FIRST_PORT = 7410
+KNOCK = f"""
+import socket, time
+knocking = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+knocking.connect(("10.77.0.1", {FIRST_PORT}))
+try:
+    for _ in range(500):
+        knocking.send(b"anybody there?")
+        time.sleep(0.02)
+except ConnectionRefusedError:
+    print("refused")
+"""
+
+
+def listens():
+    sockets = subprocess.run(["ip", "netns", "exec", left, "cat", "/proc/net/udp"],
+                             capture_output=True, text=True).stdout
+    return f" 00000000:{FIRST_PORT:04X} " in sockets
+
+
+ip("-n", left, "link", "set", "lo", "up")
+process = subprocess.Popen(["ip", "netns", "exec", left, takt, "run", "--name", "lonely"],
+                           env={**os.environ, "ROS_DOMAIN_ID": "0"}, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.PIPE, text=True)
+check("`takt run --name` listens", eventually(listens))
+answer = subprocess.run(["ip", "netns", "exec", right, sys.executable, "-c", KNOCK],
+                        capture_output=True, text=True).stdout
+check("but not to another host", answer == "refused\n" and listens(), answer)
+process.terminate()
+said = process.communicate()[1]
+check("and ends well", process.returncode == 0, said)
+
 hosts = pair()
 here, there = hosts
 check("two hosts find each other", eventually(lambda: all_are_ready(hosts)))

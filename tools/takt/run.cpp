@@ -26,6 +26,7 @@ constexpr std::size_t kTraceEvents = 65'536;
 struct Options {
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
                                                json, trace;
+  std::vector<std::string> load;
   bool histograms = false;
 };
 
@@ -162,6 +163,7 @@ SystemDescription empty_container(const Options& options) {
   system.file = "--name " + options.name;
   system.name = options.name;
   system.dds.emplace();
+  system.loads[system.name] = parse_load_policy(options.load);
   system.executors = {
       {.name = "default", .type = options.executor.empty() ? "single_threaded" : options.executor}};
   return system;
@@ -253,11 +255,18 @@ void add_run(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   CLI::Option* file = command->add_option("FILE", options->file,
                                           "A configuration file, or an iRobot JSON workload");
+  CLI::Option* name =
+      command
+          ->add_option("--name", options->name,
+                       "Instead of FILE: an empty container of this name, on DDS, that waits for "
+                       "components to be loaded (see: takt component)")
+          ->excludes(file);
   command
-      ->add_option("--name", options->name,
-                   "Instead of FILE: an empty container of this name, on DDS, that waits for "
-                   "components to be loaded (see: takt component)")
-      ->excludes(file);
+      ->add_option("--load", options->load,
+                   "With --name, what it loads when it is asked to: off, index (the default), any, "
+                   "or a folder of libraries beside the index; folders may be repeated")
+      ->allow_extra_args(false)
+      ->needs(name);
   command
       ->add_option("--executor", options->executor,
                    "Every component under one executor of this type (see: takt list executors)")

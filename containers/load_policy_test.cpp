@@ -1,0 +1,159 @@
+// Which libraries a container lets in, and what the file says about it.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/load_policy.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration_file_test.hpp"
+
+namespace takt {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// A folder of its own, without links above it.
+class LoadPolicyTest : public testing::Test {
+ protected:
+  LoadPolicyTest() {
+    std::string folder = testing::TempDir() + "takt_XXXXXX";
+    if (mkdtemp(folder.data()) == nullptr) ADD_FAILURE() << "no directory " << folder;
+    folder_ = fs::canonical(folder);
+    for (const char* name : {"ours/below", "theirs", "ours_too"}) {
+      fs::create_directories(folder_ / name);
+      std::ofstream(folder_ / name / "lib.so") << "a library";
+    }
+    fs::create_symlink(folder_ / "theirs/lib.so", folder_ / "ours/disguised.so");
+    fs::create_symlink(folder_ / "ours/below/lib.so", folder_ / "theirs/honest.so");
+    fs::create_directory_symlink(folder_ / "theirs", folder_ / "ours/link");
+    fs::create_symlink("round.so", folder_ / "ours/round.so");
+  }
+  ~LoadPolicyTest() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return folder_ / name; }
+  // What would be loaded, without the folder; or the error.
+  std::string outcome(const LoadPolicy& policy, const std::string& library) const {
+    try {
+      return fs::path(policy.permitted(library)).lexically_relative(folder_);
+    } catch (const Error& error) {
+      return error.what();
+    }
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(LoadPolicyTest, LetsInWhatLiesInAFolderOrBelowByItsRealPath) {
+  const LoadPolicy policy{.folders = {real_folder(path("theirs/../ours"))}};
+  EXPECT_EQ(outcome(policy, path("ours/below/lib.so")), "ours/below/lib.so");
+  EXPECT_EQ(outcome(policy, path("ours/../ours/below//lib.so")), "ours/below/lib.so");
+  EXPECT_EQ(outcome(policy, path("theirs/honest.so")), "ours/below/lib.so");
+  for (const char* name : {"theirs/lib.so", "ours/disguised.so", "ours/link/lib.so",
+                           "ours/../theirs/lib.so", "ours/below/../../theirs/lib.so",
+                           "ours_too/lib.so", "ours/no/../../theirs/lib.so", "ours/round.so"}) {
+    EXPECT_THAT(outcome(policy, path(name)), HasSubstr("may not be loaded")) << name;
+  }
+  EXPECT_EQ(outcome(policy, path("ours/$LIB")),
+            "there is no library '" + path("ours/$LIB") + "'; name a shared library");
+  EXPECT_EQ(outcome(policy, path("ours")),
+            "there is no library '" + path("ours") + "'; name a shared library");
+}
+
+TEST_F(LoadPolicyTest, NamesTheKeyAndTheOptionThatWouldAllowIt) {
+  EXPECT_EQ(outcome({}, path("ours/disguised.so")),
+            "library '" + path("theirs/lib.so") +
+                "' may not be loaded: neither the component index nor the container's file names "
+                "it; allow its folder by `load: {libraries: [" +
+                path("theirs") +
+                "]}` under the container in its file, or by `takt run --name NAME --load " +
+                path("theirs") + "`");
+  EXPECT_THAT(outcome({}, "libm.so.6"), StartsWith("library 'libm.so.6' may not be loaded"));
+  EXPECT_EQ(outcome({.kind = LoadPolicy::Kind::off}, path("ours/below/lib.so")),
+            "this container loads no components on request; say `load: index` under it in its "
+            "file, or `takt run --name NAME --load index`");
+  EXPECT_EQ(LoadPolicy{.kind = LoadPolicy::Kind::any}.permitted("libm.so.6"), "libm.so.6");
+}
+
+TEST_F(LoadPolicyTest, LetsInWhatTheFileNamesAndWhatTheIndexesName) {
+  const LoadPolicy named{.libraries = {real_library(path("theirs/honest.so")), "libm.so.6"}};
+  EXPECT_EQ(outcome(named, path("ours/below/lib.so")), "ours/below/lib.so");
+  EXPECT_EQ(named.permitted("libm.so.6"), "libm.so.6");
+  EXPECT_THAT(outcome(named, path("theirs/lib.so")), HasSubstr("may not be loaded"));
+
+  for (const auto& [variable, folder] :
+       {std::pair{"TAKT_COMPONENT_PATH", "share/takt/components"},
+        std::pair{"AMENT_PREFIX_PATH", "share/ament_index/resource_index/rclcpp_components"}}) {
+    fs::create_directories(folder_ / folder);
+    std::ofstream(folder_ / folder / "guests") << "mine::Guest;theirs/honest.so\n";
+    setenv(variable, ("/nowhere:" + folder_.string()).c_str(), 1);
+    std::vector<std::string> found;
+    for (const auto& [name, library] : component_index()) {
+      if (name == "mine::Guest") found.push_back(library);
+    }
+    EXPECT_THAT(found, ElementsAre(path("theirs/honest.so"))) << variable;
+    EXPECT_EQ(outcome({}, path("ours/below/lib.so")), "ours/below/lib.so") << variable;
+    unsetenv(variable);
+    EXPECT_THAT(outcome({}, path("ours/below/lib.so")), HasSubstr("may not be loaded"));
+  }
+}
+
+TEST_F(LoadPolicyTest, IsOneWordOrFoldersInAnOption) {
+  const auto error_of = [](const std::vector<std::string>& words) -> std::string {
+    try {
+      parse_load_policy(words);
+      return "no error";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(parse_load_policy({}).kind, LoadPolicy::Kind::index);
+  EXPECT_EQ(parse_load_policy({"off"}).kind, LoadPolicy::Kind::off);
+  EXPECT_EQ(parse_load_policy({"any"}).kind, LoadPolicy::Kind::any);
+  EXPECT_THAT(parse_load_policy({path("ours/link"), path("ours")}).folders,
+              ElementsAre(path("theirs"), path("ours")));
+  EXPECT_EQ(error_of({path("no")}),
+            "there is no folder '" + path("no") + "'; name one that has libraries");
+  EXPECT_THAT(error_of({"any", path("ours")}), StartsWith("'any' does not stand beside others"));
+}
+
+TEST(LoadPolicy, OfAFileIsThatOfTheContainer) {
+  provide_workload();
+  const ConfigurationFile file("robot.yaml",
+                               "containers:\n"
+                               "  - name: open\n"
+                               "    load: any\n"
+                               "    components: [{component: takt::Workload, name: a}]\n"
+                               "  - name: closed\n"
+                               "    load: off\n"
+                               "    components: [{component: takt::Workload, name: b}]\n"
+                               "  - name: own\n"
+                               "    load: {libraries: [., ..]}\n"
+                               "    components: [{component: takt::Workload, name: c}]\n"
+                               "  - name: plain\n"
+                               "    components: [{component: takt::Workload, name: d}]\n");
+  const SystemDescription system = file.read();
+  const fs::path folder = fs::canonical(fs::path(file.path()).parent_path());
+  std::vector<LoadPolicy> policies;
+  for (const SystemDescription& process : split(system, Composition::file)) {
+    policies.push_back(load_policy(process));
+  }
+  ASSERT_EQ(policies.size(), 4u);
+  EXPECT_EQ(policies[0].kind, LoadPolicy::Kind::any);
+  EXPECT_EQ(policies[1].kind, LoadPolicy::Kind::off);
+  EXPECT_EQ(policies[2].kind, LoadPolicy::Kind::index);
+  EXPECT_THAT(policies[2].folders, ElementsAre(folder.string(), folder.parent_path().string()));
+  EXPECT_EQ(policies[3].kind, LoadPolicy::Kind::index);
+  EXPECT_THAT(policies[3].folders, testing::IsEmpty());
+  EXPECT_EQ(load_policy(split(system, Composition::per_node)[1]).kind, LoadPolicy::Kind::off);
+  EXPECT_EQ(load_policy(split(system, Composition::single)[0]).kind, LoadPolicy::Kind::any);
+}
+
+}  // namespace
+}  // namespace takt
