@@ -479,7 +479,8 @@ LoadedComponent Container::load(ComponentDescription component) {
     loaded->id = ++last_id_;
   }
   for (const auto& entity : node->entities()) {
-    if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();  // it was made long ago
+    // It was made long ago.
+    if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
   }
   try {
     place(*loaded);
@@ -917,7 +918,7 @@ void Container::release() {
     const std::lock_guard lock(mutex_);
     for (const auto& loaded : components_) {
       for (const auto& entity : loaded->node()->entities()) {
-        if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();
+        if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
       }
     }
   }
