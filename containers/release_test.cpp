@@ -1,7 +1,8 @@
-// What the release of a container does to timers.
+// What the release of a container does to timers, and what it finds out about names before.
 // SPDX-License-Identifier: Apache-2.0
 #include <future>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/base/manual_clock.hpp"
@@ -12,6 +13,7 @@ namespace takt::test {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::ElementsAre;
 
 struct Begin {
   int number = 0;
@@ -53,6 +55,15 @@ class Sleeper : public Node {
   std::shared_ptr<Subscription<Begin>> subscription_;
 };
 
+class TwoOfOneName : public Node {
+ public:
+  explicit TwoOfOneName(const NodeOptions& options) : Node("pair", options) {}
+
+ private:
+  const std::shared_ptr<Timer> first_ = create_timer("tick", 1h, [] {});
+  const std::shared_ptr<Timer> second_ = create_timer("tick", 2h, [] {});
+};
+
 template <class Class>
 std::string provide(const std::string& type) {
   components().add(type, "for tests", [](const NodeOptions& options) {
@@ -69,6 +80,15 @@ SystemDescription of(std::initializer_list<std::string> types) {
     system.components.push_back({.type = type, .where = fmt::format("test.yaml:{}", ++line)});
   }
   return system;
+}
+
+std::vector<std::string> errors_of(const SystemDescription& system) {
+  try {
+    const Container container(system);
+    return {};
+  } catch (const ConfigurationError& error) {
+    return {error.errors().begin(), error.errors().end()};
+  }
 }
 
 void expect_that_only_phases_begin(const Timers& timers, TimePoint now) {
@@ -113,6 +133,28 @@ TEST(Release, LetsACoroutineWakeThatSleptBefore) {
   EXPECT_EQ(Sleeper::awake.get_future().wait_for(30s), std::future_status::ready);
   container.hold();
   container.stop();
+}
+
+TEST(Names, TwoTimersOfOneNameAreAnErrorOfTheFile) {
+  static const std::string type = provide<TwoOfOneName>("test::TwoOfOneName");
+  EXPECT_THAT(errors_of(of({type})),
+              ElementsAre("test.yaml:3: component 'test::TwoOfOneName' makes two timers called "
+                          "'tick'; give each its own name in the code"));
+}
+
+TEST(Names, TwoNodesThatTheCodeCallsTheSameAreAnErrorOfTheFile) {
+  static const std::string type = provide<Sleeper>("test::Namesake");
+  SystemDescription system = of({type, type, type});
+  EXPECT_THAT(
+      errors_of(system),
+      ElementsAre(
+          "test.yaml:4: the node of 'test::Namesake' is called '/sleeper', as that of "
+          "'test::Namesake' in test.yaml:3; give each component its own name or namespace",
+          "test.yaml:5: the node of 'test::Namesake' is called '/sleeper', as that of "
+          "'test::Namesake' in test.yaml:3; give each component its own name or namespace"));
+  system.components[1].name = "second";
+  system.components[2].name_space = "/third";
+  EXPECT_THAT(errors_of(system), ElementsAre());
 }
 
 }  // namespace

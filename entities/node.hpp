@@ -52,6 +52,9 @@ inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
 
+/// Throws Error when a node cannot have this name.
+void check_node_name(std::string_view name);
+
 /// New parameters of a node's callback groups and callbacks, by name.
 struct CallbackParameterChanges {
   std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
@@ -238,7 +241,7 @@ class Node : public std::enable_shared_from_this<Node> {
                                               resolve(name), fully_qualified_name_, clock().real(),
                                               options, options_.participant);
     if (options.timeout != Nanoseconds::zero()) {
-      client->set_timer(adopt_timer(std::make_shared<Timer>(
+      client->set_timer(adopt<Timer>(std::make_shared<Timer>(
           timeout_name(name), client->group(), clock().real(), options.timeout,
           [client = client.get()] { client->end_late_calls(); })));
     }
@@ -333,6 +336,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::string> unused_remaps() const;
   /// The full names of the topics that the code has asked for so far.
   std::vector<std::string> topics() const;
+  /// Names that two timers have had at the same time: files and results cannot tell them apart.
+  std::vector<std::string> timers_of_one_name() const;
 
  protected:
   // For nodes that make entities of their own kinds.
@@ -347,7 +352,7 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
-  /// Throws Error when the timer's name cannot be.
+  /// Throws Error when the timer's name cannot be, and warns when another one has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   /// What resumes the coroutines of a callback.
   std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
@@ -388,7 +393,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::weak_ptr<Entity>> entities_;
   std::vector<std::weak_ptr<CallbackGroup>> groups_;
   std::vector<NodeListener*> listeners_;
-  std::set<std::string, std::less<>> used_remaps_, topics_;
+  std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
+  std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
   // Topic → the callbacks that publish on it; empty: any may.
   std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
 
