@@ -108,6 +108,20 @@ status = run.end()
 check("one that returns in time is destroyed, and all others are", status == 1
       and run.read("sound.gone") and run.read("slow.gone"), status, run.read("log"))
 
+run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  components:\n"
+          + component("sound")).close("slow").begin()
+run.wait("sound.ticks", 1)
+loader = subprocess.Popen([takt, "component", "load", "one", "Witness", "--library", library,
+                           "--name", "slow"], env=environment, stderr=subprocess.DEVNULL)
+run.wait("slow.entered", 1)
+run.send(signal.SIGINT)
+status = run.end()
+check("a component that is being loaded holds nothing up either", status == -signal.SIGINT
+      and "SIGINT; waiting for the constructor of component 'slow'" in run.read("log"),
+      status, run.read("log"))
+loader.kill()
+loader.wait()
+
 # ---- Several processes ----
 
 run = Run("containers:\n" + container("sound") + container("slow")).close("slow").begin()
