@@ -22,6 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "channel.hpp"
 #include "end_signals.hpp"
 #include "result_json.hpp"
 #include "shared_memory.hpp"
@@ -157,59 +158,7 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   return result;
 }
 
-// ---- Several: what parent and child say to each other ----
-
-/// One JSON document a line, over a socket pair.
-class Channel {
- public:
-  explicit Channel(int fd) : fd_(fd) {}
-  ~Channel() { close(fd_); }
-  Channel(const Channel&) = delete;
-  Channel& operator=(const Channel&) = delete;
-  int fd() const noexcept { return fd_; }
-
-  /// False: the other one has gone.
-  bool send(const json& document) {
-    const std::string line = document.dump() + "\n";
-    for (std::size_t sent = 0; sent < line.size();) {
-      const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
-      if (now < 0 && errno == EINTR) continue;
-      if (now <= 0) return false;
-      sent += static_cast<std::size_t>(now);
-    }
-    return true;
-  }
-  /// The next document that has come.
-  std::optional<json> next() {
-    const std::size_t end = received_.find('\n');
-    if (end == std::string::npos) return std::nullopt;
-    json document = json::parse(received_.substr(0, end));
-    received_.erase(0, end + 1);
-    return document;
-  }
-  /// Waits for a part of one. False: the other one has gone.
-  bool read_some() {
-    std::array<char, 65536> buffer;
-    for (;;) {
-      const ssize_t now = read(fd_, buffer.data(), buffer.size());
-      if (now < 0 && errno == EINTR) continue;
-      if (now > 0) received_.append(buffer.data(), static_cast<std::size_t>(now));
-      return now > 0;
-    }
-  }
-  std::optional<json> receive() {
-    for (;;) {
-      if (auto document = next()) return document;
-      if (!read_some()) return std::nullopt;
-    }
-  }
-  /// Says nothing more; the other one sees the end, and may still say something.
-  void finish() { shutdown(fd_, SHUT_WR); }
-
- private:
-  const int fd_;
-  std::string received_;
-};
+// ---- Several: the child ----
 
 /// Waits until each end of a topic has found as many others as the parent has counted.
 void wait_for_matches(const Container& container, const json& wanted) {
