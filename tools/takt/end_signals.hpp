@@ -35,7 +35,7 @@ std::string name_of_signal(int signal);
 
 /// A component's constructor that has not returned so long after the end of the run was asked for
 /// does not hold it up any more.
-inline constexpr std::chrono::seconds kConstructorLimit(5);
+inline constexpr std::chrono::seconds kConstructorLimit(10);
 
 /// Ends this process in bounded time although a component's constructor does not return. It has a
 /// thread while the run begins and while it ends, and none between.
