@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -145,7 +146,15 @@ class Maker {
                                                               std::move(callback)));
   }
 
+  /// "TOPIC_timer"; of several publishers of one topic the second has "TOPIC_timer_2".
+  std::string timer_name(const std::string& of) {
+    const std::string first = identifier(of) + "_timer";
+    const int count = ++timers_[first];
+    return count == 1 ? first : fmt::format("{}_{}", first, count);
+  }
+
   AnyNode& node_;
+  std::map<std::string, int> timers_;
   std::vector<std::shared_ptr<void>> entities_;
 };
 
@@ -263,13 +272,12 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
   const auto client = node_.template create_client<WorkloadService>(service);
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   entities_.push_back(client);
-  entities_.push_back(
-      node_.create_timer(identifier(service) + "_timer", period, [client, tracking_number] {
-        // A client that nobody answers stops asking, as its bound says.
-        if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
-        client->async_send_request({.tracking_number = ++*tracking_number},
-                                   [](const WorkloadService::Response*) {});
-      }));
+  entities_.push_back(node_.create_timer(timer_name(service), period, [client, tracking_number] {
+    // A client that nobody answers stops asking, as its bound says.
+    if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
+    client->async_send_request({.tracking_number = ++*tracking_number},
+                               [](const WorkloadService::Response*) {});
+  }));
 }
 
 template <class AnyNode>
@@ -316,12 +324,12 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   // Enough for the receivers' queues; when all are out, the message is not sent this time.
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
-  auto publisher = node_.template create_publisher<T>(
-      publishing.topic, publishing.qos,
-      {.loans = loans,
-       .prototype = fresh,
-       .expected_period = publishing.period,
-       .published_by = {identifier(publishing.topic) + "_timer"}});
+  const std::string timer = timer_name(publishing.topic);
+  auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
+                                                      {.loans = loans,
+                                                       .prototype = fresh,
+                                                       .expected_period = publishing.period,
+                                                       .published_by = {timer}});
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   const auto fill = [bytes = publishing.fill_bytes](T& message) {
     const auto value = static_cast<std::byte>(message.tracking_number);
@@ -349,8 +357,7 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
     }
   };
   entities_.push_back(publisher);
-  entities_.push_back(
-      node_.create_timer(identifier(publishing.topic) + "_timer", publishing.period, publish));
+  entities_.push_back(node_.create_timer(timer, publishing.period, publish));
 }
 
 template <class AnyNode>

@@ -83,6 +83,12 @@ void check_names(const ComponentDescription& component, const Node& node,
   for (const std::string& name : node.unused_remaps()) {
     add(line(component.remap_lines, name), "topic to remap", name, "");
   }
+  for (const std::string& name : node.timers_of_one_name()) {
+    errors.push_back(
+        Error(fmt::format("component '{}' makes two timers called '{}'", component.type, name),
+              "give each its own name in the code", component.where)
+            .what());
+  }
   const auto check = [&](const auto& described, const auto& objects, std::string_view what) {
     std::vector<std::string> names;
     for (const auto& object : objects) names.push_back(object->name());
@@ -367,6 +373,7 @@ void Container::make_components() {
     }
   }
   if (!components_.empty() && errors_.empty()) check_topics();
+  for (std::string& error : name_conflicts(components())) errors_.push_back(std::move(error));
 }
 
 // What the file decides about topics: of those that are there.
@@ -383,6 +390,18 @@ void Container::check_topics() {
         Error(fmt::format("no component has the topic '{}'", name), suggest(name, names), where)
             .what());
   }
+}
+
+std::unique_ptr<Component> Container::construct(const ComponentDescription& component,
+                                                const NodeOptions& options) const {
+  if (!overrides_.on_making) return takt::components().make(component.type, options);
+  struct Told {
+    const std::function<void(std::string_view)>& tell;
+    ~Told() { tell(""); }
+  };
+  overrides_.on_making(component.name.empty() ? component.type : component.name);
+  const Told told{overrides_.on_making};
+  return takt::components().make(component.type, options);
 }
 
 // nullptr, and errors, when it cannot be made as described.
@@ -406,7 +425,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
                          .what());
   };
   try {
-    loaded->component = takt::components().make(component.type, options);
+    loaded->component = construct(component, options);
     check_names(component, *loaded->node(), errors);
     if (errors.size() == before) set_parameters(component, *loaded->node(), errors);
   } catch (const std::exception& error) {
@@ -479,7 +498,8 @@ LoadedComponent Container::load(ComponentDescription component) {
     loaded->id = ++last_id_;
   }
   for (const auto& entity : node->entities()) {
-    if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();  // it was made long ago
+    // It was made long ago.
+    if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
   }
   try {
     place(*loaded);
@@ -489,7 +509,7 @@ LoadedComponent Container::load(ComponentDescription component) {
     forget(*loaded);
     throw;
   }
-  return {loaded->id, node->fully_qualified_name(), component.type};
+  return {loaded->id, node->fully_qualified_name(), component.type, component.where};
 }
 
 // With the mutex held; nullptr when there is none.
@@ -564,8 +584,8 @@ std::vector<LoadedComponent> Container::components() const {
   std::vector<LoadedComponent> result;
   for (const auto& loaded : components_) {
     if (loaded->is_leaving) continue;
-    result.push_back(
-        {loaded->id, loaded->node()->fully_qualified_name(), loaded->description.type});
+    result.push_back({loaded->id, loaded->node()->fully_qualified_name(), loaded->description.type,
+                      loaded->description.where});
   }
   return result;
 }
@@ -930,7 +950,7 @@ void Container::release() {
     const std::lock_guard lock(mutex_);
     for (const auto& loaded : components_) {
       for (const auto& entity : loaded->node()->entities()) {
-        if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->reset();
+        if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
       }
     }
   }

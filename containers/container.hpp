@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
+#include "takt/containers/loaded_component.hpp"
 #include "takt/containers/plan.hpp"
 #include "takt/containers/result.hpp"
 #include "takt/containers/system_description.hpp"
@@ -34,13 +36,9 @@ struct ContainerOverrides {
   Clock* clock = &Clock::steady();
   /// Stands in for the one that `dds` of the description asks for; for those who only look.
   std::shared_ptr<Participant> participant;
-};
-
-/// A component of a running container.
-struct LoadedComponent {
-  std::uint64_t id = 0;  // 1, 2, … in the order of loading
-  std::string name;      // of its node, with the namespace
-  std::string type;
+  /// Called before a component's constructor, with what the file calls it, and after it, with an
+  /// empty text; on the thread that makes it.
+  std::function<void(std::string_view component)> on_making;
 };
 
 /// Makes the components of a description, gives them and their callback groups to executors, and
@@ -124,6 +122,8 @@ class Container {
   using Errors = std::vector<std::string>;
 
   void make_components();
+  std::unique_ptr<Component> construct(const ComponentDescription& component,
+                                       const NodeOptions& options) const;
   std::shared_ptr<Loaded> make(const ComponentDescription& component, Errors& errors) const;
   void check_topics();
   void make_chains();

@@ -236,10 +236,10 @@ SystemReader::Read SystemReader::into_checked(std::string& target, std::function
   };
 }
 
-// A node knows the rules for names, and a bare one does nothing.
+// The rules for names are a node's, and a bare one does nothing.
 
 SystemReader::Read SystemReader::into_node_name(std::string& target) {
-  return into_checked(target, [&target] { const Node node(target); });
+  return into_checked(target, [&target] { check_node_name(target); });
 }
 
 SystemReader::Read SystemReader::into_name_space(std::string& target) {

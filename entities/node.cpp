@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <mutex>
 
 #include <fmt/format.h>
@@ -67,7 +68,34 @@ std::map<Object*, CallbackParameters> after(
   return result;
 }
 
+// The nodes of this process by name, and by the participant through which others see them.
+class NodeNames {
+ public:
+  static NodeNames& instance() {
+    static NodeNames& names = *new NodeNames;  // some nodes are destroyed after static objects
+    return names;
+  }
+  /// False: there is one already.
+  bool add(const Participant* participant, const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    return ++counts_[{participant, name}] == 1;
+  }
+  void remove(const Participant* participant, const std::string& name) noexcept {
+    const std::lock_guard lock(mutex_);
+    const auto found = counts_.find({participant, name});
+    if (--found->second == 0) counts_.erase(found);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<const Participant*, std::string>, int> counts_;
+};
+
 }  // namespace
+
+void check_node_name(std::string_view name) {
+  check_name(name, "node");
+}
 
 Node::Node(std::string_view name, const NodeOptions& options)
     : options_(options),
@@ -77,16 +105,22 @@ Node::Node(std::string_view name, const NodeOptions& options)
       default_group_(
           std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
       parameters_(name_, options.parameters) {
-  check_name(name_, "node");
+  check_node_name(name_);
   groups_.push_back(default_group_);
   if (options_.parameters.contains(kUseSimTime)) {
     declare_parameter(kUseSimTime, false,
                       {.description = "Timers follow /clock.", .read_only = true});
   }
   if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
+  if (!NodeNames::instance().add(options_.participant.get(), fully_qualified_name_)) {
+    log(LogLevel::warn,
+        "another node has this name too; give each its own name or namespace, as parameters, "
+        "services and results cannot tell them apart");
+  }
 }
 
 Node::~Node() {
+  NodeNames::instance().remove(options_.participant.get(), fully_qualified_name_);
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
@@ -165,7 +199,23 @@ std::shared_ptr<Timer> Node::create_timer(std::string name, Nanoseconds period,
 
 std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
   check_name(timer->name(), "timer");
-  return adopt<Timer>(std::move(timer));
+  const std::string name = timer->name();
+  auto handle = adopt<Timer>(std::move(timer));
+  bool is_first_warning = false;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(timers_, [](const auto& known) { return known.second.expired(); });
+    if (!timers_.try_emplace(name, handle).second) {
+      is_first_warning = timers_of_one_name_.insert(name).second;
+    }
+  }
+  if (is_first_warning) {
+    log(LogLevel::warn,
+        "two timers are called '{}'; give each its own name, as files, chains and results cannot "
+        "tell them apart",
+        name);
+  }
+  return handle;
 }
 
 std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
@@ -397,6 +447,11 @@ std::vector<std::string> Node::unused_remaps() const {
     if (!used_remaps_.contains(from)) result.push_back(from);
   }
   return result;
+}
+
+std::vector<std::string> Node::timers_of_one_name() const {
+  const std::lock_guard lock(mutex_);
+  return {timers_of_one_name_.begin(), timers_of_one_name_.end()};
 }
 
 std::vector<std::string> Node::topics() const {

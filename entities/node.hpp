@@ -54,6 +54,9 @@ inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
 
+/// Throws Error when a node cannot have this name.
+void check_node_name(std::string_view name);
+
 /// New parameters of a node's callback groups and callbacks, by name.
 struct CallbackParameterChanges {
   std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
@@ -247,7 +250,7 @@ class Node : public std::enable_shared_from_this<Node> {
                                     if (const auto alive = weak.lock()) alive->end_late_calls();
                                   });
       timer->cancel();  // before an executor has it, as the client has not got it yet
-      client->set_timer(adopt_timer(std::move(timer)));
+      client->set_timer(adopt<Timer>(std::move(timer)));
     }
     auto handle = adopt<Client<S>>(client);
     client->start();
@@ -341,6 +344,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::string> unused_remaps() const;
   /// The full names of the topics that the code has asked for so far.
   std::vector<std::string> topics() const;
+  /// Names that two timers have had at the same time: files and results cannot tell them apart.
+  std::vector<std::string> timers_of_one_name() const;
 
  protected:
   // For nodes that make entities of their own kinds.
@@ -355,7 +360,7 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
-  /// Throws Error when the timer's name cannot be.
+  /// Throws Error when the timer's name cannot be, and warns when another one has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   /// What resumes the coroutines of a callback.
   std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
@@ -401,7 +406,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<NodeListener*> listeners_;
   std::vector<std::pair<NodeListener*, std::thread::id>> listener_calls_;  // that run now
   std::condition_variable_any listener_called_;
-  std::set<std::string, std::less<>> used_remaps_, topics_;
+  std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
+  std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
   // Topic → the callbacks that publish on it; empty: any may.
   std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
 

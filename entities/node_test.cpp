@@ -27,6 +27,11 @@ struct Scan {
 };
 TAKT_MESSAGE(Scan, "test_msgs/msg/Scan", id);
 
+struct NamesService {
+  using Request = Scan;
+  using Response = Scan;
+};
+
 std::shared_ptr<Node> make_node(const std::string& name, const NodeOptions& options = {}) {
   return std::make_shared<Node>(name, options);
 }
@@ -55,6 +60,57 @@ class OwningSink final : public Sink {
 };
 
 // ---- Names ----
+
+/// What is logged while it lives.
+class LogLines {
+ public:
+  LogLines() {
+    Logger::instance().set_writer([this](LogLevel, std::string_view line) {
+      const std::lock_guard lock(mutex_);
+      lines_.emplace_back(line);
+    });
+  }
+  ~LogLines() {
+    Logger::instance().flush();
+    Logger::instance().set_writer({});
+  }
+  std::vector<std::string> get() const {
+    Logger::instance().flush();
+    const std::lock_guard lock(mutex_);
+    return lines_;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<std::string> lines_;
+};
+
+TEST(Node, WarnsOnceOfTwoTimersOfOneName) {
+  const LogLines log;
+  const auto node = make_node("mapper");
+  auto first = node->create_timer("tick", 1s, [] {});
+  const auto clients = {node->create_client<NamesService>("a", {.timeout = 1s}),
+                        node->create_client<NamesService>("a", {.timeout = 1s})};
+  first = nullptr;
+  first = node->create_timer("tick", 1s, [] {});  // the only one again
+  EXPECT_THAT(log.get(), IsEmpty());
+  const auto second = node->create_timer("tick", 1s, [] {});
+  const auto third = node->create_timer("tick", 1s, [] {});
+  EXPECT_THAT(log.get(), ElementsAre(HasSubstr("/mapper: two timers are called 'tick'")));
+  EXPECT_THAT(node->timers_of_one_name(), ElementsAre("tick"));
+}
+
+TEST(Node, WarnsOfTwoNodesOfOneName) {
+  const LogLines log;
+  {
+    const auto first = make_node("namesake");
+    const auto elsewhere = make_node("namesake", {.name_space = "/front"});
+  }
+  const auto again = make_node("namesake");
+  EXPECT_THAT(log.get(), IsEmpty());
+  const auto second = make_node("namesake");
+  EXPECT_THAT(log.get(), ElementsAre(HasSubstr("/namesake: another node has this name too")));
+}
 
 TEST(Node, HasANameAndTheRootNamespaceByDefault) {
   const auto node = make_node("camera");

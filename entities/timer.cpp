@@ -45,6 +45,7 @@ void Timer::tell_release_changed() noexcept {
 }
 
 void Timer::release_at(TimePoint release) noexcept {
+  is_given_.store(true);
   next_release_.store(release);
   tell_release_changed();
 }
@@ -54,7 +55,18 @@ void Timer::cancel() noexcept {
 }
 
 void Timer::reset() noexcept {
-  release_at(later(clock_.now(), period_));
+  is_given_.store(false);
+  next_release_.store(later(clock_.now(), period_));
+  tell_release_changed();
+}
+
+// A release that is given meanwhile stays: release_at says so before it changes what was read here.
+void Timer::begin_phase() noexcept {
+  const TimePoint first = later(clock_.now(), period_);
+  TimePoint release = next_release_.load();
+  while (!is_given_.load() && !next_release_.compare_exchange_weak(release, first)) {
+  }
+  tell_release_changed();
 }
 
 void Timer::restart() noexcept {

@@ -33,6 +33,10 @@ class Timer : public Entity, private SimulatedClock::Listener {
   void reset() noexcept;
   /// The next release is then, and those after it in period; kNever is cancel.
   void release_at(TimePoint release) noexcept;
+  /// Starts anew, as reset, unless the timer was cancelled or a release was given to it: for those
+  /// who make timers one by one and let them begin together, as a Container does. What others have
+  /// decided meanwhile, the library's own alarms and time-outs among them, stays as it is.
+  void begin_phase() noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
   Clock& clock() const noexcept { return clock_; }
   std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
@@ -65,6 +69,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   const Nanoseconds period_;
   const std::function<void()> callback_;
   std::atomic<TimePoint> next_release_;
+  std::atomic<bool> is_given_{false};  // the next release is what release_at or cancel said
   std::atomic<std::uint64_t> missed_{0};
 };
 

@@ -129,6 +129,21 @@ TEST_F(TimerTest, BeginsANewPhaseWithReset) {
   EXPECT_EQ(timer.missed(), 0u);
 }
 
+// Who begins all phases together must not touch what others have decided.
+TEST_F(TimerTest, BeginsItsPhaseUnlessItsReleaseWasGiven) {
+  Timer periodic = make(10ms), cancelled = make(10ms), given = make(10ms), reset = make(10ms);
+  cancelled.cancel();
+  given.release_at(kStart + 3ms);
+  reset.cancel();
+  reset.reset();
+  clock_.advance(5ms);
+  for (Timer* timer : {&periodic, &cancelled, &given, &reset}) timer->begin_phase();
+  EXPECT_EQ(periodic.next_release(), kStart + 15ms);
+  EXPECT_TRUE(cancelled.is_canceled());
+  EXPECT_EQ(given.next_release(), kStart + 3ms);
+  EXPECT_EQ(reset.next_release(), kStart + 15ms);
+}
+
 TEST_F(TimerTest, RunsAgainWhenItIsResetAfterCancel) {
   Timer timer = make(10ms);
   timer.cancel();

@@ -429,14 +429,14 @@ json read_and_remove(const std::string& path) {
   return document;
 }
 
-Figures run_takt(const Variant& variant, const Options& options) {
+Figures run_takt(const Variant& variant, const Options& options, const EndSignals& signals) {
   const SystemFile file(variant.system);
   std::vector<std::string> words =
       joined({"run", file.path(), "--duration", options.duration, "--json", "-", "--histograms"},
              variant.words);
   const std::string trace = trace_path();
   if (variant.is_reference_system) words = joined(words, {"--trace", trace});
-  Figures figures = figures_of(run_again(words).at("runs").at(0), variant);
+  Figures figures = figures_of(run_again(words, signals).at("runs").at(0), variant);
   if (variant.is_reference_system) figures.values.merge(key_figures(read_and_remove(trace)));
   return figures;
 }
@@ -449,43 +449,79 @@ json spread(std::vector<double> values) {
   return result;
 }
 
-/// Runs all variants in turn, as often as asked, and tells every figure with its spread.
-json run(const Experiment& experiment, const Options& options, std::size_t& done,
-         std::size_t total) {
-  const std::vector<Variant> variants = experiment.variants(options);
-  std::vector<std::map<std::string, std::vector<double>>> values(variants.size());
-  std::vector<Histogram> latencies(variants.size());
+/// All runs of all experiments.
+struct Course {
+  const EndSignals& signals;
+  std::size_t done = 0, total = 0;
+  std::string interrupted;  // why it ends before its end; empty: it does not
+};
+
+Figures measure(const Variant& variant, const Options& options, const EndSignals& signals) {
+  if (!variant.is_ddsperf) return run_takt(variant, options, signals);
+  Figures figures =
+      ddsperf_goodput(variant.message_bytes, rt::us(parse_run_time(options.duration)) / 1e6);
+  if (const int signal = signals.take(); signal != 0) {
+    throw Interrupted(name_of_signal(signal) + " came");
+  }
+  return figures;
+}
+
+/// What one variant has shown in all its runs.
+struct Measured {
+  std::map<std::string, std::vector<double>> values;  // by metric
+  Histogram latency;
+};
+
+/// Runs all variants in turn, as often as asked, or until a signal comes.
+std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Variant>& variants,
+                              const Options& options, Course& course) {
+  std::vector<Measured> measured(variants.size());
   const bool shows_progress = isatty(STDERR_FILENO) != 0;
-  for (int repeat = 0; repeat < options.repeat; ++repeat) {
-    for (std::size_t i = 0; i < variants.size(); ++i) {
-      const Variant& variant = variants[i];
-      if (!variant.missing.empty()) continue;
-      ++done;
-      if (shows_progress) {
-        fmt::print(stderr, "\r\033[K{} of {}: {}, {} {}", done, total, experiment.name,
-                   variant.series, experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
+  try {
+    for (int repeat = 0; repeat < options.repeat; ++repeat) {
+      for (std::size_t i = 0; i < variants.size(); ++i) {
+        const Variant& variant = variants[i];
+        if (!variant.missing.empty()) continue;
+        if (shows_progress) {
+          fmt::print(stderr, "\r\033[K{} of {}: {}, {} {}", course.done + 1, course.total,
+                     experiment.name, variant.series,
+                     experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
+        }
+        const Figures figures = measure(variant, options, course.signals);
+        for (const auto& [metric, value] : figures.values) {
+          measured[i].values[metric].push_back(value);
+        }
+        measured[i].latency.merge(figures.latency);
+        ++course.done;
       }
-      const Figures figures = variant.is_ddsperf
-                                  ? ddsperf_goodput(variant.message_bytes,
-                                                    rt::us(parse_run_time(options.duration)) / 1e6)
-                                  : run_takt(variant, options);
-      for (const auto& [metric, value] : figures.values) values[i][metric].push_back(value);
-      latencies[i].merge(figures.latency);
     }
+  } catch (const Interrupted& interruption) {
+    course.interrupted = fmt::format("{} when {} of {} runs were complete", interruption.what(),
+                                     course.done, course.total);
   }
   if (shows_progress) fmt::print(stderr, "\r\033[K");
+  return measured;
+}
+
+/// Every figure with its spread.
+json run(const Experiment& experiment, const Options& options, Course& course) {
+  const std::vector<Variant> variants = experiment.variants(options);
+  const std::vector<Measured> measured = run_all(experiment, variants, options, course);
   json rows = json::array();
   for (std::size_t i = 0; i < variants.size(); ++i) {
     json row{{"series", variants[i].series}};
-    if (!variants[i].missing.empty()) {
-      row["missing"] = variants[i].missing;
+    if (measured[i].values.empty()) row["missing"] = "interrupted before its first run";
+    if (!variants[i].missing.empty()) row["missing"] = variants[i].missing;
+    if (row.contains("missing")) {
       rows.push_back(std::move(row));
       continue;
     }
     if (!experiment.x_label.empty()) row["x"] = variants[i].x;
-    for (const auto& [metric, of_runs] : values[i]) row["metrics"][metric] = spread(of_runs);
+    for (const auto& [metric, of_runs] : measured[i].values) {
+      row["metrics"][metric] = spread(of_runs);
+    }
     json buckets = json::array();
-    latencies[i].for_each_bucket([&](std::size_t, Nanoseconds limit, std::uint64_t count) {
+    measured[i].latency.for_each_bucket([&](std::size_t, Nanoseconds limit, std::uint64_t count) {
       buckets.push_back({rt::us(limit), count});
     });
     row["latency_buckets_us"] = std::move(buckets);
@@ -539,18 +575,27 @@ void print(const json& experiment) {
 }
 
 /// Timers under each executor, beside the bare loop: what `takt latency` prints, for the report.
-json jitter(const Options& options) {
+json jitter(const Options& options, const EndSignals& signals) {
   return run_again({"latency", "-p", "80", "-i", "1000", "-D", options.duration, "--executor",
-                    "all", "--early-wake", "50", "-q", "--json", "-"});
+                    "all", "--early-wake", "50", "-q", "--json", "-"},
+                   signals);
 }
 
 /// What ran when on the threads of a pool, for the report.
-json timeline() {
+json timeline(const EndSignals& signals) {
   const SystemFile system(publish_subscribe(500'000, 20'000, 5, 500));
   const std::string trace = trace_path();
   run_again({"run", system.path(), "--executor", "multi_threaded", "--duration", "500ms", "--json",
-             "-", "--trace", trace});
+             "-", "--trace", trace},
+            signals);
   return read_and_remove(trace);
+}
+
+void write(const json& document, const Options& options) {
+  if (!options.json.empty()) write_json(document, options.json);
+  if (options.report.empty()) return;
+  write_json(document, fs::path(options.report) / "results.json");
+  write_report(document, fs::path(options.report) / "report.html");
 }
 
 void bench(const Options& options) {
@@ -573,27 +618,33 @@ void bench(const Options& options) {
                               : experiment.name == options.name;
     if (is_meant) chosen.push_back(&experiment);
   }
-  std::size_t done = 0, total = 0;
+  const EndSignals signals;
+  Course course{.signals = signals};
   for (const Experiment* experiment : chosen) {
     for (const Variant& variant : experiment->variants(options)) {
-      if (variant.missing.empty()) total += static_cast<std::size_t>(options.repeat);
+      if (variant.missing.empty()) course.total += static_cast<std::size_t>(options.repeat);
     }
   }
   json document = result_document(json::array());
   document["paper"] = json::parse(kPaperFigures);
   document["experiments"] = json::array();
   for (const Experiment* experiment : chosen) {
-    document["experiments"].push_back(run(*experiment, options, done, total));
-    if (options.json != "-") print(document["experiments"].back());
+    document["experiments"].push_back(run(*experiment, options, course));
+    if (options.json != "-" && course.done != 0) print(document["experiments"].back());
+    if (!course.interrupted.empty()) break;
   }
-  if (!options.json.empty()) write_json(document, options.json);
-  if (options.report.empty()) return;
-  if (options.name == "all") {
-    document["jitter"] = jitter(options);
-    document["timeline"] = timeline();
+  if (options.name == "all" && !options.report.empty() && course.interrupted.empty()) {
+    try {
+      document["jitter"] = jitter(options, signals);
+      document["timeline"] = timeline(signals);
+    } catch (const Interrupted& interruption) {
+      course.interrupted =
+          fmt::format("{} after the last run, before jitter and timeline", interruption.what());
+    }
   }
-  write_json(document, folder / "results.json");
-  write_report(document, folder / "report.html");
+  signals.let_through();
+  if (course.done != 0 || course.interrupted.empty()) write(document, options);
+  if (!course.interrupted.empty()) throw std::runtime_error(course.interrupted);
 }
 
 }  // namespace

@@ -180,6 +180,50 @@ void print(const std::vector<Comparison>& rows, int repeats) {
   }
 }
 
+std::vector<std::string> words_of(const Comparison& row, const Options& options) {
+  std::vector<std::string> words{"run", row.file,       "--duration",    options.duration, "--json",
+                                 "-",   "--histograms", "--composition", row.composition};
+  if (row.executor != kFile) words.insert(words.end(), {"--executor", row.executor});
+  if (!row.scheduler.empty() && row.scheduler != kFile) {
+    words.insert(words.end(), {"--scheduler", row.scheduler});
+  }
+  return words;
+}
+
+/// Runs all rows in turn, as often as asked. Returns every run, and why there are not all: empty
+/// text when there are.
+std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Options& options) {
+  const EndSignals signals;
+  // The runs get theirs from us, and nothing from the environment.
+  unsetenv("TAKT_EXECUTOR");
+  unsetenv("TAKT_SCHEDULER");
+  json runs = json::array();
+  const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
+  const bool shows_progress = isatty(STDERR_FILENO) != 0;
+  std::string interrupted;
+  try {
+    for (int repeat = 0; repeat < options.repeat; ++repeat) {
+      for (Comparison& row : rows) {
+        if (shows_progress) {
+          fmt::print(stderr, "\r\033[K{} of {}: {} {}", runs.size() + 1, total, row.executor,
+                     fmt::format("{} {}", row.scheduler, row.composition));
+        }
+        json run = run_again(words_of(row, options), signals).at("runs").at(0);
+        run["repeat"] = repeat;
+        add_run(row, run);
+        runs.push_back(std::move(run));
+      }
+    }
+  } catch (const Interrupted& interruption) {
+    interrupted =
+        fmt::format("{} when {} of {} runs were complete", interruption.what(), runs.size(), total);
+  }
+  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  signals.let_through();
+  std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
+  return {std::move(runs), interrupted};
+}
+
 void compare(const Options& options) {
   for (const std::string& file : options.files) read_system(file);  // may bring schedulers
   const std::vector<std::string> executor_names = selection(options.executors, executors());
@@ -211,39 +255,13 @@ void compare(const Options& options) {
       }
     }
   }
-  // The runs get theirs from us, and nothing from the environment.
-  unsetenv("TAKT_EXECUTOR");
-  unsetenv("TAKT_SCHEDULER");
-  json runs = json::array();
-  std::size_t done = 0;
-  const bool shows_progress = isatty(STDERR_FILENO) != 0;
-  for (int repeat = 0; repeat < options.repeat; ++repeat) {
-    for (Comparison& row : rows) {
-      if (shows_progress) {
-        fmt::print(stderr, "\r\033[K{} of {}: {} {}", ++done,
-                   rows.size() * static_cast<std::size_t>(options.repeat), row.executor,
-                   fmt::format("{} {}", row.scheduler, row.composition));
-      }
-      std::vector<std::string> arguments{"run",          row.file, "--duration",   options.duration,
-                                         "--json",       "-",      "--histograms", "--composition",
-                                         row.composition};
-      if (row.executor != kFile) {
-        arguments.insert(arguments.end(), {"--executor", row.executor});
-      }
-      if (!row.scheduler.empty() && row.scheduler != kFile) {
-        arguments.insert(arguments.end(), {"--scheduler", row.scheduler});
-      }
-      json run = run_again(std::move(arguments)).at("runs").at(0);
-      run["repeat"] = repeat;
-      add_run(row, run);
-      runs.push_back(std::move(run));
-    }
-  }
-  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  auto [runs, interrupted] = measure(rows, options);
+  if (runs.empty()) throw std::runtime_error(interrupted);
   if (options.json != "-") print(rows, options.repeat);
   const json document = result_document(std::move(runs));
   if (!options.json.empty()) write_json(document, options.json);
   if (!options.report.empty()) write_report(document, options.report);
+  if (!interrupted.empty()) throw std::runtime_error(interrupted);
 }
 
 }  // namespace

@@ -16,13 +16,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
-#include <pthread.h>
 #include <sys/eventfd.h>
-#include <sys/signalfd.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "channel.hpp"
+#include "end_signals.hpp"
 #include "result_json.hpp"
 #include "shared_memory.hpp"
 
@@ -36,42 +37,6 @@ constexpr auto kMatchLimit = 10s;
 constexpr auto kDrainLimit = 5s;
 
 // ---- Waiting ----
-
-/// The signals that end a run, as a file descriptor. SIGUSR1: one of our executors has failed.
-class EndSignals {
- public:
-  EndSignals() {
-    sigset_t signals;
-    sigemptyset(&signals);
-    for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&signals, signal);
-    // Blocked before any thread or process exists, so that this descriptor alone takes them.
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-    fd_ = signalfd(-1, &signals, SFD_CLOEXEC);
-    if (fd_ < 0) throw Error("signals cannot be received: " + errno_message(errno));
-  }
-  ~EndSignals() { close(fd_); }
-  EndSignals(const EndSignals&) = delete;
-  EndSignals& operator=(const EndSignals&) = delete;
-  int fd() const noexcept { return fd_; }
-  /// Whether one has come; it is taken.
-  bool take() const {
-    signalfd_siginfo ignored{};
-    pollfd news{fd_, POLLIN, 0};
-    return poll(&news, 1, 0) == 1 && read(fd_, &ignored, sizeof ignored) > 0;
-  }
-  /// From here on another one has its usual effect: who stops and does not come to an end is ended.
-  void let_through() const {
-    while (take()) {
-    }
-    sigset_t signals;
-    sigemptyset(&signals);
-    for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
-    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-  }
-
- private:
-  int fd_;
-};
 
 /// Shows how much of a run is over, on a terminal.
 class Progress {
@@ -130,26 +95,61 @@ void add_topics(json& topics, const std::string& process, const json& endpoints)
   }
 }
 
+json nodes_json(const Container& container) {
+  json result = json::array();
+  for (const LoadedComponent& component : container.components()) {
+    result.push_back({component.name, component.type, component.where});
+  }
+  return result;
+}
+
+/// Throws the ConfigurationError that names nodes of one name.
+void check_names(const std::vector<json>& processes) {
+  std::vector<LoadedComponent> components;
+  for (const json& process : processes) {
+    for (const json& node : process.at("nodes")) {
+      components.push_back({.name = node[0], .type = node[1], .where = node[2]});
+    }
+  }
+  const std::vector<std::string> errors = name_conflicts(components);
+  if (!errors.empty()) throw ConfigurationError(errors);
+}
+
 // ---- One process ----
 
-json run_here(SystemDescription system, const ContainerOverrides& overrides, Nanoseconds duration,
+/// Until the time is up: 0; or a signal comes, which it returns.
+int wait_for_end(Nanoseconds duration, const EndSignals& signals) {
+  const Progress progress(duration);
+  pollfd events{signals.fd(), POLLIN, 0};
+  for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
+    const timespec time = progress.show(now);
+    if (ppoll(&events, 1, &time, nullptr) > 0) return signals.take();
+  }
+  return 0;
+}
+
+json run_here(SystemDescription system, ContainerOverrides overrides, Nanoseconds duration,
               const EndSignals& signals, bool loads) {
   std::vector<ComponentDescription> later;
   if (loads) later.swap(system.components);
+  EndGuard guard;
+  overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
+  guard.begins(signals);
   Container container(system, overrides);
-  container.start([] { kill(getpid(), SIGUSR1); });
+  if (guard.signal() == 0) container.start([] { kill(getpid(), SIGUSR1); });
   // What load_node does; that the request came from outside leaves no trace in what is measured.
-  for (ComponentDescription& component : later) container.load(std::move(component));
-  container.release();
-  {
-    const Progress progress(duration);
-    pollfd news{signals.fd(), POLLIN, 0};
-    for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
-      const timespec time = progress.show(now);
-      if (ppoll(&news, 1, &time, nullptr) > 0) break;
-    }
+  for (ComponentDescription& component : later) {
+    if (guard.signal() == 0) container.load(std::move(component));
   }
+  int end = guard.has_begun();
+  if (end != 0 && end != SIGUSR1) {
+    signals.let_through();
+    throw std::runtime_error(name_of_signal(end) + " came before the run had begun");
+  }
+  container.release();
+  if (end == 0) end = wait_for_end(duration, signals);
   signals.let_through();
+  guard.ends(end);
   container.hold();
   container.shut_down();
   container.stop();
@@ -158,57 +158,7 @@ json run_here(SystemDescription system, const ContainerOverrides& overrides, Nan
   return result;
 }
 
-// ---- Several: what parent and child say to each other ----
-
-/// One JSON document a line, over a socket pair.
-class Channel {
- public:
-  explicit Channel(int fd) : fd_(fd) {}
-  ~Channel() { close(fd_); }
-  Channel(const Channel&) = delete;
-  Channel& operator=(const Channel&) = delete;
-  int fd() const noexcept { return fd_; }
-
-  /// False: the other one has gone.
-  bool send(const json& document) {
-    const std::string line = document.dump() + "\n";
-    for (std::size_t sent = 0; sent < line.size();) {
-      const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
-      if (now < 0 && errno == EINTR) continue;
-      if (now <= 0) return false;
-      sent += static_cast<std::size_t>(now);
-    }
-    return true;
-  }
-  /// The next document that has come.
-  std::optional<json> next() {
-    const std::size_t end = received_.find('\n');
-    if (end == std::string::npos) return std::nullopt;
-    json document = json::parse(received_.substr(0, end));
-    received_.erase(0, end + 1);
-    return document;
-  }
-  /// Waits for a part of one. False: the other one has gone.
-  bool read_some() {
-    std::array<char, 65536> buffer;
-    for (;;) {
-      const ssize_t now = read(fd_, buffer.data(), buffer.size());
-      if (now < 0 && errno == EINTR) continue;
-      if (now > 0) received_.append(buffer.data(), static_cast<std::size_t>(now));
-      return now > 0;
-    }
-  }
-  std::optional<json> receive() {
-    for (;;) {
-      if (auto document = next()) return document;
-      if (!read_some()) return std::nullopt;
-    }
-  }
-
- private:
-  const int fd_;
-  std::string received_;
-};
+// ---- Several: the child ----
 
 /// Waits until each end of a topic has found as many others as the parent has counted.
 void wait_for_matches(const Container& container, const json& wanted) {
@@ -233,16 +183,19 @@ void wait_for_matches(const Container& container, const json& wanted) {
 
 /// The child's whole life. It does what the parent says, and ends when the parent is gone, or when
 /// one of its executors has failed.
-int serve(const SystemDescription& system, const ContainerOverrides& overrides, int socket) {
+int serve(const SystemDescription& system, ContainerOverrides overrides, int socket) {
   Channel parent(socket);
   try {
     const int failed = eventfd(0, EFD_CLOEXEC);
+    EndGuard guard;  // the parent looks after the beginning
+    overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
     Container container(system, overrides);
-    parent.send({{"endpoints", endpoints_json(container)}});
+    parent.send({{"endpoints", endpoints_json(container)}, {"nodes", nodes_json(container)}});
     for (;;) {
       std::array<pollfd, 2> news{{{parent.fd(), POLLIN, 0}, {failed, POLLIN, 0}}};
       poll(news.data(), news.size(), -1);
       if (news[1].revents != 0) {
+        guard.ends(0);
         container.hold();
         container.stop();  // throws what the callback threw
       }
@@ -258,6 +211,7 @@ int serve(const SystemDescription& system, const ContainerOverrides& overrides, 
       } else if (word == "release") {
         container.release();
       } else if (word == "hold") {
+        guard.ends(0);
         container.hold();
       } else if (word == "status") {
         answer = {{"pending", container.pending()}, {"endpoints", endpoints_json(container)}};
@@ -290,10 +244,26 @@ class Children {
     for (const auto& child : children_) begin(*child);
   }
   ~Children() {
-    for (const auto& child : children_) child->channel.reset();  // who still runs sees this end
+    is_ending_ = true;
     for (const auto& child : children_) {
-      if (child->pid > 0) waitpid(child->pid, nullptr, 0);
-      while (child->output.fd() >= 0) child->output.pump(child->name);
+      if (child->channel) child->channel->finish();  // who still runs sees this end
+    }
+    const TimePoint limit = Clock::steady().now() + kConstructorLimit;
+    bool has_said = false;
+    while (end_some()) {
+      const TimePoint now = Clock::steady().now();
+      const std::string unmade = unmade_children();
+      if (!unmade.empty() && !std::exchange(has_said, true)) {
+        fmt::print(stderr, "takt: waiting for constructors of process {}, {} s at most\n", unmade,
+                   kConstructorLimit.count());
+      }
+      if (!unmade.empty() && now >= limit) {
+        end_now([](const Child& child) { return !child.is_made; }, "has not been made in time");
+      } else if (const int signal = signals_.take(); signal != 0) {
+        end_now([](const Child&) { return true; }, name_of_signal(signal) + " came again");
+      }
+      const Nanoseconds rest = unmade.empty() ? Nanoseconds(1h) : std::max(limit - now, 0ns);
+      pump({rest / 1s, (rest % 1s).count()});
     }
   }
   Children(const Children&) = delete;
@@ -304,14 +274,14 @@ class Children {
   std::vector<json> hear() {
     std::vector<json> answers;
     for (const auto& child : children_) {
-      if (child->pid <= 0) continue;
+      if (!child->takes_part()) continue;
       answers.push_back(hear(*child));
     }
     return answers;
   }
   std::vector<json> ask(const std::string& word) {
     for (const auto& child : children_) {
-      if (child->channel) child->channel->send({{"do", word}});
+      if (child->takes_part()) child->channel->send({{"do", word}});
     }
     return hear();
   }
@@ -323,7 +293,7 @@ class Children {
   }
 
   /// Until the time is up, a signal comes, or none is left. One that ends meanwhile is started
-  /// again, as its description says; the others go on.
+  /// again, as its description says; the others go on, however long its constructors take.
   void watch(Nanoseconds duration) {
     const Progress progress(duration);
     for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
@@ -334,17 +304,24 @@ class Children {
         next = std::min(next, child->begin_again);
         is_any_left |= child->pid > 0 || child->begin_again != kNever;
       }
-      if (!is_any_left || signals_.take()) break;
+      if (!is_any_left || signals_.take() != 0) break;
       timespec time = progress.show(now);
       if (next != kNever && next - now < std::chrono::seconds(time.tv_sec)) {
         time = {(next - now) / 1s, ((next - now) % 1s).count()};
       }
       pump(time);
       for (const auto& child : children_) {
+        if (child->pid > 0) go_on(*child);
         if (child->pid > 0 && child->has_ended) bury(*child);
       }
     }
-    for (const auto& child : children_) child->begin_again = kNever;
+    for (const auto& child : children_) {
+      child->begin_again = kNever;
+      if (child->pid <= 0 || child->takes_part()) continue;
+      child->death = fmt::format("process '{}' was not yet running again at the end", child->name);
+      deaths_.push_back(child->death);
+      child->channel->finish();
+    }
   }
 
   /// Who has ended, and how; and of these, who was not started again.
@@ -352,7 +329,7 @@ class Children {
   std::vector<std::string> failures() const {
     std::vector<std::string> result;
     for (const auto& child : children_) {
-      if (child->pid <= 0) result.push_back(child->death);
+      if (!child->takes_part()) result.push_back(child->death);
     }
     return result;
   }
@@ -400,8 +377,14 @@ class Children {
     }
     const SystemDescription& description;
     const std::string name;
+    /// It runs, and is not just being started again.
+    bool takes_part() const { return pid > 0 && steps.empty(); }
+
     RestartOptions restart;
     pid_t pid = 0;  // 0: it does not run
+    int pidfd = -1;
+    bool is_made = false;           // it has said something, so its constructors have returned
+    std::deque<std::string> steps;  // of its new start: those that it has not answered
     std::optional<Channel> channel;
     Output output;
     bool has_ended = false;  // it says nothing more
@@ -434,6 +417,8 @@ class Children {
     }
     close(ends[1]), close(output[1]);
     child.pid = pid;
+    child.pidfd = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+    child.is_made = false;
     child.channel.emplace(ends[0]);
     child.output.set(output[0]);
     child.has_ended = false;
@@ -445,31 +430,34 @@ class Children {
     child.begin_again = kNever;
     ++child.restarts;
     begin(child);
-    try {
-      hear(child);
-      for (const char* word : {"start", "release"}) {
-        child.channel->send({{"do", word}});
-        hear(child);
-      }
-    } catch (const Error&) {
-      if (child.pid <= 0) throw;  // interrupted
-      bury(child);
+    child.steps = {"make", "start", "release"};  // the first it does by itself
+  }
+
+  void go_on(Child& child) {
+    while (!child.steps.empty() && answer_of(child)) {
+      child.steps.pop_front();
+      if (!child.steps.empty()) child.channel->send({{"do", child.steps.front()}});
     }
+  }
+
+  std::optional<json> answer_of(Child& child) {
+    while (std::optional<json> answer = child.channel->next()) {
+      if (!answer->contains("error")) {
+        child.is_made = true;
+        return answer;
+      }
+      child.error = answer->at("error");
+    }
+    return std::nullopt;
   }
 
   json hear(Child& child) {
     for (;;) {
-      if (std::optional<json> answer = child.channel->next()) {
-        if (!answer->contains("error")) return std::move(*answer);
-        child.error = answer->at("error");
-        continue;
-      }
+      if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
       if (child.has_ended) throw Error(end_of(child));
-      if (signals_.take()) {
-        for (const auto& other : children_) {
-          if (other->pid > 0) kill(other->pid, SIGKILL);
-        }
-        throw Error(fmt::format("interrupted while process '{}' was awaited", child.name));
+      if (const int signal = signals_.take(); signal != 0) {
+        throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
+                                             name_of_signal(signal), child.name));
       }
       pump({1, 0});
     }
@@ -482,13 +470,52 @@ class Children {
       const bool listens = child->channel && !child->has_ended;
       news.push_back({listens ? child->channel->fd() : -1, POLLIN, 0});
       news.push_back({child->output.fd(), POLLIN, 0});
+      news.push_back({is_ending_ ? child->pidfd : -1, POLLIN, 0});
     }
     if (ppoll(news.data(), news.size(), &time, nullptr) <= 0) return;
     for (std::size_t i = 0; i < children_.size(); ++i) {
       Child& child = *children_[i];
-      if (news[2 * i + 2].revents != 0) child.output.pump(child.name);
-      if (news[2 * i + 1].revents != 0) child.has_ended = !child.channel->read_some();
+      if (news[3 * i + 2].revents != 0) child.output.pump(child.name);
+      if (news[3 * i + 1].revents != 0) child.has_ended = !child.channel->read_some();
     }
+  }
+
+  // Takes leave of those who have ended. False: none is left.
+  bool end_some() {
+    bool is_any_left = false;
+    for (const auto& child : children_) {
+      if (child->pid <= 0) continue;
+      if (child->channel) answer_of(*child);
+      if (waitpid(child->pid, nullptr, WNOHANG) == 0) {
+        is_any_left = true;
+        continue;
+      }
+      forget(*child);
+      while (child->output.fd() >= 0) child->output.pump(child->name);
+    }
+    return is_any_left;
+  }
+  std::string unmade_children() const {
+    std::vector<std::string> names;
+    for (const auto& child : children_) {
+      if (child->pid > 0 && !child->is_made) names.push_back("'" + child->name + "'");
+    }
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+  template <class Predicate>
+  void end_now(Predicate is_meant, const std::string& why) {
+    for (const auto& child : children_) {
+      if (child->pid <= 0 || !is_meant(*child)) continue;
+      fmt::print(stderr, "takt: process '{}' is killed: {}\n", child->name, why);
+      kill(child->pid, SIGKILL);
+      child->is_made = true;  // it is not waited for any more
+    }
+  }
+  static void forget(Child& child) {
+    child.pid = 0;
+    close(std::exchange(child.pidfd, -1));
+    child.channel.reset();
+    child.steps.clear();
   }
 
   /// "process 'x' was ended by signal 9 (Killed)", with its last words.
@@ -515,8 +542,7 @@ class Children {
     child.death = end_of(child);
     int status = 0;
     waitpid(child.pid, &status, 0);
-    child.pid = 0;
-    child.channel.reset();
+    forget(child);
     const bool has_failed = !WIFEXITED(status) || WEXITSTATUS(status) != 0;
     const bool is_wanted =
         child.restart.policy == RestartOptions::Policy::always ||
@@ -537,6 +563,7 @@ class Children {
   const EndSignals& signals_;
   std::vector<std::unique_ptr<Child>> children_;
   std::vector<std::string> deaths_;
+  bool is_ending_ = false;
 };
 
 /// Calls `pair(writer, reader, its process)` for each end that writes and each that reads the same
@@ -648,7 +675,9 @@ void complete(json& callbacks, const json& endpoints, const std::vector<std::uin
 json run_apart(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
                Nanoseconds duration, const EndSignals& signals) {
   Children children(processes, overrides, signals);
-  children.ask_to_match(count_matches(children.hear()));
+  const std::vector<json> made = children.hear();
+  check_names(made);
+  children.ask_to_match(count_matches(made));
   children.ask("start");
   children.ask("release");
   children.watch(duration);

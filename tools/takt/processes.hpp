@@ -13,10 +13,10 @@ namespace takt::tools {
 
 /// Runs the processes of one system as one: all are made, matched with each other, and started,
 /// before the first timer is released; timers stop first and what is under way is served, before
-/// any ends. A single one runs in this process. SIGINT and SIGTERM end the run cleanly; zero
-/// duration: only they do. A process that ends before all have begun, or while they stop, is named
-/// in an Error; one that ends between is started again if its description says so, and the others
-/// go on. What several write comes out with their names.
+/// any ends. A single one runs in this process. EndSignals end the run cleanly, in bounded time
+/// although a component's constructor runs; zero duration: only they do. A process that ends before
+/// all have begun, or while they stop, is named in an Error; one that ends between is started again
+/// if its description says so, and the others go on. What several write comes out with their names.
 ///
 /// `loads`: the only process starts empty, and loads its components one by one while it runs.
 ///

@@ -1,0 +1,71 @@
+// What a parent process and its children say to each other.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_CHANNEL_HPP_
+#define TAKT_TOOLS_TAKT_CHANNEL_HPP_
+
+#include <array>
+#include <cerrno>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace takt::tools {
+
+/// One JSON document a line, over a socket pair.
+class Channel {
+ public:
+  explicit Channel(int fd) : fd_(fd) {}
+  ~Channel() { close(fd_); }
+  Channel(const Channel&) = delete;
+  Channel& operator=(const Channel&) = delete;
+  int fd() const noexcept { return fd_; }
+
+  /// False: the other one has gone.
+  bool send(const nlohmann::json& document) {
+    const std::string line = document.dump() + "\n";
+    for (std::size_t sent = 0; sent < line.size();) {
+      const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
+      if (now < 0 && errno == EINTR) continue;
+      if (now <= 0) return false;
+      sent += static_cast<std::size_t>(now);
+    }
+    return true;
+  }
+  /// The next document that has come.
+  std::optional<nlohmann::json> next() {
+    const std::size_t end = received_.find('\n');
+    if (end == std::string::npos) return std::nullopt;
+    nlohmann::json document = nlohmann::json::parse(received_.substr(0, end));
+    received_.erase(0, end + 1);
+    return document;
+  }
+  /// Waits for a part of one. False: the other one has gone.
+  bool read_some() {
+    std::array<char, 65536> buffer;
+    for (;;) {
+      const ssize_t now = read(fd_, buffer.data(), buffer.size());
+      if (now < 0 && errno == EINTR) continue;
+      if (now > 0) received_.append(buffer.data(), static_cast<std::size_t>(now));
+      return now > 0;
+    }
+  }
+  std::optional<nlohmann::json> receive() {
+    for (;;) {
+      if (auto document = next()) return document;
+      if (!read_some()) return std::nullopt;
+    }
+  }
+  /// Says nothing more; the other one sees the end, and may still say something.
+  void finish() { shutdown(fd_, SHUT_WR); }
+
+ private:
+  const int fd_;
+  std::string received_;
+};
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_CHANNEL_HPP_

@@ -1,0 +1,38 @@
+// A component that leaves traces in the directory $WITNESS, for signals_test.py: its constructor
+// and destructor each append a line to a file of its name, its timer a byte. While there is a FIFO
+// NAME.gate, the constructor waits until somebody opens it.
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "takt/containers/component.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+
+class Witness : public takt::Node {
+ public:
+  explicit Witness(const takt::NodeOptions& options) : Node("witness", options) {
+    leave("entered", "\n");
+    if (std::filesystem::exists(path("gate"))) std::ifstream gate(path("gate"));
+    leave("made", "\n");
+    timer_ = create_timer("tick", 5ms, [this] { leave("ticks", "."); });
+  }
+  ~Witness() override { leave("gone", "\n"); }
+
+ private:
+  std::string path(const char* what) const {
+    return std::string(std::getenv("WITNESS")) + "/" + name() + "." + what;
+  }
+  void leave(const char* what, const char* text) const {
+    std::ofstream(path(what), std::ios::app) << text;
+  }
+
+  std::shared_ptr<takt::Timer> timer_;
+};
+
+}  // namespace
+
+TAKT_REGISTER_COMPONENT(Witness)
