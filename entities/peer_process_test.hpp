@@ -12,6 +12,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -92,7 +93,7 @@ class PeerProcess {
     greeting_ = ask(first_line);
   }
   ~PeerProcess() {
-    fclose(commands_);
+    if (commands_ != nullptr) fclose(commands_);
     fclose(answers_);
     waitpid(pid_, nullptr, 0);
   }
@@ -109,6 +110,17 @@ class PeerProcess {
     std::string text(answer.data());
     while (text.ends_with('\n')) text.pop_back();
     return text;
+  }
+  /// Asks it to end. Whether it does in time; else it is killed.
+  bool ends() {
+    fclose(std::exchange(commands_, nullptr));
+    siginfo_t info{};
+    const bool has_ended = eventually([&] {
+      return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOWAIT | WNOHANG) == 0 &&
+             info.si_pid == pid_;
+    });
+    if (!has_ended) kill();
+    return has_ended;
   }
   void kill() const { ::kill(pid_, SIGKILL); }
   void stop() const { ::kill(pid_, SIGSTOP); }

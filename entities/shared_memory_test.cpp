@@ -1,88 +1,20 @@
 // Between processes by shared memory. A machine has one RouDi, and a process can use one in its
 // life; so each test starts its own, and all that use it are processes of their own.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/transport/shared_memory.hpp"
+#include "shared_memory_test.hpp"
 
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <random>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "peer_process_test.hpp"
 
 namespace takt {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-
-/// What a peer says of one end of a topic.
-struct State {
-  std::uint64_t messages = 0, uncopied = 0, lost = 0;
-  std::string way;
-};
-/// And of a subscription.
-struct Received {
-  std::uint64_t received = 0, lost = 0, expected = 0;
-  std::int64_t last = 0;
-  std::uint64_t broken = 0;
-};
-
-class Peer : public PeerProcess {
- public:
-  explicit Peer(const std::string& mode = "auto")
-      : PeerProcess(TAKT_SHARED_MEMORY_PEER, std::to_string(test_domain()) + " " + mode) {}
-  State state(const std::string& topic) const {
-    State state;
-    std::istringstream words(ask("state " + topic));
-    words >> state.messages >> state.uncopied >> state.lost >> std::ws;
-    std::getline(words, state.way);
-    return state;
-  }
-  Received received(const std::string& topic) const {
-    Received received;
-    std::istringstream words(ask("received " + topic));
-    words >> received.received >> received.lost >> received.expected >> received.last >>
-        received.broken;
-    return received;
-  }
-  /// Whether so many come, and callbacks have had them or they are lost.
-  bool has(const std::string& topic, std::uint64_t count) const {
-    return eventually([&] {
-      const Received now = received(topic);
-      return now.received + now.lost >= count;
-    });
-  }
-};
-
-class BySharedMemory : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!RoudiProcess::is_installed()) GTEST_SKIP() << "iox-roudi is not installed";
-    if (find_roudi().pid != 0) GTEST_SKIP() << "a RouDi of somebody else runs";
-  }
-  /// Memory for 1 KB and 5 MB messages of a few ends.
-  void start_roudi() {
-    roudi_ = std::make_unique<RoudiProcess>(
-        std::vector<ChunkPool>{{1024, 500}, {5'000'016, 2 * kChunksOfWriter + 12}});
-  }
-  /// Publisher and subscription of a type, matched with each other.
-  static void match(const Peer& from, const Peer& to, const std::string& type,
-                    const std::string& topic, std::size_t depth = 10) {
-    ASSERT_EQ(to.ask("subscription " + type + " " + topic + " " + std::to_string(depth)), "ok");
-    ASSERT_EQ(from.ask("publisher " + type + " " + topic + " " + std::to_string(depth)), "ok");
-    ASSERT_TRUE(eventually([&] { return from.ask("matched " + topic) == "1"; }));
-    // Both have to know: what comes by shared memory from somebody unknown is lost.
-    ASSERT_TRUE(eventually([&] { return to.ask("heard " + topic) == "1"; }));
-  }
-
-  std::unique_ptr<RoudiProcess> roudi_;
-};
 
 TEST_F(BySharedMemory, ALoanIsReadWhereItWasWritten) {
   start_roudi();
@@ -247,7 +179,7 @@ TEST_F(BySharedMemory, EmptyPoolsAreCountedAndNoEnd) {
   match(from, to, "block", "/empty", 20);
   EXPECT_EQ(to.ask("keep /empty"), "ok");
   EXPECT_EQ(from.ask("publish /empty 1 15 1000"), "ok");
-  const State full = from.state("/empty");
+  const EndState full = from.state("/empty");
   EXPECT_EQ(full.messages + full.lost, 15u);
   EXPECT_GT(full.lost, 0u);
   ASSERT_TRUE(to.has("/empty", full.messages));

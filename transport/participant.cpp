@@ -26,10 +26,12 @@
 #include "takt/base/read_section.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/sequence.hpp"
+#include "takt/transport/bounded_end.hpp"
 #include "takt/transport/cyclone_entity.hpp"
 #include "takt/transport/graph_reader.hpp"
 #include "takt/transport/loopback_sockets.hpp"
 #include "takt/transport/node_announcer.hpp"
+#include "takt/transport/refused_chunks.hpp"
 #include "takt/transport/writer_clocks.hpp"
 #include "takt/transport/writer_sequences.hpp"
 
@@ -68,7 +70,7 @@ void log_sink(void*, const dds_log_data_t* data) {
   if (reason != nullptr) {
     *reason = text;
     std::replace(reason->begin(), reason->end(), '\n', ' ');  // OpenSSL's
-  } else {
+  } else if (!count_refused(text)) {
     complain(text);
   }
 }
@@ -169,14 +171,22 @@ class Domain {
         fmt::format("DDS domain {} could not be set up", options.domain),
         "at most 100 processes of one machine can join a domain: choose another by "
         "`dds: {domain: N}`");
+    if (why_no_shared_memory_.empty()) bound_exit();
+    if (roudi.is_silent && options.shared_memory == SharedMemory::automatic) {
+      log(LogLevel::warn, "{}; messages go by UDP", roudi.unusable);
+    }
     if (!options.loopback_only) return;
     if (const std::string why = keep_on_loopback(options.domain); !why.empty()) complain(why);
   }
-  ~Domain() { dds_delete(handle_); }
+  ~Domain() { remove(handle_); }
   Domain(const Domain&) = delete;
   Domain& operator=(const Domain&) = delete;
 
   const std::string& why_no_shared_memory() const noexcept { return why_no_shared_memory_; }
+  /// Deletes an entity of the domain.
+  void remove(dds_entity_t handle) const {
+    why_no_shared_memory_.empty() ? delete_within_bound(handle) : void(dds_delete(handle));
+  }
 
  private:
   std::string why_no_shared_memory_;
@@ -206,7 +216,7 @@ class CycloneParticipant;
 class CycloneEndpoint {
  public:
   CycloneEndpoint(CycloneParticipant& participant, const Endpoint& endpoint, bool is_writer);
-  virtual ~CycloneEndpoint() { dds_delete(handle_); }
+  virtual ~CycloneEndpoint();
   CycloneEndpoint(const CycloneEndpoint&) = delete;
   CycloneEndpoint& operator=(const CycloneEndpoint&) = delete;
 
@@ -219,7 +229,8 @@ class CycloneEndpoint {
             .messages = messages_.load(std::memory_order_relaxed),
             .way = is_shared() ? "shared memory" : "UDP: " + why_udp_,
             .uncopied = uncopied_.load(std::memory_order_relaxed),
-            .lost = lost_.load(std::memory_order_relaxed)};
+            .lost = lost_.load(std::memory_order_relaxed),
+            .id = number_};
   }
   std::size_t matched() const noexcept {
     const std::size_t count = matched_.load();
@@ -244,6 +255,7 @@ class CycloneEndpoint {
   const std::string why_udp_;  // empty: by shared memory
   Topic topic_;
   dds_entity_t handle_ = 0;
+  const std::uint64_t number_;
   TimePoint is_known_at_{};
   std::mutex counting_;
   std::atomic<std::size_t> matched_{0};
@@ -271,8 +283,7 @@ std::uint64_t random_number() {
 }
 
 // iceoryx's listener takes 127 readers of a process, and Cyclone does not survive one more.
-constexpr int kMostSharedReaders = 120;
-std::atomic<int> shared_readers{0};
+constexpr std::size_t kMostSharedReaders = 120;
 
 // So long others need to hear of a writer that is new, or of a participant. What comes by shared
 // memory from somebody unknown Cyclone 0.10.2 loses, and its memory with it.
@@ -339,7 +350,7 @@ class CycloneParticipant final : public Participant,
   ~CycloneParticipant() override {
     graph_reader_.reset();
     announcer_.reset();
-    dds_delete(handle_);
+    remove(handle_);
   }
 
   std::unique_ptr<RemoteWriter> create_writer(const Endpoint& endpoint,
@@ -374,6 +385,7 @@ class CycloneParticipant final : public Participant,
   }
 
   dds_entity_t handle() const noexcept { return handle_; }
+  void remove(dds_entity_t handle) const { domain_->remove(handle); }
   std::uint64_t id() const noexcept { return id_; }
   RosGraph ros_graph() const noexcept { return ros_graph_; }
   void add(const CycloneEndpoint& endpoint, const std::string& node, dds_entity_t handle,
@@ -412,7 +424,7 @@ class CycloneParticipant final : public Participant,
       why = fmt::format("aligned to {} bytes", type.alignment);
     } else if (type.size > roudi.largest_message) {
       why = fmt::format("{} bytes do not fit into RouDi's largest pool", type.size);
-    } else if (!is_writer && shared_readers.load() >= kMostSharedReaders) {
+    } else if (!is_writer && shared_reader_count() >= kMostSharedReaders) {
       why = fmt::format("{} subscriptions of this process use it already", kMostSharedReaders);
     }
     if (!why.empty() && requires_shared_memory_) {
@@ -444,7 +456,12 @@ CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint
       endpoint_(endpoint),
       is_writer_(is_writer),
       why_udp_(participant.why_udp(endpoint, is_writer)),
-      topic_(participant.handle(), endpoint, is_shared()) {
+      topic_(participant.handle(), endpoint, is_shared()),
+      number_(next_sequence()) {
+}
+
+CycloneEndpoint::~CycloneEndpoint() {
+  participant_->remove(handle_);
 }
 
 void CycloneEndpoint::close() noexcept {
@@ -701,7 +718,7 @@ std::unique_ptr<RemoteWriter> CycloneParticipant::create_writer(
 
 // ---- Reading ----
 
-class CycloneReader final : public CycloneEndpoint {
+class CycloneReader final : public CycloneEndpoint, SharedReader {
  public:
   CycloneReader(CycloneParticipant& participant, IntraProcessReader& reader)
       : CycloneEndpoint(participant, reader.endpoint(), false),
@@ -741,11 +758,9 @@ class CycloneReader final : public CycloneEndpoint {
          is_shared() ? shared_queue_depth(endpoint_.qos.depth, endpoint_.type->size)
                      : std::max(endpoint_.qos.depth, kUnconfirmed),
          listener);
-    if (is_shared()) shared_readers.fetch_add(1);
+    if (is_shared()) register_reader();
   }
-  ~CycloneReader() override {
-    if (is_shared()) shared_readers.fetch_sub(1);
-  }
+  ~CycloneReader() override { unregister_reader(); }
 
   std::uint64_t received() const noexcept { return messages_.load(); }
 
@@ -821,13 +836,24 @@ class CycloneReader final : public CycloneEndpoint {
       if (data != nullptr) dds_builtintopic_free_endpoint(data);
       return data != nullptr;
     };
-    const std::uint64_t overwritten = sequences_.overwritten(chunk, writer, is_matched);
-    if (overwritten == 0) return;
+    std::uint64_t overwritten = sequences_.overwritten(chunk, writer, is_matched);
+    const std::uint64_t counted = std::min(overwritten, refused_);  // already
+    refused_ -= counted;
+    overwritten -= counted;
+    if (overwritten != 0) count_lost(overwritten);
+  }
+  void count_lost(std::uint64_t overwritten) {
     messages_.fetch_add(overwritten, std::memory_order_relaxed);
     lost_.fetch_add(overwritten, std::memory_order_relaxed);
     reader_.miss(overwritten);
     events().lost(overwritten);
   }
+
+  void refused() noexcept override {
+    ++refused_;
+    count_lost(1);
+  }
+  std::string_view topic() const noexcept override { return endpoint_.topic; }
 
   EndpointEvents& events() const noexcept override { return *reader_.events(); }
 
@@ -836,6 +862,7 @@ class CycloneReader final : public CycloneEndpoint {
   const std::size_t most_held_;
   const PoolPtr<ReceivedBlock> blocks_;
   WriterSequences sequences_;  // only in receive
+  std::uint64_t refused_ = 0;  // and not found missing yet; only in receive
 };
 
 /// What its subscription has of a reader, which may live longer.

@@ -135,6 +135,7 @@ struct EndpointState {
   std::string way;
   std::uint64_t uncopied = 0;  // of these, lent by shared memory, or read where they lay
   std::uint64_t lost = 0;      // written: there was no room; received: overwritten in shared memory
+  std::uint64_t id = 0;        // another number for each end of the process
 };
 
 /// Topics have ROS 2's names on the wire: "/scan" is "rt/scan", "sensor_msgs/msg/LaserScan" is

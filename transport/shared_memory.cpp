@@ -4,54 +4,31 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
-#include <chrono>
-#include <csignal>
-#include <cstdlib>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
-#include <thread>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/base/error.hpp"
+#include "takt/transport/roudi_probe.hpp"
 
 namespace takt {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::chrono_literals;
 
-// iceoryx's own names.
-constexpr const char* kSocket = "/tmp/roudi";
-constexpr const char* kLock = "/tmp/iox-unique-roudi.lock";
-constexpr const char* kManagement = "/dev/shm/iceoryx_mgmt";
 constexpr const char* kDefaultConfiguration = "/etc/iceoryx/roudi_config.toml";
 constexpr std::size_t kDefaultLargestChunk = std::size_t{4} << 20;  // without any configuration
-constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
-constexpr std::size_t kMostPools = 32;
-constexpr auto kStartLimit = 20s;
-
-// Beside a message, its chunk holds our header, Cyclone's (56 bytes), and room to align them.
-constexpr std::size_t kOverhead = sizeof(ChunkHeader) + 128;
-constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
-  return (message_bytes + kOverhead + 7) / 8 * 8;
-}
-
-constexpr std::size_t kMostHeld = 240;               // iceoryx allows 256
-constexpr std::size_t kMostQueued = 256;             // iceoryx's limit
+constexpr std::size_t kMostHeld = 240;                              // iceoryx allows 256
+constexpr std::size_t kMostQueued = 256;                            // iceoryx's limit
 constexpr std::size_t kQueuedSmall = 100;            // messages, while they are small: …
 constexpr std::size_t kQueuedBytes = 1024UL * 1024;  // … all of them together
 constexpr std::size_t kInCallbacks = 8;
@@ -59,23 +36,6 @@ constexpr std::size_t kInCallbacks = 8;
 std::string read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-/// Who holds RouDi's lock: RouDi, while it lives. 0: nobody.
-pid_t holder_of_lock() {
-  struct stat lock {};
-  if (stat(kLock, &lock) != 0) return 0;
-  // "1: FLOCK  ADVISORY  WRITE 18534 fe:00:10954230 0 EOF"
-  std::ifstream locks("/proc/locks");
-  for (std::string line; std::getline(locks, line);) {
-    int pid = 0;
-    unsigned long inode = 0;
-    if (std::sscanf(line.c_str(), "%*s FLOCK %*s WRITE %d %*x:%*x:%lu", &pid, &inode) == 2 &&
-        inode == lock.st_ino) {
-      return pid;
-    }
-  }
-  return 0;
 }
 
 /// The largest `size` of a configuration file; nullopt: there is none, or it gives its memory to
@@ -142,7 +102,7 @@ void look_at_options(Roudi& roudi) {
         "has segments for groups of users";
     return;
   }
-  roudi.largest_message = *largest - std::min(kOverhead, *largest);
+  roudi.largest_message = *largest - std::min(kChunkOverhead, *largest);
 }
 
 bool accepts_connections(const char* path) {
@@ -153,56 +113,6 @@ bool accepts_connections(const char* path) {
       connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   close(socket);
   return accepts;
-}
-
-/// At most as many pools as iceoryx allows, in order of size.
-std::vector<ChunkPool> arrange(std::vector<ChunkPool> pools) {
-  std::sort(pools.begin(), pools.end(),
-            [](const auto& a, const auto& b) { return a.message_bytes < b.message_bytes; });
-  const auto cost = [&pools](std::size_t i) {  // of giving the messages of i chunks of the next
-    return pools[i].chunks * (pools[i + 1].message_bytes - pools[i].message_bytes);
-  };
-  const auto merge = [&pools](std::size_t i) {
-    pools[i + 1].chunks += pools[i].chunks;
-    pools.erase(pools.begin() + static_cast<std::ptrdiff_t>(i));
-  };
-  for (std::size_t i = 0; i + 1 < pools.size();) {
-    // iceoryx takes the smallest chunk that is large enough, and we ask for larger ones than that.
-    if (pools[i + 1].message_bytes - pools[i].message_bytes < kOverhead) {
-      merge(i);
-    } else {
-      ++i;
-    }
-  }
-  while (pools.size() > kMostPools) {
-    std::size_t cheapest = 0;
-    for (std::size_t i = 1; i + 1 < pools.size(); ++i) {
-      if (cost(i) < cost(cheapest)) cheapest = i;
-    }
-    merge(cheapest);
-  }
-  return pools;
-}
-
-std::string segment_path() {
-  const group* ours = getgrgid(getegid());
-  return fmt::format("/dev/shm/{}", ours != nullptr ? ours->gr_name : std::to_string(getegid()));
-}
-
-void remove_files() {
-  const std::string segment = segment_path();
-  for (const char* file : {kSocket, "/tmp/roudi.lock", kLock, kManagement, segment.c_str()}) {
-    unlink(file);
-  }
-  // Of clients that could not say goodbye: "iceoryx_rt_PID_TIME".
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/tmp", ignored)) {
-    int pid = 0;
-    if (std::sscanf(entry.path().filename().c_str(), "iceoryx_rt_%d_", &pid) == 1 &&
-        kill(pid, 0) != 0 && errno == ESRCH) {
-      unlink(entry.path().c_str());
-    }
-  }
 }
 
 }  // namespace
@@ -222,6 +132,22 @@ std::size_t chunks_of_reader(std::size_t depth, std::size_t message_bytes) noexc
   return shared_queue_depth(depth, message_bytes) + shared_messages_held(depth) + 1;
 }
 
+pid_t holder_of_roudi_lock() {
+  struct stat lock {};
+  if (stat(kRoudiLock, &lock) != 0) return 0;
+  // "1: FLOCK  ADVISORY  WRITE 18534 fe:00:10954230 0 EOF"
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    int pid = 0;
+    unsigned long inode = 0;
+    if (std::sscanf(line.c_str(), "%*s FLOCK %*s WRITE %d %*x:%*x:%lu", &pid, &inode) == 2 &&
+        inode == lock.st_ino) {
+      return pid;
+    }
+  }
+  return 0;
+}
+
 Roudi find_roudi() {
   Roudi roudi;
   const auto unusable = [&](std::string why) {
@@ -229,14 +155,14 @@ Roudi find_roudi() {
     return roudi;
   };
   struct stat socket {};
-  roudi.pid = holder_of_lock();
-  if (roudi.pid == 0 || stat(kSocket, &socket) != 0) return unusable("RouDi is not running");
+  roudi.pid = holder_of_roudi_lock();
+  if (roudi.pid == 0 || stat(kRoudiSocket, &socket) != 0) return unusable("RouDi is not running");
   // Of another user it could not answer us, and we would wait for ever.
   if (socket.st_uid != geteuid() || socket.st_gid != getegid()) {
     return unusable(fmt::format("RouDi belongs to user {} and group {}, and we to {} and {}",
                                 socket.st_uid, socket.st_gid, geteuid(), getegid()));
   }
-  if (!accepts_connections(kSocket) || !fs::exists(kManagement)) {
+  if (!accepts_connections(kRoudiSocket) || !fs::exists(kRoudiManagement)) {
     return unusable("RouDi does not serve");
   }
   // "18534 (iox-roudi) S 1 …": T and t are stopped.
@@ -254,94 +180,11 @@ Roudi find_roudi() {
                                               socket.st_ctim.tv_sec, socket.st_ctim.tv_nsec)) {
     roudi.identity = (roudi.identity ^ static_cast<unsigned char>(character)) * 0x100000001b3;
   }
+  roudi.is_silent = !roudi_answers(roudi.identity);
+  if (roudi.is_silent) {
+    unusable(fmt::format("RouDi does not answer: end it by `kill -9 {}`", roudi.pid));
+  }
   return roudi;
-}
-
-bool RoudiProcess::is_installed() {
-  const char* path = std::getenv("PATH");
-  std::string folders = path != nullptr ? path : "/usr/bin";
-  for (std::size_t begin = 0; begin <= folders.size();) {
-    const std::size_t end = std::min(folders.find(':', begin), folders.size());
-    if (access((folders.substr(begin, end - begin) + "/iox-roudi").c_str(), X_OK) == 0) return true;
-    begin = end + 1;
-  }
-  return false;
-}
-
-RoudiProcess::RoudiProcess(std::vector<ChunkPool> pools) {
-  if (!is_installed()) {
-    throw Error("iox-roudi is not installed", "apt-get install iceoryx");
-  }
-  if (const pid_t other = holder_of_lock(); other != 0) {
-    throw Error(fmt::format("a RouDi runs already, as process {}", other), "use it, or end it");
-  }
-  if (pools.empty()) pools.push_back({1024, kChunksOfWriter});
-  pools = arrange(std::move(pools));
-  std::size_t bytes = kManagementBytes;
-  std::string configuration = "[general]\nversion = 1\n[[segment]]\n";
-  for (const ChunkPool& pool : pools) {
-    // iceoryx adds its own header, of 64 bytes at the most, to each.
-    bytes += pool.chunks * (chunk_bytes(pool.message_bytes) + 64);
-    configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
-                                 chunk_bytes(pool.message_bytes), pool.chunks);
-  }
-  remove_files();  // of one that was killed
-  std::error_code failed;
-  const fs::space_info space = fs::space("/dev/shm", failed);
-  if (failed || space.available < bytes) {
-    throw Error(fmt::format("shared memory needs {} MiB, and /dev/shm has {} MiB left",
-                            (bytes >> 20) + 1, failed ? 0 : space.available >> 20),
-                "mount -o remount,size=… /dev/shm, or smaller depths of the large topics");
-  }
-  folder_ = fs::temp_directory_path() / "takt_roudi_XXXXXX";
-  if (mkdtemp(folder_.data()) == nullptr) {
-    throw Error("no folder for RouDi's configuration: " + errno_message(errno));
-  }
-  const std::string file = folder_ + "/roudi.toml", log = folder_ + "/log";
-  std::ofstream(file) << configuration;
-
-  pid_ = fork();
-  if (pid_ == 0) {
-    // In a session of its own, so that Ctrl-C does not reach it before its clients have ended: it
-    // would end them.
-    setsid();
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
-    dup2(output, STDOUT_FILENO), dup2(output, STDERR_FILENO);
-    execlp("iox-roudi", "iox-roudi", "-m", "off", "-c", file.c_str(), nullptr);
-    _exit(127);
-  }
-  const auto limit = std::chrono::steady_clock::now() + kStartLimit;
-  for (;;) {
-    const Roudi found = find_roudi();
-    if (found.pid == pid_ && found.unusable.empty() &&
-        read_file(log).find("ready for clients") != std::string::npos) {
-      return;
-    }
-    const bool has_ended = waitpid(pid_, nullptr, WNOHANG) == pid_;
-    if (has_ended || std::chrono::steady_clock::now() > limit) {
-      const std::string words = read_file(log);
-      if (!has_ended) {
-        kill(pid_, SIGKILL);
-        waitpid(pid_, nullptr, 0);
-      }
-      fs::remove_all(folder_, failed);
-      throw Error(fmt::format("RouDi does not start: {}", words),
-                  "is there memory enough, and another RouDi?");
-    }
-    std::this_thread::sleep_for(5ms);
-  }
-}
-
-// Not gently: it would first end all its clients, also those that are not ours. Its files go
-// first, so that nobody turns to it any more.
-RoudiProcess::~RoudiProcess() {
-  const pid_t holder = holder_of_lock();
-  if (holder == pid_ || holder == 0) remove_files();  // else it has ended, and another has begun
-  kill(pid_, SIGKILL);
-  waitpid(pid_, nullptr, 0);
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
 }
 
 }  // namespace takt

@@ -51,6 +51,8 @@ for options in [["--transport", "shm"], ["--transport", "shm", "--composition", 
           and all(topic["way"] == "shared memory" for topic in topics)
           and all(writers[topic]["messages"] == readers[topic]["messages"] > 0
                   and readers[topic]["lost"] == 0 for topic in writers), status, said, topics)
+    # The process that sends to itself waited for messages that it had, and told a falsehood.
+    check(f"{name}: nothing was under way at the end", "still under way" not in said, said)
     check(f"{name}: what is lent is not copied, and read where it lies",
           all(topic["uncopied"] == topic["messages"]
               for topic in topics if topic["topic"] == "/raw"), topics)
@@ -73,6 +75,24 @@ process.send_signal(signal.SIGINT)
 said = process.communicate(timeout=60)[0]
 check("Ctrl-C ends the first, and its RouDi", process.returncode == 0 and not roudi_runs(),
       process.returncode, said)
+
+# Those of a publisher that has gone were awaited too.
+process = subprocess.Popen([takt, "run", pipeline], env=environment, stdout=subprocess.PIPE,
+                           stderr=subprocess.STDOUT, text=True)
+
+
+def unloads():
+    return subprocess.run([takt, "component", "unload", "sensing", "1"], env=environment,
+                          capture_output=True, text=True, timeout=60).returncode == 0
+
+
+limit = time.monotonic() + 60
+while not (unloaded := unloads()) and time.monotonic() < limit:
+    time.sleep(0.02)
+process.send_signal(signal.SIGINT)
+said = process.communicate(timeout=60)[0]
+check("with a publisher unloaded, Ctrl-C ends a run and nothing was under way",
+      unloaded and process.returncode == 0 and "still under way" not in said, process.returncode, said)
 
 with tempfile.TemporaryDirectory() as empty:
     status, said, _ = run("--transport", "shm", PATH=empty)

@@ -9,7 +9,9 @@
 #include <cstdlib>
 #include <ctime>
 #include <deque>
+#include <map>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include <fcntl.h>
@@ -35,6 +37,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kMatchLimit = 10s;
 constexpr auto kDrainLimit = 5s;
+constexpr auto kSharedMemoryEndLimit = 30s;
 
 // ---- Waiting ----
 
@@ -81,7 +84,8 @@ json endpoints_json(const Container& container) {
                       {"messages", endpoint.messages},
                       {"way", endpoint.way},
                       {"uncopied", endpoint.uncopied},
-                      {"lost", endpoint.lost}});
+                      {"lost", endpoint.lost},
+                      {"id", endpoint.id}});
   }
   return result;
 }
@@ -91,6 +95,7 @@ void add_topics(json& topics, const std::string& process, const json& endpoints)
   for (json endpoint : endpoints) {
     if (!endpoint.at("topic").get_ref<const std::string&>().starts_with('/')) continue;
     endpoint["process"] = process;
+    endpoint.erase("id");
     topics.push_back(std::move(endpoint));
   }
 }
@@ -190,7 +195,13 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
     EndGuard guard;  // the parent looks after the beginning
     overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
     Container container(system, overrides);
-    parent.send({{"endpoints", endpoints_json(container)}, {"nodes", nodes_json(container)}});
+    const bool serves_itself = system.dds && system.dds->serves_own_process;
+    const auto ends = [&]() -> json {
+      return {{"endpoints", endpoints_json(container)},
+              {"nodes", nodes_json(container)},
+              {"serves_itself", serves_itself}};
+    };
+    parent.send(ends());
     for (;;) {
       std::array<pollfd, 2> news{{{parent.fd(), POLLIN, 0}, {failed, POLLIN, 0}}};
       poll(news.data(), news.size(), -1);
@@ -214,7 +225,8 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
         guard.ends(0);
         container.hold();
       } else if (word == "status") {
-        answer = {{"pending", container.pending()}, {"endpoints", endpoints_json(container)}};
+        answer = ends();
+        answer["pending"] = container.pending();
       } else if (word == "shut_down") {
         container.shut_down();
       } else if (word == "stop") {
@@ -259,10 +271,14 @@ class Children {
       }
       if (!unmade.empty() && now >= limit) {
         end_now([](const Child& child) { return !child.is_made; }, "has not been made in time");
+      } else if (now >= limit_) {
+        end_now([](const Child&) { return true; }, "it does not end");
+        limit_ = kNever;
       } else if (const int signal = signals_.take(); signal != 0) {
         end_now([](const Child&) { return true; }, name_of_signal(signal) + " came again");
       }
-      const Nanoseconds rest = unmade.empty() ? Nanoseconds(1h) : std::max(limit - now, 0ns);
+      const TimePoint next = std::min({now + 1h, limit_, unmade.empty() ? kNever : limit});
+      const Nanoseconds rest = std::max(next - now, 0ns);
       pump({rest / 1s, (rest % 1s).count()});
     }
   }
@@ -291,6 +307,10 @@ class Children {
     }
     hear();
   }
+
+  /// From here on who does not end, or answer, in time is killed: one that publishes may wait for a
+  /// lock in shared memory that a killed process has kept.
+  void bound_end() { limit_ = Clock::steady().now() + kSharedMemoryEndLimit; }
 
   /// Until the time is up, a signal comes, or none is left. One that ends meanwhile is started
   /// again, as its description says; the others go on, however long its constructors take.
@@ -459,6 +479,7 @@ class Children {
         throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
                                              name_of_signal(signal), child.name));
       }
+      if (Clock::steady().now() > limit_) kill(child.pid, SIGKILL);
       pump({1, 0});
     }
   }
@@ -561,20 +582,22 @@ class Children {
 
   const ContainerOverrides overrides_;
   const EndSignals& signals_;
+  TimePoint limit_ = kNever;
   std::vector<std::unique_ptr<Child>> children_;
   std::vector<std::string> deaths_;
   bool is_ending_ = false;
 };
 
 /// Calls `pair(writer, reader, its process)` for each end that writes and each that reads the same
-/// topic in different processes.
+/// topic by DDS.
 template <class Pair>
 void for_each_pair(const std::vector<json>& processes, Pair&& pair) {
   for (std::size_t from = 0; from < processes.size(); ++from) {
     for (const json& writer : processes[from].at("endpoints")) {
       if (!writer.at("is_writer")) continue;
       for (std::size_t to = 0; to < processes.size(); ++to) {
-        if (to == from) continue;
+        // What a process sends to itself is counted where it goes by DDS too.
+        if (to == from && !processes[from].at("serves_itself")) continue;
         const json& readers = processes[to].at("endpoints");
         for (std::size_t i = 0; i < readers.size(); ++i) {
           const json& reader = readers[i];
@@ -617,16 +640,46 @@ std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<json>& proc
   return sent;
 }
 
-/// Nothing is pending anywhere and, where all who have sent can still be asked, every message that
-/// was sent has arrived.
-bool all_is_served(const std::vector<json>& processes, bool are_complete) {
+/// The ends of each topic: process and number.
+using Ends = std::map<std::string, std::set<std::pair<std::size_t, std::uint64_t>>>;
+Ends ends_of(const std::vector<json>& processes) {
+  Ends ends;
+  for (std::size_t process = 0; process < processes.size(); ++process) {
+    for (const json& endpoint : processes[process].at("endpoints")) {
+      ends[endpoint.at("topic")].emplace(process, endpoint.at("id").get<std::uint64_t>());
+    }
+  }
+  return ends;
+}
+
+/// Of which topics all who have sent can still be asked, and all who read were there: those that
+/// have the same ends as in the beginning, while no process has died.
+class Countable {
+ public:
+  Countable(const Children& children, Ends beginning)
+      : children_(children), beginning_(std::move(beginning)) {}
+  bool operator()(const Ends& now, const std::string& topic) const {
+    const auto then = beginning_.find(topic);
+    return children_.are_complete() && then != beginning_.end() && then->second == now.at(topic);
+  }
+
+ private:
+  const Children& children_;
+  const Ends beginning_;
+};
+
+/// Nothing is pending anywhere and, where that can be counted, every message that was sent has
+/// arrived.
+bool all_is_served(const std::vector<json>& processes, const Countable& is_countable) {
   const auto sent = count_sent(processes);
+  const Ends ends = ends_of(processes);
   for (std::size_t process = 0; process < processes.size(); ++process) {
     if (processes[process].at("pending") != 0) return false;
     const json& endpoints = processes[process].at("endpoints");
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
-      if (are_complete && !endpoints[i].at("is_writer") && endpoints[i].at("is_reliable") &&
-          endpoints[i].at("messages") != sent[process][i]) {
+      if (!endpoints[i].at("is_writer") && endpoints[i].at("is_reliable") &&
+          endpoints[i].at("messages") != sent[process][i] &&
+          is_countable(ends, endpoints[i].at("topic"))) {
         return false;
       }
     }
@@ -635,15 +688,14 @@ bool all_is_served(const std::vector<json>& processes, bool are_complete) {
 }
 
 /// The state of all when all is served; else when the time is up.
-std::vector<json> drain(Children& children) {
+std::vector<json> drain(Children& children, const Countable& is_countable) {
   const TimePoint limit = Clock::steady().now() + kDrainLimit;
   std::vector<json> before;
   for (;;) {
     std::vector<json> now = children.ask("status");
     // Twice the same: a message can be on its way from one that was asked late to one that was
     // asked early.
-    if ((all_is_served(now, children.are_complete()) && now == before) ||
-        Clock::steady().now() > limit) {
+    if ((all_is_served(now, is_countable) && now == before) || Clock::steady().now() > limit) {
       return now;
     }
     before = std::move(now);
@@ -652,7 +704,9 @@ std::vector<json> drain(Children& children) {
 }
 
 /// What a process could not know: how much was sent to it by others.
-void complete(json& callbacks, const json& endpoints, const std::vector<std::uint64_t>& sent) {
+template <class IsCountable>
+void complete(json& callbacks, const json& endpoints, const std::vector<std::uint64_t>& sent,
+              IsCountable&& is_countable) {
   std::vector<bool> used(endpoints.size(), false);
   for (json& callback : callbacks) {
     if (callback.at("kind") != "subscription") continue;
@@ -662,6 +716,7 @@ void complete(json& callbacks, const json& endpoints, const std::vector<std::uin
         continue;
       }
       used[i] = true;
+      if (!is_countable(endpoints[i].at("topic"))) break;
       const auto number = [&](const char* key) { return callback.at(key).get<std::uint64_t>(); };
       const std::uint64_t expected = number("expected") - number("from_outside") + sent[i];
       const std::uint64_t served = number("received") + number("dropped");
@@ -670,6 +725,14 @@ void complete(json& callbacks, const json& endpoints, const std::vector<std::uin
       break;
     }
   }
+}
+
+bool uses_shared_memory(const std::vector<json>& processes) {
+  return std::any_of(processes.begin(), processes.end(), [](const json& process) {
+    const json& endpoints = process.at("endpoints");
+    return std::any_of(endpoints.begin(), endpoints.end(),
+                       [](const json& endpoint) { return endpoint.at("way") == "shared memory"; });
+  });
 }
 
 json run_apart(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
@@ -681,8 +744,11 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   children.ask("start");
   children.ask("release");
   children.watch(duration);
+  if (uses_shared_memory(made)) children.bound_end();
   children.ask("hold");
-  const std::vector<json> states = drain(children);
+  const Countable is_countable(children, ends_of(made));
+  const std::vector<json> states = drain(children, is_countable);
+  const Ends ends = ends_of(states);
   const auto sent = count_sent(states);
   children.ask("shut_down");
   const std::vector<json> answers = children.ask("stop");
@@ -694,7 +760,8 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
     json one = answers[i].at("result");
-    if (children.are_complete()) complete(one.at("callbacks"), states[i].at("endpoints"), sent[i]);
+    complete(one.at("callbacks"), states[i].at("endpoints"), sent[i],
+             [&](const std::string& topic) { return is_countable(ends, topic); });
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
     for (const char* list : {"callbacks", "chains", "threads", "processes", "trace", "notes"}) {
@@ -704,7 +771,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   }
   for (const std::string& death : children.deaths()) all.at("notes").push_back(death);
   all["failed"] = children.failures();
-  if (!all_is_served(states, children.are_complete())) {
+  if (!all_is_served(states, is_countable)) {
     all.at("notes").push_back(
         fmt::format("messages were still under way between processes {} s after the last timer",
                     kDrainLimit.count()));

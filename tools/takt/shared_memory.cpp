@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 
 #include <nlohmann/json.hpp>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -82,6 +84,7 @@ json survey_apart(const std::vector<SystemDescription>& processes,
   const pid_t pid = fork();
   if (pid < 0) throw Error("no process: " + errno_message(errno));
   if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // it has the locks of its parent
     const std::string text = survey(processes, overrides).dump();
     for (std::size_t done = 0; done < text.size();) {
       const ssize_t now = write(ends[1], text.data() + done, text.size() - done);
@@ -116,13 +119,13 @@ std::unique_ptr<RoudiProcess> start_roudi(const std::vector<SystemDescription>& 
         return process.dds && process.dds->shared_memory == SharedMemory::require;
       });
   if (!is_required) return nullptr;
-  // One that cannot be used prevents another; who joins says why.
-  if (find_roudi().pid != 0) return nullptr;
-  const json said = survey_apart(processes, overrides);
-  if (said.contains("error")) throw Error(said.at("error").get<std::string>());
-  std::vector<ChunkPool> pools;
-  for (const json& pool : said.at("pools")) pools.push_back({pool.at(0), pool.at(1)});
-  return std::make_unique<RoudiProcess>(std::move(pools));
+  return std::make_unique<RoudiProcess>([&] {
+    const json said = survey_apart(processes, overrides);
+    if (said.contains("error")) throw Error(said.at("error").get<std::string>());
+    std::vector<ChunkPool> pools;
+    for (const json& pool : said.at("pools")) pools.push_back({pool.at(0), pool.at(1)});
+    return pools;
+  });
 }
 
 }  // namespace takt::tools

@@ -10,10 +10,10 @@
 
 namespace takt::tools {
 
-/// Starts RouDi when one of the processes requires shared memory and none runs that it can use,
-/// with as much memory as their topics of fixed size can have in use at once. To know these, it
-/// makes the components once, in a process of their own that ends. nullptr: not needed. Throws
-/// Error when it cannot be had.
+/// Has RouDi run for as long as the result lives, when one of the processes requires shared memory.
+/// Where none runs it is started, with as much memory as their topics of fixed size can have in use
+/// at once. To know these, it makes the components once, in a process of their own that ends.
+/// nullptr: not needed. Throws Error when it cannot be had.
 ///
 /// Call it before the process has other threads.
 std::unique_ptr<RoudiProcess> start_roudi(const std::vector<SystemDescription>& processes,
