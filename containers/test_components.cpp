@@ -1,4 +1,5 @@
-// A library of components, good or broken as the macro says, for loading_test.cpp.
+// A library of components, good or broken as the macro says, for loading_test.cpp and
+// library_trial_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/version.hpp"
 #ifdef TAKT_TEST_OLD
@@ -9,6 +10,27 @@
 
 #ifdef TAKT_TEST_UNDEFINED
 void nowhere();
+#endif
+
+#if defined TAKT_TEST_THROWS || defined TAKT_TEST_ENDS || defined TAKT_TEST_HANGS
+#include <cstdlib>
+#include <stdexcept>
+
+#include <unistd.h>
+
+namespace {
+// What no program can protect itself from that loads it.
+const int initialised = [] {
+#if defined TAKT_TEST_THROWS
+  throw std::runtime_error("no camera");
+#elif defined TAKT_TEST_ENDS
+  std::_Exit(0);
+#else
+  for (;;) pause();
+#endif
+  return 0;
+}();
+}  // namespace
 #endif
 
 namespace guests {
