@@ -114,7 +114,7 @@ std::vector<IndexedComponent> component_index() {
     std::vector<fs::path> files;
     std::error_code none;
     for (const auto& file : fs::directory_iterator(prefix / kIndexFolder, none)) {
-      files.push_back(file.path());
+      if (file.is_regular_file(none)) files.push_back(file.path());
     }
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) read_index(file, prefix, index);

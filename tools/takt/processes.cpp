@@ -660,7 +660,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
 
   json all = process_json({});
   for (const char* list :
-       {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics"}) {
+       {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics", "failed"}) {
     all[list] = json::array();
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -668,13 +668,14 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
     if (children.are_complete()) complete(one.at("callbacks"), states[i].at("endpoints"), sent[i]);
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
-    for (const char* list : {"callbacks", "chains", "threads", "processes", "trace", "notes"}) {
+    for (const char* list :
+         {"callbacks", "chains", "threads", "processes", "trace", "notes", "failed"}) {
       json& entries = one.at(list);
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }
   }
   for (const std::string& death : children.deaths()) all.at("notes").push_back(death);
-  all["failed"] = children.failures();
+  for (const std::string& failure : children.failures()) all.at("failed").push_back(failure);
   if (!all_is_served(states, children.are_complete())) {
     all.at("notes").push_back(
         fmt::format("messages were still under way between processes {} s after the last timer",
@@ -694,7 +695,6 @@ json run_processes(const std::vector<SystemDescription>& processes,
                     ? run_here(processes.front(), overrides, duration, signals, loads)
                     : run_apart(processes, overrides, duration, signals);
   for (json& callback : result.at("callbacks")) callback.erase("from_outside");
-  result.emplace("failed", json::array());
   return result;
 }
 

@@ -131,7 +131,8 @@ json process_json(const ProcessResult& process) {
                      {"allocations_while_spinning", counted(process.allocations_while_spinning)},
                      {"allocations_in_dds", counted(process.allocations_in_dds)}}})},
       {"trace", std::move(trace)},
-      {"notes", process.notes}};
+      {"notes", process.notes},
+      {"failed", process.failures}};
 }
 
 Histogram read_histogram(const json& latency) {
