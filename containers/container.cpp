@@ -870,6 +870,8 @@ void Container::displace_failed() {
       displace(*loaded);
     } catch (const Error& error) {
       log(LogLevel::error, "{} stays: {}", loaded->node()->fully_qualified_name(), error.what());
+    } catch (...) {
+      log(LogLevel::error, "{} stays: its scheduler threw", loaded->node()->fully_qualified_name());
     }
   }
 }

@@ -1,5 +1,5 @@
-// A library of components, good or broken as the macro says, for loading_test.cpp and
-// library_trial_test.cpp.
+// A library of components, good or broken as the macro says, for loading_test.cpp,
+// library_trial_test.cpp and output_test.py.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/version.hpp"
 #ifdef TAKT_TEST_OLD
@@ -41,7 +41,15 @@ class Good : public takt::Node {
 #ifdef TAKT_TEST_UNDEFINED
     nowhere();
 #endif
+#ifdef TAKT_TEST_INT
+    timer_ = create_timer("tick", std::chrono::milliseconds(1), [] { throw 42; });
+#endif
   }
+
+#ifdef TAKT_TEST_INT
+ private:
+  std::shared_ptr<takt::Timer> timer_;
+#endif
 };
 
 }  // namespace guests

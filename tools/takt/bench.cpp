@@ -13,6 +13,7 @@
 #include "takt/containers/duration.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/rt_tests/ddsperf.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/rt_tests/rounds.hpp"
 #include "takt/transport/shared_memory.hpp"
 
@@ -404,7 +405,8 @@ class SystemFile {
     }
     path_ = fs::temp_directory_path() / fmt::format("takt_bench_{}.yaml", getpid());
     is_ours_ = true;
-    std::ofstream(path_) << system;
+    std::ofstream file(path_);
+    if (!(file << system).flush()) throw not_written("a system", path_);
   }
   ~SystemFile() {
     std::error_code ignored;
@@ -462,8 +464,8 @@ json run(const Experiment& experiment, const Options& options, std::size_t& done
       if (!variant.missing.empty()) continue;
       ++done;
       if (shows_progress) {
-        fmt::print(stderr, "\r\033[K{} of {}: {}, {} {}", done, total, experiment.name,
-                   variant.series, experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
+        rt::to_stderr("\r\033[K{} of {}: {}, {} {}", done, total, experiment.name, variant.series,
+                      experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
       }
       const Figures figures = variant.is_ddsperf
                                   ? ddsperf_goodput(variant.message_bytes,
@@ -473,7 +475,7 @@ json run(const Experiment& experiment, const Options& options, std::size_t& done
       latencies[i].merge(figures.latency);
     }
   }
-  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  if (shows_progress) rt::to_stderr("\r\033[K");
   json rows = json::array();
   for (std::size_t i = 0; i < variants.size(); ++i) {
     json row{{"series", variants[i].series}};

@@ -9,6 +9,7 @@
 #include "takt/base/histogram.hpp"
 #include "takt/containers/duration.hpp"
 #include "takt/containers/system_description.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/rt_tests/rounds.hpp"
 
 #include "commands.hpp"
@@ -220,9 +221,9 @@ void compare(const Options& options) {
   for (int repeat = 0; repeat < options.repeat; ++repeat) {
     for (Comparison& row : rows) {
       if (shows_progress) {
-        fmt::print(stderr, "\r\033[K{} of {}: {} {}", ++done,
-                   rows.size() * static_cast<std::size_t>(options.repeat), row.executor,
-                   fmt::format("{} {}", row.scheduler, row.composition));
+        rt::to_stderr("\r\033[K{} of {}: {} {}", ++done,
+                      rows.size() * static_cast<std::size_t>(options.repeat), row.executor,
+                      fmt::format("{} {}", row.scheduler, row.composition));
       }
       std::vector<std::string> arguments{"run",          row.file, "--duration",   options.duration,
                                          "--json",       "-",      "--histograms", "--composition",
@@ -239,7 +240,7 @@ void compare(const Options& options) {
       runs.push_back(std::move(run));
     }
   }
-  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  if (shows_progress) rt::to_stderr("\r\033[K");
   if (options.json != "-") print(rows, options.repeat);
   const json document = result_document(std::move(runs));
   if (!options.json.empty()) write_json(document, options.json);

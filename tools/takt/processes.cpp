@@ -23,6 +23,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "takt/rt_tests/output.hpp"
+
+#include "commands.hpp"
 #include "result_json.hpp"
 #include "shared_memory.hpp"
 
@@ -79,7 +82,7 @@ class Progress {
   explicit Progress(Nanoseconds duration)
       : duration_(duration), is_shown_(isatty(STDERR_FILENO) != 0 && duration > 2s) {}
   ~Progress() {
-    if (is_shown_) fmt::print(stderr, "\r                    \r");
+    if (is_shown_) rt::to_stderr("\r                    \r");
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -89,9 +92,8 @@ class Progress {
   timespec show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     if (is_shown_) {
-      fmt::print(stderr, "\r{:.0f} of {:.0f} s ",
-                 std::chrono::duration<double>(now - start_).count(),
-                 std::chrono::duration<double>(duration_).count());
+      rt::to_stderr("\r{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
+                    std::chrono::duration<double>(duration_).count());
       step = std::min<Nanoseconds>(step, 1s);
     }
     return {step / 1s, (step % 1s).count()};
@@ -272,8 +274,11 @@ int serve(const SystemDescription& system, const ContainerOverrides& overrides, 
   } catch (const std::exception& error) {
     Logger::instance().flush();
     parent.send({{"error", error.what()}});
-    return 1;
+  } catch (...) {
+    Logger::instance().flush();
+    parent.send({{"error", kNoStdException}});
   }
+  return 1;
 }
 
 // ---- Several: the parent ----
@@ -378,7 +383,7 @@ class Children {
       for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
         last_.push_back(text_.substr(0, end));
         text_.erase(0, end + 1);
-        fmt::print(stderr, "[{}] {}\n", name, last_.back());
+        rt::to_stderr("[{}] {}\n", name, last_.back());
         if (last_.size() > kLastLines) last_.pop_front();
       }
       if (now <= 0) set(-1);
@@ -530,7 +535,7 @@ class Children {
       then = fmt::format("it was restarted {} times already; the others go on", child.restarts);
     }
     deaths_.push_back(fmt::format("{}; {}", child.death, then));
-    fmt::print(stderr, "takt: {}\n", deaths_.back());
+    rt::to_stderr("takt: {}\n", deaths_.back());
   }
 
   const ContainerOverrides overrides_;

@@ -143,6 +143,12 @@ Histogram read_histogram(const json& latency) {
   return histogram;
 }
 
+std::runtime_error not_written(const std::string& what, const std::string& path) {
+  return std::runtime_error(
+      Error(what + " could not be written", "choose a place that can be, and has room", path)
+          .what());
+}
+
 void check_writable(const std::string& path) {
   if (path.empty() || path == "-" || std::ofstream(path, std::ios::app)) return;
   throw Error("results could not be written", "choose a place that can be", path);
@@ -157,7 +163,7 @@ void write_json(const json& document, const std::string& path) {
   std::ofstream file(path);
   file << text;
   file.close();
-  if (!file) throw Error("results could not be written", "choose a place that can be", path);
+  if (!file) throw not_written("results", path);
 }
 
 }  // namespace takt::tools
