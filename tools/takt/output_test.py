@@ -44,7 +44,8 @@ def broken_pipe():
 
 
 for words in (["--help"], ["list", "schedulers"], ["check", plain], ["reference", "config"],
-              ["plan", plain], ["doctor"], ["topic", "list"], ["node", "list", "--json", "-"],
+              ["plan", plain, "--json", "-"], ["doctor"],
+              ["topic", "list", "--json", "-"], ["node", "list", "--json", "-"],
               ["run", plain, "--duration", "100ms"],
               ["run", plain, "--duration", "100ms", "--json", "-"],
               ["latency", "-l", "10", "-q"]):
