@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/library.hpp"
 
+#include <chrono>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include <dlfcn.h>
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/library_trial.hpp"
 #include "takt/base/version.hpp"
 
 namespace takt {
@@ -19,12 +22,41 @@ using Registrations = std::vector<Registration>;
 // Of the library that this thread is loading; nullptr: of the program, or of what loads with it.
 thread_local constinit Registrations* of_library = nullptr;
 
+// nullptr, with a reason in dlerror: it cannot be loaded.
+void* open_library(const char* path, Registrations& noted) {
+  struct Noting {
+    explicit Noting(Registrations& to) { of_library = &to; }
+    ~Noting() { of_library = nullptr; }
+  };
+  const Noting noting(noted);
+  return dlopen(path, RTLD_NOW | RTLD_LOCAL);
+}
+
+// Far longer than any library takes, on a machine that has other things to do.
+constexpr auto kTrialLimit = std::chrono::seconds(30);
+
+// Throws Error unless this process may load the library.
+void check_library(const std::string& path) {
+  try {
+    if (path.find('/') != std::string::npos) check_library_file(path);
+    try_library(path, kTrialLimit);
+  } catch (const Error& error) {
+    throw Error(fmt::format("library '{}' cannot be loaded: {}", path, error.what()));
+  }
+}
+
 // "0.1" of "0.1.0".
 std::string_view minor_version(std::string_view version) {
   return version.substr(0, version.rfind('.'));
 }
 
 }  // namespace
+
+// For the program takt_try_library. What dlopen itself refuses, it refuses here again.
+extern "C" void takt_try_library(const char* path) {
+  Registrations noted;
+  open_library(path, noted);
+}
 
 bool note_registration(Registration registration) {
   if (of_library == nullptr) return false;
@@ -36,15 +68,16 @@ std::vector<Registration>& load_library(const std::string& path) {
   static std::mutex mutex;
   // By handle: however it is named, a library has one, and its initialisers run once.
   static std::map<void*, Registrations> libraries;
+  static std::set<std::string> loaded;  // as they were named
   const std::lock_guard lock(mutex);
+  if (!loaded.contains(path)) check_library(path);
   Registrations noted;
-  of_library = &noted;
-  void* const handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  of_library = nullptr;
+  void* const handle = open_library(path.c_str(), noted);
   if (handle == nullptr) {
     throw Error(fmt::format("library '{}' cannot be loaded: {}", path, dlerror()),
                 "give the path of a shared library that fits this program");
   }
+  loaded.insert(path);
   Registrations& registrations = libraries.try_emplace(handle, std::move(noted)).first->second;
   for (const Registration& registration : registrations) {
     if (minor_version(registration.version) == minor_version(TAKT_VERSION)) continue;

@@ -24,8 +24,9 @@ bool note_registration(Registration registration);
 
 /// Loads the library, once for all, and returns what it has registered; it is never unloaded.
 /// `path` is as for dlopen(3): with a slash it is a file, without one a name to search for.
-/// Throws Error when it cannot be loaded, or was built against another Takt: one of another minor
-/// version, before 1.0.
+/// A library that is new to this process is looked at, and loaded in another process first: see
+/// library_trial.hpp. Throws Error when it cannot be loaded, or was built against another Takt: one
+/// of another minor version, before 1.0.
 /// Thread safety: from any thread; what is returned lives as long as the process.
 /// Real-time: no.
 std::vector<Registration>& load_library(const std::string& path);

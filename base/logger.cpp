@@ -19,7 +19,9 @@ namespace {
 
 void write_to_stderr(LogLevel level, std::string_view line) {
   static constexpr const char* kNames[] = {"debug", "info", "warn", "error"};
-  fmt::print(stderr, "[{}] {}\n", kNames[static_cast<int>(level)], line);
+  // fmt::print would throw when nothing can be written, and end the process.
+  const std::string text = fmt::format("[{}] {}\n", kNames[static_cast<int>(level)], line);
+  std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
 // Not those of the thread that happens to start this one.

@@ -10,6 +10,7 @@ if(TARGET takt_cli)
   install(TARGETS takt_cli)
 endif()
 install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS takt_try_library RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
 install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder})
 
 # Headers in folders of a module are the module's own.

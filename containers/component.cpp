@@ -122,7 +122,9 @@ std::vector<IndexedComponent> component_index() {
   for (const auto& [folder, prefix] : index_folders()) {
     std::vector<fs::path> files;
     std::error_code none;
-    for (const auto& file : fs::directory_iterator(folder, none)) files.push_back(file.path());
+    for (const auto& file : fs::directory_iterator(folder, none)) {
+      if (file.is_regular_file(none)) files.push_back(file.path());
+    }
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) read_index(file, prefix, index);
   }

@@ -18,6 +18,16 @@ struct Component {
   std::shared_ptr<Node> node;
 };
 
+/// For a component whose work is done only when something is completed after its last callback: a
+/// file that has to be written to its end. A node derives from it too.
+class Completing {
+ public:
+  virtual ~Completing() = default;
+  /// Called once, when no callback of the node runs any more. Returns why the work is not done, in
+  /// one line; then `takt run` exits with 1. Empty: all is well.
+  virtual std::string complete() = 0;
+};
+
 using ComponentRegistry = Registry<Component, const NodeOptions&>;
 /// All component classes of this process by name.
 ComponentRegistry& components();

@@ -93,6 +93,8 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
   return {"", 1, std::move(component)};
 }
 
+constexpr const char* kNoStdException = "something was thrown that is no std::exception";
+
 // Without the place, as there is only one.
 std::string text_of(const std::exception& error) {
   std::string text = error.what();
@@ -127,6 +129,8 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.unique_id = loaded.id;
         } catch (const std::exception& error) {
           response.error_message = text_of(error);
+        } catch (...) {
+          response.error_message = kNoStdException;
         }
       },
       nullptr, ServiceOptions{.loans = 0}));
@@ -138,6 +142,8 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.success = true;
         } catch (const std::exception& error) {
           response.error_message = text_of(error);
+        } catch (...) {
+          response.error_message = kNoStdException;
         }
       },
       nullptr, kRareService));
@@ -158,6 +164,8 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.success = true;
         } catch (const std::exception& error) {
           response.reason = error.what();
+        } catch (...) {
+          response.reason = kNoStdException;
         }
       },
       nullptr, kRareService));

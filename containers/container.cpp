@@ -144,6 +144,7 @@ struct Container::Loaded {
 
   std::mutex displacing;
   bool is_displaced = false;
+  bool is_complete = false;
 
   const std::shared_ptr<Node>& node() const noexcept { return component->node; }
   bool uses_sim_time() const {
@@ -557,6 +558,7 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
       loaded->is_leaving = false;
       throw;
     }
+    complete(*loaded);
     {
       const std::lock_guard lock(mutex_);
       forget(*loaded);
@@ -900,6 +902,8 @@ void Container::displace_failed() {
       displace(*loaded);
     } catch (const Error& error) {
       log(LogLevel::error, "{} stays: {}", loaded->node()->fully_qualified_name(), error.what());
+    } catch (...) {
+      log(LogLevel::error, "{} stays: its scheduler threw", loaded->node()->fully_qualified_name());
     }
   }
 }
@@ -1022,15 +1026,30 @@ void Container::stop() {
   for (const auto& running : executors_) {
     if (running->thread.joinable()) running->thread.join();
   }
+  for (const auto& loaded : components_) complete(*loaded);
   for (const auto& running : executors_) {
     if (running->exception != nullptr) std::rethrow_exception(running->exception);
   }
+}
+
+// None of its callbacks runs any more.
+void Container::complete(Loaded& loaded) {
+  if (std::exchange(loaded.is_complete, true)) return;
+  auto* const completing = dynamic_cast<Completing*>(loaded.node().get());
+  std::string failure = completing != nullptr ? completing->complete() : "";
+  if (failure.empty()) return;
+  const std::lock_guard lock(mutex_);
+  failures_.push_back(fmt::format("{}: {}", loaded.node()->fully_qualified_name(), failure));
 }
 
 ProcessResult Container::result() const {
   ProcessResult result;
   result.name = description_.name;
   result.notes = notes_;
+  {
+    const std::lock_guard lock(mutex_);
+    result.failures = failures_;
+  }
   for (const auto& chain : chains_) {
     result.chains.push_back(
         {chain->options().name, chain->options().deadline, chain->statistics()});

@@ -142,6 +142,7 @@ class Container {
   void displace(Loaded& loaded);
   std::shared_ptr<Loaded> find(std::string_view name) const;
   void forget(const Loaded& loaded);
+  void complete(Loaded& loaded);
   void displace_failed();
   RunningExecutor& add(const std::string& name, std::unique_ptr<Executor> executor);
   Executor& executor_for(const std::string& name);
@@ -155,6 +156,7 @@ class Container {
   const ContainerOverrides overrides_;
   Errors errors_;  // of what is made before the start
   std::vector<std::string> notes_;
+  std::vector<std::string> failures_;  // guarded by mutex_
   std::shared_ptr<Participant> participant_;
   mutable SimulatedClock simulated_clock_;  // of components with `use_sim_time`
   std::vector<ThreadStatistics> dds_threads_;

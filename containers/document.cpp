@@ -2,13 +2,12 @@
 #include "takt/containers/document.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <numeric>
 
 #include <fmt/format.h>
+
+#include "takt/base/regular_file.hpp"
 
 namespace takt::document {
 namespace {
@@ -65,24 +64,19 @@ void check_text(std::string_view text, const Errors& errors) {
 }
 
 std::string load(const std::string& path, const Errors& errors) {
-  if (std::error_code ignored; std::filesystem::is_directory(path, ignored)) {
-    errors.fail(1, "this is a directory", "name a file in it");
+  try {
+    const RegularFile file(path);
+    // Not by its size, which files of /proc do not tell.
+    std::string text(kMaxBytes + 1, '\0');
+    text.resize(file.read(0, std::as_writable_bytes(std::span(text))));
+    if (text.size() > kMaxBytes) {
+      throw Error(fmt::format("the file is larger than {} MiB", kMaxBytes >> 20U),
+                  "describe a smaller system, or name another file");
+    }
+    return text;
+  } catch (const Error& error) {
+    errors.fail(1, error.what(), "");
   }
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    errors.fail(1, "the file cannot be read: " + errno_message(errno),
-                "check its name and its permissions");
-  }
-  // Not by its size, which pipes and devices do not tell.
-  std::string text(kMaxBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > kMaxBytes) {
-    errors.fail(1, fmt::format("the file is larger than {} MiB", kMaxBytes >> 20U),
-                "describe a smaller system, or name another file");
-  }
-  return text;
 }
 
 const std::vector<Value>* values_in(const Value& container) {

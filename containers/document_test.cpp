@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/document.hpp"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "takt/containers/configuration_file_test.hpp"
 
@@ -62,9 +66,15 @@ TEST(Document, ThatIsTooLargeIsRefusedBeforeItIsParsed) {
   EXPECT_EQ(yaml_errors("a: &x [*x]\n" + std::string(5 << 20, '#')),
             "robot.yaml:1: the file is larger than 4 MiB; describe a smaller system, or name "
             "another file\n");
-  EXPECT_EQ(error_at("/dev/zero"),
-            "/dev/zero:1: the file is larger than 4 MiB; describe a smaller system, or name "
-            "another file");
+}
+
+// To open a FIFO would wait until somebody writes to it.
+TEST(Document, ThatIsNoRegularFileIsRefused) {
+  const std::string fifo = testing::TempDir() + fmt::format("takt_fifo_{}", getpid());
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_EQ(error_at(fifo), fifo + ":1: this is a FIFO or a pipe; name a regular file");
+  std::filesystem::remove(fifo);
+  EXPECT_EQ(error_at("/dev/zero"), "/dev/zero:1: this is a device; name a regular file");
 }
 
 TEST(Document, ThatIsNoTextIsAnErrorInItsLine) {

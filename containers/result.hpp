@@ -46,7 +46,8 @@ struct ProcessResult {
   std::uint64_t allocations_while_spinning = 0;  // on executor threads
   std::uint64_t allocations_in_dds = 0;          // of those threads, inside Cyclone DDS
   bool allocations_counted = false;
-  std::vector<std::string> notes;  // what was refused, ignored or left undone
+  std::vector<std::string> notes;     // what was refused, ignored or left undone
+  std::vector<std::string> failures;  // of components at their end: the run has not gone well
 };
 
 }  // namespace takt

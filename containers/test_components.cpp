@@ -1,4 +1,5 @@
-// A library of components, good or broken as the macro says, for loading_test.cpp.
+// A library of components, good or broken as the macro says, for loading_test.cpp,
+// library_trial_test.cpp and output_test.py.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/version.hpp"
 #ifdef TAKT_TEST_OLD
@@ -11,6 +12,27 @@
 void nowhere();
 #endif
 
+#if defined TAKT_TEST_THROWS || defined TAKT_TEST_ENDS || defined TAKT_TEST_HANGS
+#include <cstdlib>
+#include <stdexcept>
+
+#include <unistd.h>
+
+namespace {
+// What no program can protect itself from that loads it.
+const int initialised = [] {
+#if defined TAKT_TEST_THROWS
+  throw std::runtime_error("no camera");
+#elif defined TAKT_TEST_ENDS
+  std::_Exit(0);
+#else
+  for (;;) pause();
+#endif
+  return 0;
+}();
+}  // namespace
+#endif
+
 namespace guests {
 
 class Good : public takt::Node {
@@ -19,7 +41,15 @@ class Good : public takt::Node {
 #ifdef TAKT_TEST_UNDEFINED
     nowhere();
 #endif
+#ifdef TAKT_TEST_INT
+    timer_ = create_timer("tick", std::chrono::milliseconds(1), [] { throw 42; });
+#endif
   }
+
+#ifdef TAKT_TEST_INT
+ private:
+  std::shared_ptr<takt::Timer> timer_;
+#endif
 };
 
 }  // namespace guests

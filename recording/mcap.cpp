@@ -2,39 +2,16 @@
 #include "takt/recording/mcap.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <utility>
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
+#include "takt/recording/mcap_format.hpp"
 
 namespace takt {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-enum Opcode : std::uint8_t {
-  kHeader = 0x01,
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0b,
-  kSummaryOffset = 0x0e,
-  kDataEnd = 0x0f,
-};
-constexpr std::size_t kRecordHead = 1 + 8;
-constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;
-// Before a chunk's records: times, size, checksum (0: none), no compression, size.
-constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;
+using namespace mcap;
 
 template <class T>
 void put(std::string& to, T value) {
@@ -236,7 +213,7 @@ bool McapWriter::close() noexcept {
   for (std::size_t done = 0; done < end.size();) {
     const std::span<std::byte> buffer = file_.buffer();
     if (buffer.empty()) {
-      file_.finish();
+      if (!file_.finish()) break;
       continue;
     }
     const std::size_t size = std::min(buffer.size(), end.size() - done);
@@ -245,133 +222,6 @@ bool McapWriter::close() noexcept {
     done += size;
   }
   return file_.finish() && is_whole;
-}
-
-// ---- Reading ----
-
-namespace {
-
-/// Reads on; what would be behind the end is 0, and `ok` is false from then on.
-class Cursor {
- public:
-  explicit Cursor(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  template <class T>
-  T take() {
-    T value{};
-    const std::span<const std::byte> from = take(sizeof(T));
-    if (!from.empty()) std::memcpy(&value, from.data(), sizeof value);
-    return value;
-  }
-  std::span<const std::byte> take(std::uint64_t size) {
-    if (size > bytes_.size()) {
-      ok = false;
-      bytes_ = {};
-      return {};
-    }
-    const auto result = bytes_.first(static_cast<std::size_t>(size));
-    bytes_ = bytes_.subspan(static_cast<std::size_t>(size));
-    return result;
-  }
-  std::string text() {
-    const auto from = take(take<std::uint32_t>());
-    return {reinterpret_cast<const char*>(from.data()), from.size()};
-  }
-  std::span<const std::byte> rest() const { return bytes_; }
-  bool ok = true;
-
- private:
-  std::span<const std::byte> bytes_;
-};
-
-}  // namespace
-
-McapReader::McapReader(const std::string& path) : path_(path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat about {};
-  if (fd < 0 || fstat(fd, &about) != 0) {
-    const int error = errno;
-    if (fd >= 0) ::close(fd);
-    throw Error("the recording cannot be read: " + errno_message(error), "", path);
-  }
-  const auto size = static_cast<std::size_t>(about.st_size);
-  void* memory = size == 0 ? MAP_FAILED : mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
-  ::close(fd);
-  if (memory != MAP_FAILED) file_ = {static_cast<const std::byte*>(memory), size};
-  if (file_.size() < kMagic.size() ||
-      std::memcmp(file_.data(), kMagic.data(), kMagic.size()) != 0) {
-    if (!file_.empty()) munmap(memory, size);
-    throw Error("this is no MCAP file", "give one that takt::Recorder, or ros2 bag with MCAP, made",
-                path);
-  }
-  try {
-    read(file_.subspan(kMagic.size()));
-  } catch (...) {
-    munmap(memory, size);
-    throw;
-  }
-  std::stable_sort(messages_.begin(), messages_.end(),
-                   [](const auto& a, const auto& b) { return a.log_time_ns < b.log_time_ns; });
-}
-
-McapReader::~McapReader() {
-  munmap(const_cast<std::byte*>(file_.data()), file_.size());
-}
-
-void McapReader::read(std::span<const std::byte> records) {
-  Cursor file(records);
-  while (file.rest().size() >= kRecordHead) {
-    const auto opcode = file.take<std::uint8_t>();
-    Cursor content(file.take(file.take<std::uint64_t>()));
-    if (!file.ok) return;  // it was not written to its end
-    switch (opcode) {
-      case kSchema: {
-        const auto id = content.take<std::uint16_t>();
-        const std::string name = content.text(), encoding = content.text();
-        schemas_[id] = {name, encoding == "ros2msg" ? content.text() : ""};
-        break;
-      }
-      case kChannel: {
-        const auto id = content.take<std::uint16_t>();
-        const auto& [type, definition] = schemas_[content.take<std::uint16_t>()];
-        const std::string topic = content.text(), encoding = content.text();
-        if (encoding != "cdr") {
-          throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
-                      "takt knows 'cdr' only", path_);
-        }
-        if (channels_.try_emplace(id, topics_.size()).second) {
-          topics_.push_back({topic, type, definition});
-        }
-        break;
-      }
-      case kMessage: {
-        const auto found = channels_.find(content.take<std::uint16_t>());
-        if (found == channels_.end()) break;
-        RecordedMessage message{.topic = found->second};
-        message.sequence = content.take<std::uint32_t>();
-        message.log_time_ns = content.take<std::uint64_t>();
-        message.publish_time_ns = content.take<std::uint64_t>();
-        message.bytes = content.rest();
-        if (content.ok) messages_.push_back(message);
-        break;
-      }
-      case kChunk: {
-        content.take(8 + 8 + 8 + 4);
-        if (const std::string compression = content.text(); !compression.empty()) {
-          throw Error(fmt::format("the recording is compressed by {}", compression),
-                      "takt reads it uncompressed: mcap decompress", path_);
-        }
-        read(content.take(content.take<std::uint64_t>()));
-        break;
-      }
-      case kDataEnd:
-        break;
-      case kFooter:
-        is_complete_ = true;
-        return;
-      default:
-        break;
-    }
-  }
 }
 
 }  // namespace takt

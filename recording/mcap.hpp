@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "takt/base/regular_file.hpp"
 #include "takt/recording/ring_file.hpp"
 
 namespace takt {
@@ -27,7 +28,7 @@ struct RecordedMessage {
   std::uint32_t sequence = 0;     // in its topic, from 1
   std::uint64_t log_time_ns = 0;  // since 1970
   std::uint64_t publish_time_ns = 0;
-  std::span<const std::byte> bytes;  // CDR, with its header
+  std::uint64_t begin = 0, size = 0;  // of its bytes in the file: CDR, with its header
 };
 
 /// Writes a chunk for each buffer of the file, and a summary at the end.
@@ -52,7 +53,9 @@ class McapWriter {
   void flush() noexcept;
   /// Ends the file; nothing is written afterwards. False: a write had failed.
   bool close() noexcept;
+  /// What errno says of the first write that failed; 0: none has.
   int error() const noexcept { return file_.error(); }
+  const std::string& why_no_ring() const noexcept { return file_.why_no_ring(); }
   /// That were taken, but for those that are lost.
   std::uint64_t messages() const noexcept;
   /// Taken, and not in the file because a write has failed. Known after `close`.
@@ -82,27 +85,32 @@ class McapWriter {
   bool is_closed_ = false;
 };
 
-/// Reads recordings: ours, and others' whose chunks are not compressed.
-/// Thread safety: after the constructor, any.
+/// Reads recordings: ours, and others' whose chunks are not compressed. It remembers where each
+/// message lies, and not the messages.
+/// Thread safety: after the constructor, one thread at a time. Real-time: no.
 class McapReader {
  public:
-  /// Throws Error when it is no MCAP file. One that ends in the middle is read so far.
+  /// Throws Error when it is no MCAP file, or none that takt reads. One that ends in the middle is
+  /// read so far.
   explicit McapReader(const std::string& path);
-  ~McapReader();
-  McapReader(const McapReader&) = delete;
-  McapReader& operator=(const McapReader&) = delete;
 
   const std::vector<RecordedTopic>& topics() const noexcept { return topics_; }
-  /// In the order of log_time. Their bytes live as long as the reader.
+  /// In the order of log_time.
   const std::vector<RecordedMessage>& messages() const noexcept { return messages_; }
+  /// The message's bytes, until the next call. Throws Error when the file has become shorter since,
+  /// or cannot be read.
+  std::span<const std::byte> bytes(const RecordedMessage& message);
   /// It has an end, with a summary.
   bool is_complete() const noexcept { return is_complete_; }
 
  private:
-  void read(std::span<const std::byte> records);
+  class Cursor;
+  void read(Cursor& records, std::uint64_t end, bool is_in_chunk);
+  void read_record(std::uint8_t opcode, Cursor& content, bool is_in_chunk);
 
   const std::string path_;
-  std::span<const std::byte> file_;
+  const RegularFile file_;
+  std::vector<std::byte> bytes_;                                          // of the last message
   std::map<std::uint16_t, std::pair<std::string, std::string>> schemas_;  // name, text
   std::map<std::uint16_t, std::size_t> channels_;
   std::vector<RecordedTopic> topics_;

@@ -48,7 +48,7 @@ void Player::play() {
           std::chrono::nanoseconds(message.log_time_ns));
       clock_publisher_->publish(rosgraph_msgs::Clock{wire_time(recorded)});
     }
-    publishers_[message.topic]->publish(message.bytes);
+    publishers_[message.topic]->publish(reader_.bytes(message));
   }
   if (next_ < messages.size()) return timer_->release_at(due(messages[next_]));
   timer_->cancel();

@@ -19,6 +19,7 @@ namespace takt {
 /// - `clock` (false): tells the time of the recording on `/clock`, with each message.
 ///
 /// Messages are sent in the order and at the distances at which they were recorded, byte for byte.
+/// The file is read as it is played: when it becomes shorter meanwhile, the callback throws Error.
 /// Thread safety: as Node. Real-time: no.
 class Player : public Node {
  public:
@@ -28,7 +29,7 @@ class Player : public Node {
  private:
   void play();
 
-  const McapReader reader_;
+  McapReader reader_;
   const double rate_;
   std::vector<std::shared_ptr<GenericPublisher>> publishers_;
   std::shared_ptr<Publisher<rosgraph_msgs::Clock>> clock_publisher_;

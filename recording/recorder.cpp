@@ -55,6 +55,9 @@ Recorder::Recorder(const NodeOptions& options)
   looking_ = create_timer("look", kLookPeriod, [this] { look(); });
   flush_ = create_timer("flush", std::chrono::hours(1), [this] { writer_.flush(); });
   flush_->cancel();
+  if (const std::string& why = writer_.why_no_ring(); !why.empty()) {
+    log(LogLevel::warn, "{}: {}; a thread writes it", file_, why);
+  }
   look();
 }
 
@@ -62,9 +65,19 @@ Recorder::~Recorder() {
   looking_.reset();
   flush_.reset();
   subscriptions_.clear();
-  if (!writer_.close()) report_end();
-  log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(), topics_.size(),
-      dropped());
+  complete();
+}
+
+std::string Recorder::complete() {
+  if (!std::exchange(is_complete_, true)) {
+    if (!writer_.close()) report_end();
+    log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
+        topics_.size(), dropped());
+  }
+  if (dropped() == 0) return "";
+  return fmt::format("{} messages were not recorded: {}", dropped(),
+                     writer_.error() != 0 ? errno_message(writer_.error())
+                                          : "the disk was slow, or they did not fit into a buffer");
 }
 
 // Who publishes here, and who on the domain.

@@ -60,13 +60,14 @@ def recorder(file):
             f"discover_ms: 500}}}}")
 
 
-def run(text, duration):
+def run(text, duration, status=0):
     file = folder / "system.yaml"
     file.write_text(text)
     done = subprocess.run([takt, "run", str(file), "--duration", f"{duration}s", "--json",
                            str(folder / "out.json")], env=environment, text=True,
                           capture_output=True, timeout=duration + 60)
-    check(f"takt run for {duration:.1f} s ends well", done.returncode == 0, done.stderr)
+    check(f"takt run for {duration:.1f} s ends with {status}", done.returncode == status,
+          done.returncode, done.stderr)
     return json.loads((folder / "out.json").read_text())["runs"][0], done.stderr
 
 
@@ -132,7 +133,9 @@ disk.mkdir()
 if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=20m", "tmpfs", str(disk)],
                   capture_output=True).returncode == 0:
     try:
-        result, told = run(system(recorder(disk / "full.mcap")), 3)
+        result, told = run(system(recorder(disk / "full.mcap")), 3, status=1)
+        check("the run says why it has not gone well",
+              "messages were not recorded: No space left on device" in told, told)
         check("a full disk is reported once", told.count("the recording ends here") == 1, told)
         dropped = re.search(r"(\d+) messages of \d+ topics, (\d+) dropped", told)
         kept = sum(len(list_) for list_ in messages(disk / "full.mcap").values())

@@ -3,68 +3,200 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <liburing.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/sched/thread_attributes.hpp"
 
 namespace takt {
 
-/// Only one that was made is taken down: liburing would take the zeros of another for descriptors.
-struct RingFile::Ring {
-  explicit Ring(std::size_t entries) {
-    const int result = io_uring_queue_init(static_cast<unsigned>(entries), &ring, 0);
-    if (result < 0) {
-      throw Error("io_uring: " + errno_message(-result), "see: takt list wait_backends");
+/// Writes buffers, several at the same time, and says how each write has ended.
+class RingFile::Writes {
+ public:
+  struct Completion {
+    std::size_t index = 0;
+    int result = 0;  // what was written, or an errno, negative
+  };
+  virtual ~Writes() = default;
+  virtual void submit(std::size_t index, std::span<const std::byte> bytes,
+                      std::uint64_t offset) noexcept = 0;
+  /// The next one that has ended, if any; with `waits`, it waits for one.
+  virtual std::optional<Completion> next(bool waits) noexcept = 0;
+};
+
+class RingFile::RingWrites final : public Writes {
+ public:
+  /// Throws Error when the kernel gives no ring, or does not take the buffers.
+  RingWrites(int fd, const std::vector<iovec>& buffers) : fd_(fd), ring_(buffers.size()) {
+    const auto count = static_cast<unsigned>(buffers.size());
+    if (const int result = io_uring_register_buffers(&ring_.ring, buffers.data(), count);
+        result < 0) {
+      throw Error("io_uring takes no buffers: " + errno_message(-result), "raise RLIMIT_MEMLOCK");
     }
   }
-  ~Ring() { io_uring_queue_exit(&ring); }
-  Ring(const Ring&) = delete;
-  Ring& operator=(const Ring&) = delete;
+  void submit(std::size_t index, std::span<const std::byte> bytes,
+              std::uint64_t offset) noexcept override {
+    io_uring_sqe* entry = io_uring_get_sqe(&ring_.ring);  // there is one for each buffer
+    io_uring_prep_write_fixed(entry, fd_, bytes.data(), static_cast<unsigned>(bytes.size()), offset,
+                              static_cast<int>(index));
+    io_uring_sqe_set_data64(entry, index);
+    if (const int result = io_uring_submit(&ring_.ring); result < 0) refused_ = {index, result};
+  }
+  std::optional<Completion> next(bool waits) noexcept override {
+    if (refused_) return std::exchange(refused_, std::nullopt);
+    io_uring_cqe* entry = nullptr;
+    int result = -EINTR;
+    while (result == -EINTR) {
+      result =
+          waits ? io_uring_wait_cqe(&ring_.ring, &entry) : io_uring_peek_cqe(&ring_.ring, &entry);
+    }
+    if (result < 0) return std::nullopt;
+    const Completion completion{static_cast<std::size_t>(io_uring_cqe_get_data64(entry)),
+                                entry->res};
+    io_uring_cqe_seen(&ring_.ring, entry);
+    return completion;
+  }
 
-  io_uring ring{};
+ private:
+  /// Only one that was made is taken down: liburing would take the zeros of another for
+  /// descriptors.
+  struct Ring {
+    explicit Ring(std::size_t entries) {
+      const int result = io_uring_queue_init(static_cast<unsigned>(entries), &ring, 0);
+      if (result < 0) throw Error("io_uring: " + errno_message(-result));
+    }
+    ~Ring() { io_uring_queue_exit(&ring); }
+    Ring(const Ring&) = delete;
+    Ring& operator=(const Ring&) = delete;
+    io_uring ring{};
+  };
+
+  const int fd_;
+  Ring ring_;
+  std::optional<Completion> refused_;
+};
+
+class RingFile::ThreadWrites final : public Writes {
+ public:
+  ThreadWrites(int fd, std::size_t buffers) : fd_(fd) {
+    asked_.reserve(buffers);
+    ended_.reserve(buffers);
+    thread_ = std::thread([this] { write_until_stopped(); });
+  }
+  ~ThreadWrites() override {
+    {
+      const std::lock_guard lock(mutex_);
+      is_over_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+  }
+  void submit(std::size_t index, std::span<const std::byte> bytes,
+              std::uint64_t offset) noexcept override {
+    {
+      const std::lock_guard lock(mutex_);
+      asked_.push_back({index, bytes, offset});
+    }
+    changed_.notify_all();
+  }
+  std::optional<Completion> next(bool waits) noexcept override {
+    std::unique_lock lock(mutex_);
+    if (waits) changed_.wait(lock, [this] { return !ended_.empty(); });
+    if (ended_.empty()) return std::nullopt;
+    const Completion completion = ended_.front();
+    ended_.erase(ended_.begin());
+    return completion;
+  }
+
+ private:
+  struct Write {
+    std::size_t index;
+    std::span<const std::byte> bytes;
+    std::uint64_t offset;
+  };
+  void write_until_stopped() {
+    apply({.name = "recording"}, Realtime::prefer);  // nothing of the thread that made it
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      changed_.wait(lock, [this] { return is_over_ || !asked_.empty(); });
+      if (asked_.empty()) return;
+      const Write write = asked_.front();
+      asked_.erase(asked_.begin());
+      lock.unlock();
+      const ssize_t written =
+          pwrite(fd_, write.bytes.data(), write.bytes.size(), static_cast<off_t>(write.offset));
+      const int result = written < 0 ? -errno : static_cast<int>(written);
+      lock.lock();
+      ended_.push_back({write.index, result});
+      changed_.notify_all();
+    }
+  }
+
+  const int fd_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Write> asked_;
+  std::vector<Completion> ended_;
+  bool is_over_ = false;
+  std::thread thread_;
 };
 
 RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_t buffers)
-    : buffer_bytes_(buffer_bytes),
-      ring_(std::make_unique<Ring>(buffers)),
-      memory_bytes_(buffer_bytes * buffers),
-      buffers_(buffers) {
+    : buffer_bytes_(buffer_bytes), memory_bytes_(buffer_bytes * buffers), buffers_(buffers) {
+  open_file(path);
+  void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
+  if (memory == MAP_FAILED) {
+    const int error = errno;
+    close(fd_);
+    throw Error(
+        "no memory for buffers: " + errno_message(error),
+        fmt::format("{} MB are wanted; give fewer, or smaller ones", memory_bytes_ / 1'000'000 + 1),
+        path);
+  }
+  memory_ = static_cast<std::byte*>(memory);
+  writes_ = make_writes();
+}
+
+void RingFile::open_file(const std::string& path) {
+  struct stat about {};
+  if (stat(path.c_str(), &about) == 0 && S_ISFIFO(about.st_mode)) {
+    throw Error("this is a FIFO", "choose a regular file", path);
+  }
   fd_ = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
   if (fd_ < 0) {
     throw Error("the file cannot be written: " + errno_message(errno), "choose a place that can be",
                 path);
   }
-  const auto fail = [this](const std::string& what, const std::string& what_to_do) {
-    close(fd_);
-    if (memory_ != nullptr) munmap(memory_, memory_bytes_);
-    throw Error(what, what_to_do);
-  };
-  void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
-                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
-  if (memory == MAP_FAILED) fail("no memory for buffers: " + errno_message(errno), "");
-  memory_ = static_cast<std::byte*>(memory);
-  std::vector<iovec> registered;
-  for (std::size_t i = 0; i < buffers; ++i) {
-    registered.push_back({memory_ + i * buffer_bytes, buffer_bytes});
+}
+
+std::unique_ptr<RingFile::Writes> RingFile::make_writes() {
+  std::vector<iovec> buffers;
+  for (std::size_t i = 0; i < buffers_.size(); ++i) {
+    buffers.push_back({memory_ + i * buffer_bytes_, buffer_bytes_});
   }
-  if (const int result = io_uring_register_buffers(&ring_->ring, registered.data(),
-                                                   static_cast<unsigned>(buffers));
-      result < 0) {
-    fail("io_uring takes no buffers: " + errno_message(-result),
-         fmt::format("raise RLIMIT_MEMLOCK above {} MB, or give fewer",
-                     memory_bytes_ / 1'000'000 + 1));
+  try {
+    return std::make_unique<RingWrites>(fd_, buffers);
+  } catch (const Error& error) {
+    why_no_ring_ = error.what();
+    return std::make_unique<ThreadWrites>(fd_, buffers_.size());
   }
 }
 
 RingFile::~RingFile() {
   finish();
-  ring_.reset();
+  writes_.reset();
   munmap(memory_, memory_bytes_);
   close(fd_);
 }
@@ -83,38 +215,41 @@ std::span<std::byte> RingFile::buffer() noexcept {
 void RingFile::write(std::size_t bytes) noexcept {
   const std::size_t index = std::exchange(current_, SIZE_MAX);
   if (error_ != 0) return;
-  Buffer& buffer = buffers_[index];
-  buffer = {offset_, bytes, true};
-  io_uring_sqe* entry = io_uring_get_sqe(&ring_->ring);  // there is one for each buffer
-  io_uring_prep_write_fixed(entry, fd_, memory_ + index * buffer_bytes_,
-                            static_cast<unsigned>(bytes), offset_, static_cast<int>(index));
-  io_uring_sqe_set_data64(entry, index);
+  buffers_[index] = {offset_, bytes, 0, true};
   offset_ += bytes;
   ++away_;
-  if (const int result = io_uring_submit(&ring_->ring); result < 0) completed(index, result);
+  submit(index);
+}
+
+// What is not written of it yet.
+void RingFile::submit(std::size_t index) noexcept {
+  const Buffer& buffer = buffers_[index];
+  const std::byte* begin = memory_ + index * buffer_bytes_ + buffer.done;
+  writes_->submit(index, {begin, buffer.bytes - buffer.done}, buffer.begin + buffer.done);
 }
 
 void RingFile::reap() noexcept {
-  io_uring_cqe* entry = nullptr;
-  while (away_ != 0 && io_uring_peek_cqe(&ring_->ring, &entry) == 0) {
-    const auto index = static_cast<std::size_t>(io_uring_cqe_get_data64(entry));
-    const int result = entry->res;
-    io_uring_cqe_seen(&ring_->ring, entry);
-    completed(index, result);
+  while (away_ != 0) {
+    const auto completion = writes_->next(false);
+    if (!completion) return;
+    completed(completion->index, completion->result);
   }
 }
 
 // Writes end in any order: all is written up to the first one that is still away, or has failed.
 void RingFile::completed(std::size_t index, int result) noexcept {
   Buffer& buffer = buffers_[index];
+  if (result > 0) buffer.done += static_cast<std::size_t>(result);
+  // A disk that has no room for all of it takes a part, and says why when it is asked again.
+  if (result == -EINTR || (result > 0 && buffer.done < buffer.bytes)) return submit(index);
   --away_;
   buffer.is_away = false;
-  const bool is_whole = result >= 0 && static_cast<std::size_t>(result) == buffer.bytes;
-  if (!is_whole) {
+  if (buffer.done < buffer.bytes) {
     if (error_ == 0) {
-      error_ = result < 0 ? -result : ENOSPC;  // the kernel says so when it is asked again
+      error_ = result < 0 ? -result : EIO;
       written_ = buffer.begin;
     }
+    if (first_error_ == 0) first_error_ = error_;
     written_ = std::min(written_, buffer.begin);
     return;
   }
@@ -126,15 +261,14 @@ void RingFile::completed(std::size_t index, int result) noexcept {
 }
 
 bool RingFile::finish() noexcept {
-  io_uring_cqe* entry = nullptr;
   while (away_ != 0) {
-    const int result = io_uring_wait_cqe(&ring_->ring, &entry);
-    if (result == -EINTR) continue;
-    if (result < 0) {
-      error_ = -result;
+    if (const auto completion = writes_->next(true)) {
+      completed(completion->index, completion->result);
+    } else {  // the ring itself has failed
+      error_ = EIO;
+      if (first_error_ == 0) first_error_ = error_;
       break;
     }
-    reap();
   }
   return error_ == 0;
 }

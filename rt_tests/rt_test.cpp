@@ -10,6 +10,7 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/rt_tests/machine.hpp"
+#include "takt/rt_tests/output.hpp"
 
 namespace takt::rt {
 namespace {
@@ -19,6 +20,7 @@ constexpr int kBadUsage = 2, kSkipped = 77;
 }  // namespace
 
 RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::move(question)) {
+  guard_output();
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--json" && i + 1 < argc) {
@@ -45,7 +47,7 @@ void RtTest::needs_realtime() {
 
 void RtTest::skip(const std::string& reason) {
   fmt::print("skipped: {}\n", reason);
-  std::exit(kSkipped);
+  std::exit(checked_output(kSkipped));
 }
 
 void RtTest::add(const std::string& row,
@@ -58,6 +60,15 @@ void RtTest::expect(bool holds, const std::string& relation) {
 }
 
 int RtTest::finish() {
+  try {
+    return checked_output(report());
+  } catch (const std::exception& error) {  // of fmt::print
+    to_stderr("{}\n", error.what());
+    return 1;
+  }
+}
+
+int RtTest::report() {
   fmt::print("{}\n\n", question_);
   std::size_t width = 0;
   for (const Row& row : rows_) width = std::max(width, row.name.size());
@@ -97,8 +108,8 @@ int RtTest::finish() {
          << "\n";
     file.close();
     if (!file) {
-      fmt::print(stderr, "{}: could not be written\n", json_);
-      return kBadUsage;
+      to_stderr("{}: could not be written\n", json_);
+      return 1;
     }
   }
   return all_hold ? 0 : 1;

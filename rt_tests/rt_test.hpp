@@ -39,6 +39,7 @@ class RtTest {
   int finish();
 
  private:
+  int report();
   struct Row {
     std::string name;
     std::vector<std::pair<std::string, double>> values;

@@ -35,6 +35,8 @@ class Trial {
       scheduler_.configure(infos_);
     } catch (const std::exception& error) {
       fail(fmt::format("throws in configure: {}", error.what()), "take what it is given");
+    } catch (...) {
+      fail("throws in configure what is no std::exception", "take what it is given");
     }
     const RealtimeScope scope;
     pop();
@@ -157,6 +159,10 @@ void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& ma
     } catch (const std::exception& error) {
       throw Error(fmt::format("scheduler '{}' throws in its constructor: {}", name, error.what()),
                   "let it be made whenever an executor needs one");
+    } catch (...) {
+      throw Error(
+          fmt::format("scheduler '{}' throws in its constructor what is no std::exception", name),
+          "let it be made whenever an executor needs one");
     }
     Trial(name, *scheduler, infos).run();
   }

@@ -24,4 +24,7 @@ int main(int argc, char** argv) try {
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());
   return 2;
+} catch (...) {
+  std::fprintf(stderr, "a callback threw something that is no std::exception\n");
+  return 1;
 }

@@ -13,6 +13,7 @@
 #include "takt/containers/duration.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/rt_tests/ddsperf.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/rt_tests/rounds.hpp"
 #include "takt/transport/shared_memory.hpp"
 
@@ -404,7 +405,8 @@ class SystemFile {
     }
     path_ = fs::temp_directory_path() / fmt::format("takt_bench_{}.yaml", getpid());
     is_ours_ = true;
-    std::ofstream(path_) << system;
+    std::ofstream file(path_);
+    if (!(file << system).flush()) throw not_written("a system", path_);
   }
   ~SystemFile() {
     std::error_code ignored;
@@ -483,7 +485,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
         const Variant& variant = variants[i];
         if (!variant.missing.empty()) continue;
         if (shows_progress) {
-          fmt::print(stderr, "\r\033[K{} of {}: {}, {} {}", course.done + 1, course.total,
+          rt::to_stderr("\r\033[K{} of {}: {}, {} {}", course.done + 1, course.total,
                      experiment.name, variant.series,
                      experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
         }
@@ -499,7 +501,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
     course.interrupted = fmt::format("{} when {} of {} runs were complete", interruption.what(),
                                      course.done, course.total);
   }
-  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  if (shows_progress) rt::to_stderr("\r\033[K");
   return measured;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/system_description.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 
@@ -20,7 +21,7 @@ void add_check(CLI::App& app) {
     for (const std::string& file : *files) {
       try {
         const SystemDescription system = read_system(file);
-        for (const std::string& note : system.notes) fmt::print(stderr, "note: {}\n", note);
+        for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
         fmt::print("{}: right: {} components, {} executors, {} threads\n", file,
                    system.components.size(), system.executors.size(), system.threads.size());
       } catch (const ConfigurationError& error) {

@@ -12,6 +12,9 @@ namespace takt::tools {
 
 /// Exit statuses of the program.
 inline constexpr int kBadUsage = 2;
+/// What is said of an exception that has no what().
+inline constexpr const char* kNoStdException =
+    "a callback threw something that is no std::exception";
 
 void add_list(CLI::App& app);
 void add_bench(CLI::App& app);

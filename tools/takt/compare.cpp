@@ -9,6 +9,7 @@
 #include "takt/base/histogram.hpp"
 #include "takt/containers/duration.hpp"
 #include "takt/containers/system_description.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/rt_tests/rounds.hpp"
 
 #include "commands.hpp"
@@ -205,7 +206,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
         if (shows_progress) {
-          fmt::print(stderr, "\r\033[K{} of {}: {} {}", runs.size() + 1, total, row.executor,
+          rt::to_stderr("\r\033[K{} of {}: {} {}", runs.size() + 1, total, row.executor,
                      fmt::format("{} {}", row.scheduler, row.composition));
         }
         json run = run_again(words_of(row, options), signals).at("runs").at(0);
@@ -218,7 +219,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
     interrupted =
         fmt::format("{} when {} of {} runs were complete", interruption.what(), runs.size(), total);
   }
-  if (shows_progress) fmt::print(stderr, "\r\033[K");
+  if (shows_progress) rt::to_stderr("\r\033[K");
   signals.let_through();
   std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
   return {std::move(runs), interrupted};

@@ -9,6 +9,7 @@
 
 #include "takt/containers/system_reader.hpp"
 #include "takt/entities/parameter_services.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/transport/messages/composition_interfaces.hpp"
 
 #include "commands.hpp"
@@ -71,7 +72,7 @@ void list(const Options& options) {
     }
   }
   if (options.json_path != "-") {
-    if (containers.empty()) fmt::print(stderr, "no container on DDS domain {}\n", options.domain);
+    if (containers.empty()) rt::to_stderr("no container on DDS domain {}\n", options.domain);
     table.print("components");
   }
   if (!options.json_path.empty()) write_json(rows, options.json_path);

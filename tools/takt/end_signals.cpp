@@ -140,7 +140,7 @@ void EndGuard::watch(const EndSignals* signals) {
       limit = kNever;
     } else if (limit == kNever) {
       limit = now + kConstructorLimit;
-      fmt::print(stderr, "takt: {}; waiting for {}, {} s at most\n",
+      rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
                  signal_ != 0 ? name_of_signal(signal_) : "the run is over",
                  constructor_of(component), kConstructorLimit.count());
     } else if (now >= limit) {
@@ -163,7 +163,7 @@ void EndGuard::watch(const EndSignals* signals) {
 
 // As the signal would: so whoever has started this program sees it.
 void EndGuard::end_now(const std::string& component) const {
-  fmt::print(stderr, "takt: {} has not returned; the process ends, and no destructor runs\n",
+  rt::to_stderr("takt: {} has not returned; the process ends, and no destructor runs\n",
              constructor_of(component));
   Logger::instance().flush();
   if (signal_ == SIGINT || signal_ == SIGTERM || signal_ == SIGHUP) {

@@ -17,6 +17,7 @@
 #include "takt/rt_tests/cyclic.hpp"
 #include "takt/rt_tests/load.hpp"
 #include "takt/rt_tests/machine.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/sched/cpu_dma_latency.hpp"
 #include "takt/sched/memory_lock.hpp"
 
@@ -292,10 +293,10 @@ void measure(const Rows& rows, const rt::CyclicOptions& cyclic, std::uint64_t cy
     }
     if (shows_progress) {
       print_summary(rows, cyclic, stderr);
-      fmt::print(stderr, "\033[{}A", rows.size());
+      rt::to_stderr("\033[{}A", rows.size());
     }
   }
-  if (shows_progress) fmt::print(stderr, "\033[J");
+  if (shows_progress) rt::to_stderr("\033[J");
   outcome.end = std::time(nullptr);
   outcome.observation = observation.so_far();
 }
@@ -351,7 +352,10 @@ void latency(const Options& options) {
                   options.histogram_file);
     }
     print_histogram(rows, cyclic, file);
-    std::fclose(file);
+    const bool is_written = std::ferror(file) == 0;
+    if (std::fclose(file) != 0 || !is_written) {
+      throw not_written("the histogram", options.histogram_file);
+    }
   }
   if (!options.json.empty()) write_json(to_json(rows, cyclic, options, outcome), options.json);
 }

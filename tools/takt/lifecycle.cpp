@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/rt_tests/output.hpp"
 #include "takt/transport/messages/lifecycle_msgs.hpp"
 
 #include "commands.hpp"
@@ -54,7 +55,7 @@ void list(const Options& options) {
     table.add({"/" + node, state, fmt::format("{}", fmt::join(can, ", "))});
     rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can}});
   }
-  if (rows.empty()) fmt::print(stderr, "no lifecycle node on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain);
   if (options.json_path != "-") table.print("lifecycle nodes");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

@@ -4,10 +4,13 @@
 
 #include "takt/base/version.hpp"
 #include "takt/containers/system_description.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   using namespace takt;
   CLI::App app("Takt: real-time executors with swappable schedulers", "takt");
   app.set_version_flag("--version", TAKT_VERSION);
@@ -38,13 +41,23 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : tools::kBadUsage;
   } catch (const ConfigurationError& error) {
-    for (const std::string& line : error.errors()) fmt::print(stderr, "{}\n", line);
+    for (const std::string& line : error.errors()) rt::to_stderr("{}\n", line);
     return tools::kBadUsage;
   } catch (const Error& error) {
-    fmt::print(stderr, "takt: {}\n", error.what());
+    rt::to_stderr("takt: {}\n", error.what());
     return tools::kBadUsage;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "takt: {}\n", error.what());
+    rt::to_stderr("takt: {}\n", error.what());
+    return 1;
+  } catch (...) {
+    rt::to_stderr("takt: {}\n", tools::kNoStdException);
     return 1;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  takt::rt::guard_output();
+  return takt::rt::checked_output(run(argc, argv));
 }

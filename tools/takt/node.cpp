@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 #include "observer.hpp"
@@ -41,7 +42,7 @@ void list(const Options& options) {
                     {"services", services},
                     {"clients", clients}});
   }
-  if (rows.empty()) fmt::print(stderr, "no node on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no node on DDS domain {}\n", options.domain);
   if (options.json_path != "-") table.print("nodes");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

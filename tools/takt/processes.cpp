@@ -24,7 +24,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "takt/rt_tests/output.hpp"
+
 #include "channel.hpp"
+#include "commands.hpp"
 #include "end_signals.hpp"
 #include "result_json.hpp"
 #include "shared_memory.hpp"
@@ -47,7 +50,7 @@ class Progress {
   explicit Progress(Nanoseconds duration)
       : duration_(duration), is_shown_(isatty(STDERR_FILENO) != 0 && duration > 2s) {}
   ~Progress() {
-    if (is_shown_) fmt::print(stderr, "\r                    \r");
+    if (is_shown_) rt::to_stderr("\r                    \r");
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -57,9 +60,8 @@ class Progress {
   timespec show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     if (is_shown_) {
-      fmt::print(stderr, "\r{:.0f} of {:.0f} s ",
-                 std::chrono::duration<double>(now - start_).count(),
-                 std::chrono::duration<double>(duration_).count());
+      rt::to_stderr("\r{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
+                    std::chrono::duration<double>(duration_).count());
       step = std::min<Nanoseconds>(step, 1s);
     }
     return {step / 1s, (step % 1s).count()};
@@ -238,8 +240,11 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
   } catch (const std::exception& error) {
     Logger::instance().flush();
     parent.send({{"error", error.what()}});
-    return 1;
+  } catch (...) {
+    Logger::instance().flush();
+    parent.send({{"error", kNoStdException}});
   }
+  return 1;
 }
 
 // ---- Several: the parent ----
@@ -266,7 +271,7 @@ class Children {
       const TimePoint now = Clock::steady().now();
       const std::string unmade = unmade_children();
       if (!unmade.empty() && !std::exchange(has_said, true)) {
-        fmt::print(stderr, "takt: waiting for constructors of process {}, {} s at most\n", unmade,
+        rt::to_stderr("takt: waiting for constructors of process {}, {} s at most\n", unmade,
                    kConstructorLimit.count());
       }
       if (!unmade.empty() && now >= limit) {
@@ -375,7 +380,7 @@ class Children {
       for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
         last_.push_back(text_.substr(0, end));
         text_.erase(0, end + 1);
-        fmt::print(stderr, "[{}] {}\n", name, last_.back());
+        rt::to_stderr("[{}] {}\n", name, last_.back());
         if (last_.size() > kLastLines) last_.pop_front();
       }
       if (now <= 0) set(-1);
@@ -527,7 +532,7 @@ class Children {
   void end_now(Predicate is_meant, const std::string& why) {
     for (const auto& child : children_) {
       if (child->pid <= 0 || !is_meant(*child)) continue;
-      fmt::print(stderr, "takt: process '{}' is killed: {}\n", child->name, why);
+      rt::to_stderr("takt: process '{}' is killed: {}\n", child->name, why);
       kill(child->pid, SIGKILL);
       child->is_made = true;  // it is not waited for any more
     }
@@ -577,7 +582,7 @@ class Children {
       then = fmt::format("it was restarted {} times already; the others go on", child.restarts);
     }
     deaths_.push_back(fmt::format("{}; {}", child.death, then));
-    fmt::print(stderr, "takt: {}\n", deaths_.back());
+    rt::to_stderr("takt: {}\n", deaths_.back());
   }
 
   const ContainerOverrides overrides_;
@@ -755,7 +760,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
 
   json all = process_json({});
   for (const char* list :
-       {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics"}) {
+       {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics", "failed"}) {
     all[list] = json::array();
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -764,13 +769,14 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
              [&](const std::string& topic) { return is_countable(ends, topic); });
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
-    for (const char* list : {"callbacks", "chains", "threads", "processes", "trace", "notes"}) {
+    for (const char* list :
+         {"callbacks", "chains", "threads", "processes", "trace", "notes", "failed"}) {
       json& entries = one.at(list);
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }
   }
   for (const std::string& death : children.deaths()) all.at("notes").push_back(death);
-  all["failed"] = children.failures();
+  for (const std::string& failure : children.failures()) all.at("failed").push_back(failure);
   if (!all_is_served(states, is_countable)) {
     all.at("notes").push_back(
         fmt::format("messages were still under way between processes {} s after the last timer",
@@ -790,7 +796,6 @@ json run_processes(const std::vector<SystemDescription>& processes,
                     ? run_here(processes.front(), overrides, duration, signals, loads)
                     : run_apart(processes, overrides, duration, signals);
   for (json& callback : result.at("callbacks")) callback.erase("from_outside");
-  result.emplace("failed", json::array());
   return result;
 }
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "embedded.hpp"
 
@@ -60,9 +61,9 @@ void check_report(const std::string& path) {
 
 void write_report(const nlohmann::json& document, const std::string& path) {
   if (run_python(kReportScript, path, document.dump()) != 0) {
-    throw Error("the report was not drawn", "see the message above", path);
+    throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
-  fmt::print(stderr, "report: {}\n", path);
+  rt::to_stderr("report: {}\n", path);
 }
 
 }  // namespace takt::tools

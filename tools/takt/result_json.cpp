@@ -131,7 +131,8 @@ json process_json(const ProcessResult& process) {
                      {"allocations_while_spinning", counted(process.allocations_while_spinning)},
                      {"allocations_in_dds", counted(process.allocations_in_dds)}}})},
       {"trace", std::move(trace)},
-      {"notes", process.notes}};
+      {"notes", process.notes},
+      {"failed", process.failures}};
 }
 
 Histogram read_histogram(const json& latency) {
@@ -140,6 +141,12 @@ Histogram read_histogram(const json& latency) {
     histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
   }
   return histogram;
+}
+
+std::runtime_error not_written(const std::string& what, const std::string& path) {
+  return std::runtime_error(
+      Error(what + " could not be written", "choose a place that can be, and has room", path)
+          .what());
 }
 
 void check_writable(const std::string& path) {
@@ -156,7 +163,7 @@ void write_json(const json& document, const std::string& path) {
   std::ofstream file(path);
   file << text;
   file.close();
-  if (!file) throw Error("results could not be written", "choose a place that can be", path);
+  if (!file) throw not_written("results", path);
 }
 
 }  // namespace takt::tools

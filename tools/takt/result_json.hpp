@@ -3,6 +3,7 @@
 #ifndef TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 
+#include <stdexcept>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -15,6 +16,9 @@ namespace takt::tools {
 nlohmann::json result_document(nlohmann::json runs);
 /// One process as an entry of "runs", but for what was asked for. Histograms are lists of
 /// [bucket, count], see base/histogram.hpp.
+/// For what was opened, and then could not be written: not a bad usage, so no Error.
+std::runtime_error not_written(const std::string& what, const std::string& path);
+
 nlohmann::json process_json(const ProcessResult& process);
 /// The histogram that run_json wrote, or an empty one.
 Histogram read_histogram(const nlohmann::json& latency);

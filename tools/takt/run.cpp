@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/duration.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 #include "processes.hpp"
@@ -226,15 +227,7 @@ void run(const Options& options) {
   run["composition"] = options.composition;
   run["transport"] = options.transport;
   run["repeat"] = 0;
-  for (const json& note : run.at("notes"))
-    fmt::print(stderr, "note: {}\n", note.get<std::string>());
-  if (options.json != "-") {
-    print_callbacks(run);
-    print_chains(run);
-    print_topics(run);
-    print_threads(run);
-    print_processes(run);
-  }
+  for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
   if (!options.trace.empty()) write_trace(trace, options.trace);
   if (!options.json.empty() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
@@ -243,7 +236,15 @@ void run(const Options& options) {
     }
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
-  if (!options.json.empty()) write_json(result_document({std::move(run)}), options.json);
+  // First the file: a closed stdout must not lose it.
+  if (!options.json.empty()) write_json(result_document({run}), options.json);
+  if (options.json != "-") {
+    print_callbacks(run);
+    print_chains(run);
+    print_topics(run);
+    print_threads(run);
+    print_processes(run);
+  }
   if (!failed.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(failed, "\n")));
 }
 

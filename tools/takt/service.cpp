@@ -12,6 +12,7 @@
 #include "takt/entities/generic_subscription.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/executors/wait_set.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 #include "dynamic_message.hpp"
@@ -38,7 +39,7 @@ void list(const Options& options) {
     table.add({service.name, service.type, service.node.empty() ? "?" : service.node});
     rows.push_back({{"service", service.name}, {"type", service.type}, {"node", service.node}});
   }
-  if (rows.empty()) fmt::print(stderr, "no service on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no service on DDS domain {}\n", options.domain);
   if (options.json_path != "-") table.print("services");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

@@ -73,6 +73,8 @@ json survey(const std::vector<SystemDescription>& processes, const ContainerOver
     return {{"pools", surveyor->pools()}};
   } catch (const std::exception& error) {
     return {{"error", error.what()}};
+  } catch (...) {
+    return {{"error", "a component threw something that is no std::exception"}};
   }
 }
 

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
 #include "dynamic_message.hpp"
@@ -75,7 +76,7 @@ void list(const Options& options) {
                     {"publishers", row.publishers},
                     {"subscriptions", row.subscriptions}});
   }
-  if (rows.empty()) fmt::print(stderr, "no topic on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no topic on DDS domain {}\n", options.domain);
   if (options.json_path != "-") table.print("topics");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
@@ -126,7 +127,7 @@ class Listener {
       is_kept = is_kept && publisher.qos.durability == Durability::transient_local &&
                 publisher.qos.reliability == Reliability::reliable;
     }
-    if (!is_offered) fmt::print(stderr, "nobody publishes on '{}' yet\n", topic_);
+    if (!is_offered) rt::to_stderr("nobody publishes on '{}' yet\n", topic_);
     QoS qos(10'000);
     is_offered&& is_kept ? qos.transient_local() : qos.best_effort();
     subscription_ =
@@ -165,13 +166,16 @@ void echo(const Options& options) {
           } else {
             fmt::print("{}---\n", to_yaml(fields));
           }
-          if (file.is_open()) file << fields.dump() << '\n';
+          if (file.is_open() && !(file << fields.dump() << '\n')) {
+            throw not_written("messages", options.json_path);
+          }
         }
-        std::fflush(stdout);
+        rt::flush_output();
         if (++count == options.count) observer.stop();
       });
   if (!options.raw) type = &require_type(listener.type());
   observer.run(options.duration());
+  if (file.is_open() && !file.flush()) throw not_written("messages", options.json_path);
 }
 
 /// Of the last messages.
@@ -213,7 +217,7 @@ void watch(Observer& observer, const Options& options, Show show) {
   json last = json::object();
   const auto timer = observer.node().create_timer("show", std::chrono::seconds(1), [&] {
     last = show(options.json_path != "-");
-    std::fflush(stdout);
+    rt::flush_output();
   });
   observer.add(timer);
   observer.run(options.duration());
@@ -234,7 +238,7 @@ void hz(const Options& options) {
   bool has_header = false;
   watch(observer, options, [&](bool prints) {
     if (periods.empty() || total == shown) {
-      if (prints) fmt::print(stderr, "no message\n");
+      if (prints) rt::to_stderr("no message\n");
       return json{{"topic", listener.topic()}, {"messages", total}, {"rate_hz", 0}};
     }
     shown = total;
@@ -268,7 +272,7 @@ void bw(const Options& options) {
   watch(observer, options, [&](bool prints) {
     const std::uint64_t rate = std::exchange(bytes_of_second, 0);
     if (sizes.empty()) {
-      if (prints) fmt::print(stderr, "no message\n");
+      if (prints) rt::to_stderr("no message\n");
       return json{{"topic", listener.topic()}, {"messages", total}, {"bytes_per_s", 0}};
     }
     if (prints && !std::exchange(has_header, true)) {

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "takt/base/error.hpp"
+#include "result_json.hpp"
 
 namespace takt::tools {
 namespace {
@@ -116,7 +116,7 @@ void write_trace(const json& threads, const std::string& path) {
               .dump()
        << "\n";
   file.close();
-  if (!file) throw Error("the trace could not be written", "choose a place that can be", path);
+  if (!file) throw not_written("the trace", path);
 }
 
 }  // namespace takt::tools

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/base/regular_file.hpp"
+
+#include <cerrno>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt {
+namespace {
+
+[[noreturn]] void refuse(int error) {
+  throw Error("the file cannot be read: " + errno_message(error),
+              "check its name and its permissions");
+}
+
+void check_kind(const struct stat& about) {
+  if (S_ISREG(about.st_mode)) return;
+  if (S_ISDIR(about.st_mode)) throw Error("this is a directory", "name a file in it");
+  throw Error(fmt::format("this is a {}", S_ISFIFO(about.st_mode)   ? "FIFO or a pipe"
+                                          : S_ISSOCK(about.st_mode) ? "socket"
+                                                                    : "device"),
+              "name a regular file");
+}
+
+}  // namespace
+
+RegularFile::RegularFile(const std::string& path) {
+  struct stat about {};
+  if (stat(path.c_str(), &about) != 0) refuse(errno);
+  check_kind(about);  // to open a device can have effects
+  fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (fd_ < 0) refuse(errno);
+  try {  // it may be another one by now
+    if (fstat(fd_, &about) != 0) refuse(errno);
+    check_kind(about);
+  } catch (...) {
+    close(fd_);
+    throw;
+  }
+  size_ = static_cast<std::uint64_t>(about.st_size);
+}
+
+RegularFile::~RegularFile() {
+  close(fd_);
+}
+
+std::size_t RegularFile::read(std::uint64_t offset, std::span<std::byte> to) const {
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const ssize_t now =
+        pread(fd_, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    if (now < 0 && errno == EINTR) continue;
+    if (now < 0) refuse(errno);
+    if (now == 0) break;
+    done += static_cast<std::size_t>(now);
+  }
+  return done;
+}
+
+}  // namespace takt

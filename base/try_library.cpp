@@ -1,0 +1,26 @@
+// takt_try_library LIBTAKT LIBRARY: loads the library as a program that links libtakt would, and
+// says so by a zero byte. Static initialisers that throw, exit or hang do so here
+// (library_trial.hpp). SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <cstdio>
+
+#include <dlfcn.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+int main(int argc, char** argv) {
+  if (argc != 3) return 2;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with whoever asks for it
+  const rlimit none{};
+  setrlimit(RLIMIT_CORE, &none);  // to die is its purpose
+  void* const takt = dlopen(argv[1], RTLD_NOW | RTLD_GLOBAL);
+  void* const load = takt != nullptr ? dlsym(takt, "takt_try_library") : nullptr;
+  if (load == nullptr) {
+    std::fprintf(stderr, "%s\n", dlerror());
+    return 2;
+  }
+  reinterpret_cast<void (*)(const char*)>(load)(argv[2]);
+  const ssize_t written = write(STDOUT_FILENO, "", 1);
+  _exit(written == 1 ? 0 : 1);
+}

@@ -1,0 +1,17 @@
+// The main function of the benchmarks: Google's, but output that cannot be written is an error.
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+
+#include <benchmark/benchmark.h>
+
+#include "takt/rt_tests/output.hpp"
+
+int main(int argc, char** argv) {
+  takt::rt::guard_output();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  std::cout.flush();
+  return takt::rt::checked_output(std::cout.good() ? 0 : 1);
+}

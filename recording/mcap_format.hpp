@@ -1,0 +1,32 @@
+// The numbers of the MCAP format (https://mcap.dev/spec), for writer and reader.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_RECORDING_MCAP_FORMAT_HPP_
+#define TAKT_RECORDING_MCAP_FORMAT_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace takt::mcap {
+
+inline constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+enum Opcode : std::uint8_t {
+  kHeader = 0x01,
+  kFooter = 0x02,
+  kSchema = 0x03,
+  kChannel = 0x04,
+  kMessage = 0x05,
+  kChunk = 0x06,
+  kChunkIndex = 0x08,
+  kStatistics = 0x0b,
+  kSummaryOffset = 0x0e,
+  kDataEnd = 0x0f,
+};
+inline constexpr std::size_t kRecordHead = 1 + 8;
+inline constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;
+// Before a chunk's records: times, size, checksum (0: none), no compression, size.
+inline constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;
+
+}  // namespace takt::mcap
+
+#endif  // TAKT_RECORDING_MCAP_FORMAT_HPP_
