@@ -34,7 +34,7 @@ RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::mov
                  "exit status: 0 as expected, 1 not, 77 the machine refuses the rights\n",
                  asks ? "" : "there is no '" + word + "' here, or its value is missing\n",
                  question_, argv[0]);
-      std::exit(asks ? 0 : kBadUsage);
+      std::exit(checked_output(asks ? 0 : kBadUsage));
     }
   }
 }
