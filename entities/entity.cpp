@@ -14,7 +14,8 @@ Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup>
     : kind_(kind), name_(std::move(name)), group_(std::move(group)), id_([] {
         static std::atomic<std::uint64_t> last{0};
         return last.fetch_add(1) + 1;
-      }()) {
+      }()),
+      mark_(way_mark(id_)) {
 }
 
 void Entity::set_parameters(const CallbackParameters& parameters) {

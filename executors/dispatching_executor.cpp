@@ -10,6 +10,7 @@
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
 #include "takt/entities/chain.hpp"
+#include "takt/entities/chain_join.hpp"
 #include "takt/sched/memory_lock.hpp"
 #include "takt/sched/realtime_thread.hpp"
 
@@ -322,7 +323,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const bool is_root = slot.chain_instance == 0;
     const Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
                             is_root ? slot.ready_time : slot.root_release,
-                            extend_way(slot.way, record.entity->id()), outputs};
+                            extend_way(slot.way, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
     if (is_judged) [[unlikely]]
       record.supervision->chain_instance.store(dispatch.chain_instance);
@@ -376,9 +377,10 @@ void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const 
   const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
   if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
   for (const ChainStep& step : record.entity->chain_steps()) {
-    if (step.way != dispatch.way) continue;  // it came another way
+    const std::optional<TimePoint> root = root_release(dispatch, step.way);
+    if (!root) continue;  // it came another way
     if (step.is_last) {
-      step.chain->finished(end - dispatch.root_release);
+      step.chain->finished(end - *root);
     } else if (is_aborted) {
       step.chain->aborted();
     }
@@ -454,7 +456,8 @@ void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
   trace_of_->record(
       {.callback = record.id(),
        .sequence = slot.sequence,
-       .chain_instance = slot.chain_instance == 0 ? slot.sequence : slot.chain_instance,
+       .chain_instance =
+           slot.chain_instance == 0 ? slot.sequence : instance_before_joins(slot.chain_instance),
        .lost = lost - std::exchange(record.lost_before, lost),
        .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
        .start = start,
