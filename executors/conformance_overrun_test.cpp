@@ -229,23 +229,16 @@ TEST_P(ConformanceOverrun, BothChainsGoOnThroughAJoin) {
     join.combine();
     fused->publish(Number{});
   };
-  const auto group = node_->create_callback_group("fusion", CallbackGroupType::MutuallyExclusive);
-  const auto on_left = node_->create_subscription<Number>(
-      "left", 5,
-      [&](const Number&) {
-        join.received(0);
-        has_left = true;
-        fuse();
-      },
-      group);
-  const auto on_right = node_->create_subscription<Number>(
-      "right", 5,
-      [&](const Number&) {
-        join.received(1);
-        has_right = true;
-        fuse();
-      },
-      group);
+  const auto on_left = node_->create_subscription<Number>("left", 5, [&](const Number&) {
+    join.received(0);
+    has_left = true;
+    fuse();
+  });
+  const auto on_right = node_->create_subscription<Number>("right", 5, [&](const Number&) {
+    join.received(1);
+    has_right = true;
+    fuse();
+  });
   const auto sink =
       node_->create_subscription<Number>("fused", 5, [&](const Number&) { clock_.work(1ms); });
   const auto of_fast =
