@@ -453,15 +453,15 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
 void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
                                 TimePoint start) noexcept {
   const std::uint64_t lost = record.entity->lost();
-  trace_of_->record(
-      {.callback = record.id(),
-       .sequence = slot.sequence,
-       .chain_instance =
-           slot.chain_instance == 0 ? slot.sequence : instance_before_joins(slot.chain_instance),
-       .lost = lost - std::exchange(record.lost_before, lost),
-       .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
-       .start = start,
-       .end = ready_.now()});
+  trace_of_->record({.callback = record.id(),
+                     .sequence = slot.sequence,
+                     .chain_instance = slot.chain_instance == 0
+                                           ? slot.sequence
+                                           : instance_before_joins(slot.chain_instance),
+                     .lost = lost - std::exchange(record.lost_before, lost),
+                     .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
+                     .start = start,
+                     .end = ready_.now()});
 }
 
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
@@ -649,31 +649,38 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   return count;
 }
 
+// Of a record that does not execute.
+CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
+  CallbackStatistics statistics = record.statistics;
+  const Entity::Report report = record.entity->report();
+  statistics.node = record.node;
+  statistics.group = record.group->name();
+  statistics.callback = record.entity->name();
+  statistics.kind = record.settings.info.kind;
+  statistics.topic = report.topic;
+  statistics.dropped = report.dropped + record.discarded;
+  statistics.overruns += report.missed;
+  statistics.from_outside = report.from_outside;
+  statistics.expected = record.is_timer() ? statistics.received : report.expected;
+  // What waits for its trigger, or for a callback that was removed, is not lost.
+  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
+    statistics.expected -=
+        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
+  }
+  return statistics;
+}
+
 std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   const std::lock_guard lock(control_mutex_);
   if (spinning_.load()) {
     throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
   }
   std::vector<CallbackStatistics> result;
-  for (const auto& record : records_) {
-    CallbackStatistics statistics = record->statistics;
-    const Entity::Report report = record->entity->report();
-    statistics.node = record->node;
-    statistics.group = record->group->name();
-    statistics.callback = record->entity->name();
-    statistics.kind = record->settings.info.kind;
-    statistics.topic = report.topic;
-    statistics.dropped = report.dropped + record->discarded;
-    statistics.overruns += report.missed;
-    statistics.from_outside = report.from_outside;
-    statistics.expected = record->is_timer() ? statistics.received : report.expected;
-    if (trigger_ != nullptr && !record->is_timer()) {
-      statistics.expected -=
-          std::min(statistics.expected, std::uint64_t(record->entity->ready_count()));
-    }
-    result.push_back(std::move(statistics));
-  }
-  return result;
+  for (const auto& record : records_) result.push_back(statistics_of(*record));
+  if (options_.statistics == StatisticsLevel::off) return result;
+  PastStatistics past = past_;
+  for (const auto& record : removed_records_) past.add(statistics_of(*record));
+  return past.with(std::move(result));
 }
 
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {

@@ -11,6 +11,7 @@
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/pace.hpp"
+#include "takt/executors/past_statistics.hpp"
 #include "takt/executors/ready_set.hpp"
 #include "takt/executors/wait_backend.hpp"
 
@@ -128,6 +129,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void remove(Record& record) noexcept;
   void hand_plan_over();
   std::vector<std::unique_ptr<Record>> take_what_is_gone() noexcept;
+  CallbackStatistics statistics_of(const Record& record) const;
   void remember(const std::shared_ptr<Node>& node);
 
   // Workers.
@@ -214,6 +216,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   mutable PiMutex control_mutex_;
   std::vector<std::unique_ptr<Record>> records_;
   std::vector<std::unique_ptr<Record>> removed_records_;  // until nobody can touch them
+  PastStatistics past_;                                   // of those that are gone
   ReadyPlan changes_;                                     // only its lists are used
   bool has_changes_ = false;
   bool was_spun_ = false;

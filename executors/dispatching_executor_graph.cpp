@@ -407,6 +407,7 @@ DispatchingExecutor::take_what_is_gone() noexcept {
   for (auto& record : removed_records_) {
     if (record->gone.load() == 1 && record->detached && !record->queued.load() &&
         !record->held.load() && !record->changed.load()) {
+      if (options_.statistics != StatisticsLevel::off) past_.add(statistics_of(*record));
       gone.push_back(std::move(record));
     }
   }

@@ -98,6 +98,9 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
 
   mutable std::mutex mutex_;  // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
+  PastStatistics past_;  // of the children that were removed
+  std::vector<ThreadStatistics>
+      past_threads_;            // one for each name, as many as PastStatistics keeps
   bool runs_children_ = false;  // each on its thread
   bool releases_timers_ = true;
   ExceptionHandler handler_;
