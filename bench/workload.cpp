@@ -9,6 +9,7 @@
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/entities/chain_join.hpp"
 
 namespace takt {
 namespace {
@@ -300,15 +301,18 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
   const auto group = node_.create_callback_group("relay_" + identifier(relaying.output),
                                                  CallbackGroupType::MutuallyExclusive);
   const auto has_come = std::make_shared<std::vector<bool>>(relaying.inputs.size());
+  const auto join = std::make_shared<ChainJoin>(relaying.inputs.size());
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   for (std::size_t i = 0; i < relaying.inputs.size(); ++i) {
     entities_.push_back(node_.template create_subscription<WorkloadMessage>(
         relaying.inputs[i], relaying.qos,
         [=, &clock = node_.clock(), work = relaying.work](const WorkloadMessage&) {
           (*has_come)[i] = true;
+          join->received(i);
           if (std::find(has_come->begin(), has_come->end(), false) != has_come->end()) return;
           has_come->assign(has_come->size(), false);
           use_cpu(clock, work);
+          join->combine();
           auto message = publisher->borrow_loaned_message();
           if (message) message->tracking_number = ++*tracking_number;
           publisher->publish(std::move(message));

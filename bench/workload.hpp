@@ -59,7 +59,8 @@ TAKT_MESSAGE(WorkloadService::Response, "takt/srv/Workload_Response", tracking_n
 ///   durability (volatile)
 /// - relays: input, output, work_us (0), size_bytes (0), depth (1). Entries with the same
 ///   output are one relay: when each of its inputs has brought a message, it works and publishes.
-///   With one input that is a filter, with several a fusion.
+///   With one input that is a filter, with several a fusion, in which the chains of all inputs go
+///   on.
 /// - clients: service, period_us
 /// - servers: service, work_us (0)
 /// Each publisher and each client has a timer of its own, `<topic>_timer`, each relay an exclusive

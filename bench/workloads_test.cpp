@@ -59,5 +59,15 @@ TEST(ThreeChains, MissWithoutIt) {
   EXPECT_GT(measured.at("brake").misses, 0u);
 }
 
+// Front and rear lidar meet in the fusion: what it publishes was once counted for the lidar that
+// came last, so one of the two chains showed nothing for ever.
+TEST(ReferenceSystem, MeasuresBothHotPathsThroughTheFusion) {
+  const auto measured = chains(simulate("reference_system.yaml", "single_threaded", 1, 2'050ms));
+  EXPECT_EQ(measured.at("hot_path_front").instances, 20u);
+  EXPECT_EQ(measured.at("hot_path_rear").instances, 20u);
+  EXPECT_GE(measured.at("hot_path_front").latency.min(), 8ms);  // four callbacks of 2 ms
+  EXPECT_GE(measured.at("hot_path_rear").latency.min(), 8ms);
+}
+
 }  // namespace
 }  // namespace takt

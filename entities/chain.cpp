@@ -60,7 +60,7 @@ std::shared_ptr<Chain> Chain::create(const ChainOptions& options, const std::vec
   auto chain = std::make_shared<Chain>(options);
   std::uint64_t way = 0;
   for (std::uint32_t position = 0; position < entities.size(); ++position) {
-    way = extend_way(way, entities[position]->id());
+    way = extend_way(way, entities[position]->mark());
     entities[position]->join_chain(
         {chain, position, way, /*is_last=*/position + 1 == entities.size()});
   }

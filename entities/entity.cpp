@@ -11,10 +11,14 @@ namespace takt {
 thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
 
 Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group)
-    : kind_(kind), name_(std::move(name)), group_(std::move(group)), id_([] {
+    : kind_(kind),
+      name_(std::move(name)),
+      group_(std::move(group)),
+      id_([] {
         static std::atomic<std::uint64_t> last{0};
         return last.fetch_add(1) + 1;
-      }()) {
+      }()),
+      mark_(way_mark(id_)) {
 }
 
 void Entity::set_parameters(const CallbackParameters& parameters) {

@@ -55,18 +55,26 @@ struct Slot : Envelope {
   std::uint8_t events = 0;  // file descriptors: FileDescriptorEvents
 };
 
-/// The way of a chain instance, which has come from one callback to the next, as one number. 0 is
-/// the way that has not begun.
-constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t entity_id) noexcept {
-  constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15;  // 2^64 / golden ratio: spreads the bits
-  return ((way ^ entity_id) + 1) * kOdd;
+/// The way of a chain instance: the callbacks that it has come through, as one number. 0 is the way
+/// that has not begun. Each callback multiplies by kWayFactor and adds its mark, so two ways that
+/// go on through the same callbacks can be told from each other's, see joined_root. The low byte
+/// counts the callbacks, as the factor and every mark end in 01.
+inline constexpr std::uint64_t kWayFactor = 0x9e3779b97f4a7c01;
+constexpr std::uint64_t way_mark(std::uint64_t entity_id) noexcept {
+  std::uint64_t mark = entity_id * 0x9e3779b97f4a7c15;  // splitmix64: spreads the bits
+  mark = (mark ^ (mark >> 30)) * 0xbf58476d1ce4e5b9;
+  mark = (mark ^ (mark >> 27)) * 0x94d049bb133111eb;
+  return ((mark ^ (mark >> 31)) & ~std::uint64_t{0xff}) | 1;
 }
-/// The way that this entity extends to `way`.
-constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t entity_id) noexcept {
-  constexpr std::uint64_t kInverse = 0xf1de83e19937733d;  // times kOdd, it is 1
-  return (way * kInverse - 1) ^ entity_id;
+constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t mark) noexcept {
+  return way * kWayFactor + mark;
 }
-static_assert(retract_way(extend_way(5, 7), 7) == 5);
+/// The way that the callback with this mark extends to `way`.
+constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t mark) noexcept {
+  constexpr std::uint64_t kInverse = 0xe84ee902acc58401;  // times kWayFactor, it is 1
+  return (way - mark) * kInverse;
+}
+static_assert(retract_way(extend_way(5, way_mark(7)), way_mark(7)) == 5);
 
 class StagedOutputs;
 
@@ -74,7 +82,7 @@ class StagedOutputs;
 /// copies the latter into the message's envelope.
 struct Dispatch {
   const CallbackInfo* callback;
-  std::uint64_t chain_instance;
+  mutable std::uint64_t chain_instance;  // another one from where the callback joins, see ChainJoin
   TimePoint root_release;
   std::uint64_t way;                 // this callback included
   StagedOutputs* outputs = nullptr;  // where messages wait for the end of the period; none: sent
@@ -131,6 +139,8 @@ class Entity {
   const std::shared_ptr<CallbackGroup>& group() const noexcept { return group_; }
   /// From 1, over the process.
   std::uint64_t id() const noexcept { return id_; }
+  /// Of this callback in the way of a chain instance.
+  std::uint64_t mark() const noexcept { return mark_; }
 
   /// What it has of its own, before what its group has. Before an executor has it; afterwards see
   /// Node::set_callback_parameters. Throws Error when they cannot be.
@@ -202,6 +212,7 @@ class Entity {
   const std::string name_;
   const std::shared_ptr<CallbackGroup> group_;
   const std::uint64_t id_;
+  const std::uint64_t mark_;
   CallbackParameters parameters_;
   std::vector<ChainStep> chain_steps_;
   std::atomic<Sink*> sink_{nullptr};

@@ -278,7 +278,7 @@ bool TaskRunner::take(Slot& slot) noexcept {
   slot.ready_time = waiting->arrival.ready_time;
   slot.chain_instance = waiting->chain_instance;
   slot.root_release = waiting->root_release;
-  slot.way = retract_way(waiting->way, id());  // it is still the callback that has begun it
+  slot.way = retract_way(waiting->way, mark());  // it is still the callback that has begun it
   return true;
 }
 

@@ -47,6 +47,37 @@ TEST_P(ConformanceGraph, WhatIsAddedWhileSpinningRuns) {
   EXPECT_TRUE(eventually([&] { return ran >= 4; }));
 }
 
+// A lifecycle node that makes its callbacks when it is configured, and drops them when it is
+// cleaned up, had no rows in the results, and neither had the thread that ran them.
+TEST_P(ConformanceGraph, RemovedCallbacksKeepTheirRowsAndAddUp) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto peer = make_node(Clock::steady(), "peer");
+  const auto publisher = peer->create_publisher<Number>("topic", 5);
+  std::atomic<int> ran{0};
+  {
+    SpinThread spin(*executor);
+    for (int round = 1; round <= 2; ++round) {
+      const auto node = make_node(Clock::steady(), "managed");
+      auto subscription =
+          node->create_subscription<Number>("topic", 5, [&](const Number&) { ++ran; });
+      executor->add_node(node);
+      for (int i = 0; i < 3; ++i) publisher->publish(Number{i});
+      ASSERT_TRUE(eventually([&] { return ran == 3 * round && executor->pending() == 0; }));
+      subscription.reset();
+      executor->remove_node(node);
+    }
+  }
+  const auto rows = executor->statistics();
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].node, "/managed");
+  EXPECT_EQ(rows[0].topic, "/topic");
+  EXPECT_EQ(rows[0].received, 6u);
+  EXPECT_EQ(rows[0].expected, 6u);
+  EXPECT_EQ(rows[0].execution.count(), 6u);
+  EXPECT_FALSE(executor->thread_statistics().empty());
+}
+
 TEST_P(ConformanceGraph, ANodeCanBeAddedFromACallback) {
   if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
   const auto executor = make(Clock::steady());

@@ -2,6 +2,7 @@
 // every scheduler.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/chain.hpp"
+#include "takt/entities/chain_join.hpp"
 #include "takt/executors/conformance_test.hpp"
 #include "takt/executors/watchdog.hpp"
 
@@ -207,6 +208,54 @@ TEST_P(ConformanceOverrun, MeasuresAChainFromReleaseToEndAndOnlyItsOwnInstances)
   EXPECT_EQ(statistics.misses, 0u);
   EXPECT_EQ(statistics.aborted, 0u);
   EXPECT_GE(statistics.latency.min(), 3500us);
+}
+
+// left → fuse(left) ─┬→ sink   The instances of both timers are in the fused message, which was
+// once right → fuse(right)┘          counted for the input that came last alone.
+TEST_P(ConformanceOverrun, BothChainsGoOnThroughAJoin) {
+  const auto left = node_->create_publisher<Number>("left", 5);
+  const auto right = node_->create_publisher<Number>("right", 5);
+  const auto fused = node_->create_publisher<Number>("fused", 5);
+  const auto fast = node_->create_timer("fast", 10ms, [&] { left->publish(Number{}); });
+  const auto slow = node_->create_timer("slow", 30ms, [&] {
+    clock_.work(1ms);
+    right->publish(Number{});
+  });
+  ChainJoin join(2);
+  bool has_left = false, has_right = false;
+  const auto fuse = [&] {
+    if (!has_left || !has_right) return;
+    has_left = has_right = false;
+    join.combine();
+    fused->publish(Number{});
+  };
+  const auto on_left = node_->create_subscription<Number>("left", 5, [&](const Number&) {
+    join.received(0);
+    has_left = true;
+    fuse();
+  });
+  const auto on_right = node_->create_subscription<Number>("right", 5, [&](const Number&) {
+    join.received(1);
+    has_right = true;
+    fuse();
+  });
+  const auto sink =
+      node_->create_subscription<Number>("fused", 5, [&](const Number&) { clock_.work(1ms); });
+  const auto of_fast =
+      Chain::create({.name = "fast"}, {{node_, "fast"}, {node_, "left"}, {node_, "fused"}});
+  const auto of_slow =
+      Chain::create({.name = "slow"}, {{node_, "slow"}, {node_, "right"}, {node_, "fused"}});
+  const auto executor = make_with(nullptr);
+  executor->add_node(node_);
+  {
+    const ManualSpin spin(*executor, clock_, participants());
+    clock_.advance(99ms);
+    fast->cancel();
+    slow->cancel();
+  }
+  EXPECT_EQ(of_fast->statistics().instances, 3u);
+  EXPECT_EQ(of_slow->statistics().instances, 3u);
+  EXPECT_GE(of_slow->statistics().latency.min(), 2ms);
 }
 
 // ---- Parameters that change ----

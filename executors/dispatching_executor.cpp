@@ -11,6 +11,7 @@
 #include "takt/base/read_section.hpp"
 #include "takt/base/sequence.hpp"
 #include "takt/entities/chain.hpp"
+#include "takt/entities/chain_join.hpp"
 #include "takt/sched/memory_lock.hpp"
 #include "takt/sched/realtime_thread.hpp"
 
@@ -334,7 +335,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
                       is_root ? slot.ready_time : slot.root_release,
-                      extend_way(slot.way, record.entity->id()), outputs};
+                      extend_way(slot.way, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
     if (is_judged) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
@@ -401,9 +402,10 @@ void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const 
   const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
   if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
   for (const ChainStep& step : record.entity->chain_steps()) {
-    if (step.way != dispatch.way) continue;  // it came another way
+    const std::optional<TimePoint> root = root_release(dispatch, step.way);
+    if (!root) continue;  // it came another way
     if (step.is_last) {
-      step.chain->finished(end - dispatch.root_release);
+      step.chain->finished(end - *root);
     } else if (is_aborted) {
       step.chain->aborted();
     }
@@ -480,14 +482,15 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
 void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
                                 TimePoint start) noexcept {
   const std::uint64_t lost = record.entity->lost();
-  trace_of_->record(
-      {.callback = record.id(),
-       .sequence = slot.sequence,
-       .chain_instance = slot.chain_instance == 0 ? slot.sequence : slot.chain_instance,
-       .lost = lost - std::exchange(record.lost_before, lost),
-       .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
-       .start = start,
-       .end = ready_.now()});
+  trace_of_->record({.callback = record.id(),
+                     .sequence = slot.sequence,
+                     .chain_instance = slot.chain_instance == 0
+                                           ? slot.sequence
+                                           : instance_before_joins(slot.chain_instance),
+                     .lost = lost - std::exchange(record.lost_before, lost),
+                     .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
+                     .start = start,
+                     .end = ready_.now()});
 }
 
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
@@ -682,31 +685,40 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   return count;
 }
 
+// Of a record that does not execute.
+CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
+  CallbackStatistics statistics = record.statistics;
+  const Entity::Report report = record.entity->report();
+  statistics.node = record.node;
+  statistics.group = record.group->name();
+  statistics.callback = record.entity->name();
+  statistics.kind = record.settings.info.kind;
+  statistics.topic = report.topic;
+  statistics.dropped = report.dropped + record.discarded;
+  statistics.overruns += report.missed;
+  statistics.from_outside = report.from_outside;
+  statistics.expected = record.is_timer() ? statistics.received : report.expected;
+  // What waits for its trigger, or for a callback that was removed, is not lost.
+  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
+    statistics.expected -=
+        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
+  }
+  return statistics;
+}
+
 std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   const std::lock_guard lock(control_mutex_);
   if (spinning_.load()) {
     throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
   }
   std::vector<CallbackStatistics> result;
-  for (const auto& [id, record] : records_) {
-    CallbackStatistics statistics = record->statistics;
-    const Entity::Report report = record->entity->report();
-    statistics.node = record->node;
-    statistics.group = record->group->name();
-    statistics.callback = record->entity->name();
-    statistics.kind = record->settings.info.kind;
-    statistics.topic = report.topic;
-    statistics.dropped = report.dropped + record->discarded;
-    statistics.overruns += report.missed;
-    statistics.from_outside = report.from_outside;
-    statistics.expected = record->is_timer() ? statistics.received : report.expected;
-    if (trigger_ != nullptr && !record->is_timer()) {
-      statistics.expected -=
-          std::min(statistics.expected, std::uint64_t(record->entity->ready_count()));
-    }
-    result.push_back(std::move(statistics));
+  for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
+  if (options_.statistics == StatisticsLevel::off) return result;
+  PastStatistics past = past_;
+  for (const auto& record : removed_records_) {
+    if (record->entity != nullptr) past.add(statistics_of(*record));
   }
-  return result;
+  return past.with(std::move(result));
 }
 
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {

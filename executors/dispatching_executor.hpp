@@ -15,6 +15,7 @@
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/pace.hpp"
+#include "takt/executors/past_statistics.hpp"
 #include "takt/executors/ready_set.hpp"
 #include "takt/executors/wait_backend.hpp"
 
@@ -142,6 +143,8 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void configure(ReadyPlan& plan) const;
   void send(std::unique_ptr<ReadyPlan> plan) noexcept;
   Records take_what_is_gone() noexcept;
+  CallbackStatistics statistics_of(const Record& record) const;
+  void remember_statistics_of(const Record& record);
   void remember(const std::shared_ptr<Node>& node);
 
   // Workers.
@@ -236,6 +239,8 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
   Records removed_records_;                                // until nobody can touch them
   std::multiset<const CallbackGroup*> leaving_;            // groups that are being removed
+  PastStatistics past_;                                    // of those that are gone
+  bool is_ending_ = false;                                 // nobody asks for statistics any more
   ReadyPlan changes_;                                      // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;

@@ -38,6 +38,7 @@ DispatchingExecutor::~DispatchingExecutor() {
   std::vector<Record*> mine;
   {
     const std::lock_guard lock(control_mutex_);
+    is_ending_ = true;
     for (const auto& [id, record] : records_) {
       if (claim_removal(*record)) mine.push_back(record.get());
     }
@@ -359,7 +360,9 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     const std::lock_guard lock(control_mutex_);
     for (Record* record : records) {
       record->detached = true;
-      if (at_rest) released.push_back(std::move(record->entity));
+      if (!at_rest) continue;
+      remember_statistics_of(*record);
+      released.push_back(std::move(record->entity));
     }
     if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
   }
@@ -368,6 +371,12 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
   if (expected_removals_.fetch_sub(records.size()) == records.size()) {
     expected_removals_.notify_all();
   }
+}
+
+// With control_mutex_ held.
+void DispatchingExecutor::remember_statistics_of(const Record& record) {
+  if (is_ending_ || options_.statistics == StatisticsLevel::off || !record.is_handed_over) return;
+  past_.add(statistics_of(record));
 }
 
 // With control_mutex_ held.
@@ -558,6 +567,7 @@ DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
   for (auto& record : removed_records_) {
     if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
         !record->queued.load() && !record->held.load() && !record->changed.load()) {
+      if (record->entity != nullptr) remember_statistics_of(*record);
       gone.push_back(std::move(record));
     }
   }

@@ -164,12 +164,27 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   node->release(this);
 }
 
+// To the one of the same name, if it was there before.
+static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStatistics& thread) {
+  const auto known = std::find_if(threads.begin(), threads.end(), [&](const auto& candidate) {
+    return candidate.asked.name == thread.asked.name;
+  });
+  if (known == threads.end()) {
+    threads.push_back(thread);
+  } else {
+    add_to(*known, thread);
+  }
+}
+
 // It has nothing to run any more. In its own callback it cannot be joined; it then ends with the
 // executor.
 void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
   if (child->runs_on.load() == std::this_thread::get_id()) return;
   stop(*child);
   const std::lock_guard lock(mutex_);
+  for (const auto& thread : child->executor.thread_statistics()) add_thread(past_threads_, thread);
+  if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
+  for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
   std::erase(children_, child);
 }
 
@@ -355,7 +370,8 @@ std::vector<CallbackStatistics> IsolatedExecutor::statistics() const {
   for (const auto& child : children()) {
     for (auto& callback : child->executor.statistics()) result.push_back(std::move(callback));
   }
-  return result;
+  const std::lock_guard lock(mutex_);
+  return past_.with(std::move(result));
 }
 
 std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
@@ -363,6 +379,8 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   for (const auto& child : children()) {
     for (auto& thread : child->executor.thread_statistics()) result.push_back(std::move(thread));
   }
+  const std::lock_guard lock(mutex_);
+  for (const ThreadStatistics& thread : past_threads_) add_thread(result, thread);
   return result;
 }
 

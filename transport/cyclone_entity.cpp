@@ -102,7 +102,24 @@ std::string user_data(const Endpoint& endpoint, RosGraph form) {
   const std::string hash = identity.id.empty()
                                ? type_hash(*endpoint.type)
                                : service_type_hash(*identity.request, *identity.response);
-  return hash.empty() ? text : text + "typehash=" + hash + ";";
+  if (!hash.empty()) text += "typehash=" + hash + ";";
+  return endpoint.node.empty() ? text : text + "node=" + endpoint.node + ";";
+}
+
+std::string told_in(const dds_qos_t& qos, std::string_view key) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};
+  std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  const std::string start = std::string(key) + "=";
+  std::size_t begin = text.find(start);
+  while (begin != std::string::npos && begin != 0 && text[begin - 1] != ';') {
+    begin = text.find(start, begin + 1);
+  }
+  if (begin == std::string::npos) return {};
+  text.erase(0, begin + start.size());
+  return text.substr(0, text.find(';'));
 }
 
 Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory) {

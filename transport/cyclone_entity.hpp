@@ -30,8 +30,10 @@ QoS qos_of(const dds_qos_t& wire);
 std::string_view policy_name(std::uint32_t id) noexcept;
 
 /// What others want to know of an endpoint beyond its name and type. ROS 2: "typehash=RIHS01_...;",
-/// "serviceid=...;". Takt: see clock_identity.
+/// "serviceid=...;". Takt: "node=/...;", and see clock_identity.
 std::string user_data(const Endpoint& endpoint, RosGraph form);
+/// What `user_data` says under the key; empty: nothing.
+std::string told_in(const dds_qos_t& qos, std::string_view key);
 
 /// A topic of the participant for as long as one of its ends lives.
 class Topic {

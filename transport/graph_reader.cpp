@@ -30,19 +30,6 @@ std::string bytes_of(const unsigned char* guid) {
   return {reinterpret_cast<const char*>(guid), 16};
 }
 
-std::string hash_in(const dds_qos_t& qos) {
-  constexpr std::string_view kKey = "typehash=";
-  void* data = nullptr;
-  std::size_t size = 0;
-  if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};
-  std::string text(static_cast<const char*>(data), size);
-  dds_free(data);
-  const std::size_t begin = text.find(kKey);
-  if (begin == std::string::npos) return {};
-  text.erase(0, begin + kKey.size());
-  return text.substr(0, text.find(';'));
-}
-
 // "rq/addRequest" → "/add"; empty: it is no such topic.
 std::string service_in(std::string_view topic, std::string_view prefix, std::string_view suffix) {
   if (!topic.starts_with(prefix) || !topic.ends_with(suffix) ||
@@ -119,7 +106,7 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
       [&](const dds_builtintopic_endpoint_t& found) {
         GraphEndpoint endpoint{.name = found.topic_name,
                                .type = ros_type_name(found.type_name),
-                               .type_hash = hash_in(*found.qos),
+                               .type_hash = told_in(*found.qos, "typehash"),
                                .qos = qos_of(*found.qos)};
         // What it takes to look on is not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||

@@ -119,8 +119,10 @@ class Topics {
     } else {
       writer.events_->incompatible(policy);
       reader.events()->incompatible(policy);
-      log(LogLevel::warn, "{}: a publisher offers less than a subscription asks for: {}",
-          writer.endpoint().topic, policy);
+      log(LogLevel::warn,
+          "topic '{}': the publisher of '{}' offers less than the subscription of '{}' asks for: "
+          "{}; no message passes",
+          writer.endpoint().topic, writer.endpoint().node, reader.endpoint().node, policy);
     }
     return policy.empty();
   }

@@ -265,8 +265,11 @@ TEST_F(IntraProcessTest, DoesNotMatchABestEffortWriterWithAReliableReaderAndSays
   }
   Logger::instance().flush();
   Logger::instance().set_writer({});
-  EXPECT_THAT(lines,
-              ElementsAre("/a: a publisher offers less than a subscription asks for: reliability"));
+  EXPECT_THAT(
+      lines,
+      ElementsAre(
+          "topic '/a': the publisher of '' offers less than the subscription of '' asks for: "
+          "reliability; no message passes"));
 }
 
 TEST_F(IntraProcessTest, KeepsTheLastMessagesForReadersThatComeLate) {

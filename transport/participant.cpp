@@ -32,6 +32,7 @@
 #include "takt/transport/loopback_sockets.hpp"
 #include "takt/transport/node_announcer.hpp"
 #include "takt/transport/refused_chunks.hpp"
+#include "takt/transport/topic_watch.hpp"
 #include "takt/transport/writer_clocks.hpp"
 #include "takt/transport/writer_sequences.hpp"
 
@@ -346,8 +347,10 @@ class CycloneParticipant final : public Participant,
     if (ros_graph_ != RosGraph::off) {
       announcer_ = std::make_unique<NodeAnnouncer>(handle_, ros_graph_);
     }
+    topic_watch_ = std::make_unique<TopicWatch>(handle_);
   }
   ~CycloneParticipant() override {
+    topic_watch_.reset();
     graph_reader_.reset();
     announcer_.reset();
     remove(handle_);
@@ -388,19 +391,21 @@ class CycloneParticipant final : public Participant,
   void remove(dds_entity_t handle) const { domain_->remove(handle); }
   std::uint64_t id() const noexcept { return id_; }
   RosGraph ros_graph() const noexcept { return ros_graph_; }
-  void add(const CycloneEndpoint& endpoint, const std::string& node, dds_entity_t handle,
+  void add(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle,
            bool is_writer) {
     {
       const std::lock_guard lock(mutex_);
-      endpoints_.push_back(&endpoint);
+      endpoints_.push_back(&end);
     }
-    if (announcer_ != nullptr) announcer_->add_endpoint(node, handle, is_writer);
+    topic_watch_->add(endpoint, is_writer);
+    if (announcer_ != nullptr) announcer_->add_endpoint(endpoint.node, handle, is_writer);
   }
-  void remove(const CycloneEndpoint& endpoint, dds_entity_t handle) noexcept {
+  void remove(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle) noexcept {
     {
       const std::lock_guard lock(mutex_);
-      std::erase(endpoints_, &endpoint);
+      std::erase(endpoints_, &end);
     }
+    topic_watch_->remove(endpoint);
     if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
   }
 
@@ -448,6 +453,7 @@ class CycloneParticipant final : public Participant,
   mutable std::mutex mutex_;
   std::vector<const CycloneEndpoint*> endpoints_;
   std::unique_ptr<GraphReader> graph_reader_;
+  std::unique_ptr<TopicWatch> topic_watch_;
 };
 
 CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint& endpoint,
@@ -465,7 +471,7 @@ CycloneEndpoint::~CycloneEndpoint() {
 }
 
 void CycloneEndpoint::close() noexcept {
-  participant_->remove(*this, handle_);
+  participant_->remove(*this, endpoint_, handle_);
   dds_set_listener(handle_, nullptr);  // waits for the one that runs
 }
 
@@ -485,7 +491,7 @@ void CycloneEndpoint::make(Create create, std::size_t depth, const Listener& lis
     throw Error("Cyclone DDS gives no shared memory to topic '" + endpoint_.topic + "'");
   }
   if (is_shared()) count_matched(handle_, matched_.load(), 0);
-  participant_->add(*this, endpoint_.node, handle_, is_writer_);
+  participant_->add(*this, endpoint_, handle_, is_writer_);
 }
 
 // On a thread of Cyclone's, or on that which makes an end.

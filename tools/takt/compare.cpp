@@ -156,7 +156,8 @@ void print(const std::vector<Comparison>& rows, int repeats) {
         cells.push_back(std::to_string(count));
       }
       for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
-      cells.push_back(microseconds(row.timer_latency.percentile(0.99)));
+      cells.push_back(
+          row.timer_latency.count() == 0 ? "-" : microseconds(row.timer_latency.percentile(0.99)));
       cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
       cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
       cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
@@ -207,7 +208,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
       for (Comparison& row : rows) {
         if (shows_progress) {
           rt::to_stderr("\r\033[K{} of {}: {} {}", runs.size() + 1, total, row.executor,
-                     fmt::format("{} {}", row.scheduler, row.composition));
+                        fmt::format("{} {}", row.scheduler, row.composition));
         }
         json run = run_again(words_of(row, options), signals).at("runs").at(0);
         run["repeat"] = repeat;

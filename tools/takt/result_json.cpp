@@ -15,12 +15,16 @@ namespace {
 using nlohmann::json;
 
 json histogram_json(const Histogram& histogram, bool with_buckets) {
-  json result = {{"mean", rt::us(histogram.mean())},
-                 {"p50", rt::us(histogram.percentile(0.5))},
-                 {"p90", rt::us(histogram.percentile(0.9))},
-                 {"p99", rt::us(histogram.percentile(0.99))},
-                 {"p999", rt::us(histogram.percentile(0.999))},
-                 {"max", rt::us(histogram.max())}};
+  // null without a sample: a latency of 0 would say that all is well.
+  const auto us = [&](Nanoseconds value) {
+    return histogram.count() == 0 ? json() : json(rt::us(value));
+  };
+  json result = {{"mean", us(histogram.mean())},
+                 {"p50", us(histogram.percentile(0.5))},
+                 {"p90", us(histogram.percentile(0.9))},
+                 {"p99", us(histogram.percentile(0.99))},
+                 {"p999", us(histogram.percentile(0.999))},
+                 {"max", us(histogram.max())}};
   if (with_buckets) {
     json buckets = json::array();
     histogram.for_each_bucket([&](std::size_t bucket, Nanoseconds, std::uint64_t count) {

@@ -31,7 +31,9 @@ struct Options {
   bool histograms = false;
 };
 
+/// "-" where nothing was measured.
 std::string us(const json& value) {
+  if (value.is_null()) return "-";
   return microseconds(Nanoseconds(std::llround(value.get<double>() * 1e3)));
 }
 
@@ -98,16 +100,10 @@ void print_chains(const json& run) {
   for (const json& row : run.at("chains")) {
     const json& latency = row.at("latency_us");
     const bool has_deadline = row.at("deadline_us").get<double>() != 0;
-    if (row.at("instances") == 0) {
-      table.add(row.at("process"),
-                {row.at("name"), "0", "-", text<std::uint64_t>(row.at("aborted")), "-", "-", "-",
-                 "-", "-", "-"});
-      continue;
-    }
     table.add(
         row.at("process"),
         {row.at("name"), text<std::uint64_t>(row.at("instances")),
-         has_deadline ? text<std::uint64_t>(row.at("misses")) : "-",
+         has_deadline && row.at("instances") != 0 ? text<std::uint64_t>(row.at("misses")) : "-",
          text<std::uint64_t>(row.at("aborted")), has_deadline ? us(row.at("deadline_us")) : "-",
          us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
          us(latency.at("p999")), us(latency.at("max"))});
