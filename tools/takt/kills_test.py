@@ -79,7 +79,7 @@ with tempfile.TemporaryDirectory() as folder:
         stop = time.monotonic() + 6
         while time.monotonic() < stop and run.poll() is None:
             time.sleep(random.random() / 2)
-            if random.random() < 0.1 and roudi_runs():
+            if random.random() < 0.2 and roudi_runs():
                 roudi_deaths += 1
                 for pid in subprocess.run(["pidof", "iox-roudi"], capture_output=True,
                                           text=True).stdout.split():

@@ -674,7 +674,7 @@ class Countable {
 };
 
 /// Nothing is pending anywhere and, where that can be counted, every message that was sent has
-/// arrived.
+/// arrived. More have where a process outside the run sends too, as `takt component` does.
 bool all_is_served(const std::vector<json>& processes, const Countable& is_countable) {
   const auto sent = count_sent(processes);
   const Ends ends = ends_of(processes);
@@ -683,7 +683,7 @@ bool all_is_served(const std::vector<json>& processes, const Countable& is_count
     const json& endpoints = processes[process].at("endpoints");
     for (std::size_t i = 0; i < endpoints.size(); ++i) {
       if (!endpoints[i].at("is_writer") && endpoints[i].at("is_reliable") &&
-          endpoints[i].at("messages") != sent[process][i] &&
+          endpoints[i].at("messages").get<std::uint64_t>() < sent[process][i] &&
           is_countable(ends, endpoints[i].at("topic"))) {
         return false;
       }
