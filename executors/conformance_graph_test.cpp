@@ -90,6 +90,110 @@ TEST_P(ConformanceGraph, ANodeCanBeAddedFromACallback) {
   executor->spin();
 }
 
+// A removed callback that was announced between its removal and its last announcement ran again.
+TEST_P(ConformanceGraph, NothingRunsAfterARemovalThoughCallbacksPublishToItMeanwhile) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto leaving = make_node(Clock::steady(), "leaving");
+  const auto publisher = node->create_publisher<Number>("topic", 5);
+  std::atomic<bool> may_run{true};
+  std::atomic<int> ran_after{0}, rounds{0};
+  const auto subscription = leaving->create_subscription<Number>("topic", 5, [&](const Number&) {
+    if (!may_run) ++ran_after;
+  });
+  const auto guard = leaving->create_guard_condition("guard", [&] {
+    if (!may_run) ++ran_after;
+  });
+  std::shared_ptr<GuardCondition> busy;
+  busy = node->create_guard_condition("busy", [&] {
+    publisher->publish(Number{1});
+    guard->trigger();
+    ++rounds;
+    busy->trigger();
+  });
+  executor->add_node(node);
+  SpinThread spin(*executor);
+  busy->trigger();
+  for (int round = 0; round < 50; ++round) {
+    may_run = true;
+    executor->add_node(leaving);
+    int before = rounds;
+    ASSERT_TRUE(eventually([&] { return rounds > before; }));
+    executor->remove_node(leaving);
+    may_run = false;
+    before = rounds;
+    ASSERT_TRUE(eventually([&] { return rounds > before + 1; }));
+  }
+  EXPECT_EQ(ran_after, 0);
+}
+
+// A node called its listeners without their being there any more.
+TEST_P(ConformanceGraph, EntitiesAreMadeWhileExecutorsComeAndGo) {
+  const auto node = make_node(Clock::steady());
+  std::atomic<bool> stop{false};
+  std::thread maker([&] {
+    while (!stop) {
+      const auto timer = node->create_timer("timer", 1s, [] {});
+      const auto group = node->create_callback_group("late", CallbackGroupType::Reentrant);
+      const auto guard = node->create_guard_condition(
+          "guard", [] {}, group);
+    }
+  });
+  for (int round = 0; round < 50; ++round) {
+    const auto executor = make(Clock::steady());
+    executor->add_node(node);
+    if (!is_frozen()) executor->spin_some();
+  }
+  stop = true;
+  maker.join();
+}
+
+// What the user has dropped, and the executor still kept, was found in its node and added again.
+TEST_P(ConformanceGraph, WhatWasDroppedIsNotAddedAgain) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto group = node->create_callback_group("group", CallbackGroupType::MutuallyExclusive);
+  int ran = 0;
+  auto guard = node->create_guard_condition(
+      "guard", [&] { ++ran; }, group);
+  const auto helper = node->create_guard_condition("helper", [&] {
+    executor->remove_callback_group(group, node);
+    guard->trigger();
+    guard.reset();
+    executor->add_callback_group(group, node);
+  });
+  executor->add_node(node);
+  helper->trigger();
+  executor->spin_some();
+  executor->spin_some();
+  EXPECT_EQ(ran, 0);
+}
+
+// The callback of one executor spins another, whose callback removes the first.
+TEST_P(ConformanceGraph, ACallbackIsRemovedFromWithinASpinThatItHasBegun) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto outer = make(Clock::steady());
+  const auto inner = make(Clock::steady());
+  const auto node = make_node(Clock::steady(), "outer");
+  const auto other = make_node(Clock::steady(), "inner");
+  int ran = 0;
+  const auto remover = other->create_guard_condition("remover", [&] { outer->remove_node(node); });
+  const auto guard = node->create_guard_condition("guard", [&] {
+    ++ran;
+    remover->trigger();
+    inner->spin_some();
+  });
+  outer->add_node(node);
+  inner->add_node(other);
+  guard->trigger();
+  outer->spin_some();
+  guard->trigger();
+  outer->spin_some();
+  EXPECT_EQ(ran, 1);
+}
+
 // #2664, #2403, #272: use after free when entities went while the executor spun.
 TEST_P(ConformanceGraph, EntitiesComeAndGoWhileMessagesArrive) {
   const auto executor = make(Clock::steady());
@@ -303,6 +407,83 @@ TEST(Schedulers, AreNotToldOfTheEndOfACallbackThatIsRemovedMeanwhile) {
   stays->trigger();
   executor->spin_some();
   EXPECT_THAT(KnowsItsCallbacks::trace, ElementsAre("known"));
+}
+
+/// The CPU time of this thread that so many nodes take to be added, to run once and to go.
+Nanoseconds time_of(std::size_t count) {
+  std::vector<std::shared_ptr<Node>> nodes;
+  std::vector<std::shared_ptr<void>> handles;
+  for (std::size_t i = 0; i < count; ++i) {
+    nodes.push_back(std::make_shared<Node>("node_" + std::to_string(i)));
+    for (const char* name : {"a", "b", "c"}) {
+      handles.push_back(nodes.back()->create_guard_condition(name, [] {}));
+    }
+    handles.push_back(nodes.back()->create_timer("timer", 1h, [] {}));
+  }
+  const Nanoseconds begin = thread_cpu_time();
+  const auto executor = executors().make("events", {});
+  for (const auto& node : nodes) executor->add_node(node);
+  executor->spin_some();
+  for (std::size_t i = 0; i < count / 2; ++i) executor->remove_node(nodes[i]);
+  handles.clear();
+  return thread_cpu_time() - begin;
+}
+
+// One change of the ready set for each callback that goes would be 16 times the work.
+TEST(Nodes, FourTimesAsManyTakeAboutFourTimesAsLong) {
+  time_of(100);
+  const Nanoseconds few = time_of(500);
+  const Nanoseconds many = time_of(2000);
+  EXPECT_LT(many, 10 * few) << few.count() << " and " << many.count();
+}
+
+// The handler of a spin that was refused was called in the next one.
+TEST(Executor, ForgetsTheHandlerOfASpinThatWasRefused) {
+  ExecutorOptions options;
+  options.threads = {
+      {.name = "all", .policy = ThreadPolicy::deadline, .runtime = 10ms, .period = 10ms}};
+  options.realtime = Realtime::require;
+  const auto executor = executors().make("events", options);
+  const auto node = std::make_shared<Node>("node");
+  const auto ends = node->create_guard_condition("ends", [&] { executor->cancel(); });
+  const auto guard = node->create_guard_condition("guard", [] { throw 1; });
+  executor->add_node(node);
+  ends->trigger();
+  bool is_refused = false, is_called = false;
+  std::thread([&] {
+    try {
+      executor->spin([&](const FailedCallback&) { return is_called = true; });
+    } catch (const Error&) {
+      is_refused = true;
+    }
+  }).join();
+  if (!is_refused) GTEST_SKIP() << "this kernel gives a thread all of a CPU";
+  executor->spin_some();
+  guard->trigger();
+  EXPECT_THROW(executor->spin_some(), int);
+  EXPECT_FALSE(is_called);
+}
+
+// Keys of waiting callbacks were those of before.
+TEST(Executor, OrdersWhatWaitsByTheParametersThatHoldNow) {
+  for (const char* type : {"events", "single_threaded"}) {
+    const auto executor = executors().make(type, {.scheduler = "edf"});
+    const auto node = std::make_shared<Node>("node");
+    std::vector<std::string> order;
+    std::vector<std::shared_ptr<GuardCondition>> guards;
+    for (const auto& [name, deadline] :
+         {std::pair("first", 1s), std::pair("second", 10s), std::pair("third", 20s)}) {
+      guards.push_back(
+          node->create_guard_condition(name, [&order, n = name] { order.emplace_back(n); }));
+      guards.back()->set_parameters({.deadline = deadline});
+    }
+    executor->add_node(node);
+    for (const auto& guard : guards) guard->trigger();
+    executor->spin_once();  // the others wait in the scheduler
+    node->set_callback_parameters({.callbacks = {{"third", {.deadline = 2s}}}});
+    executor->spin_all();
+    EXPECT_THAT(order, ElementsAre("first", "third", "second")) << type;
+  }
 }
 
 }  // namespace

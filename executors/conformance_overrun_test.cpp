@@ -90,6 +90,53 @@ TEST_P(ConformanceOverrun, AWatchdogTellsAtTheDeadlineAndOnlyOnce) {
   executor.reset();
 }
 
+// The handler was called with the watchdog's mutex held.
+TEST_P(ConformanceOverrun, AHandlerOnTheWatchdogMayMakeAnExecutorForIt) {
+  const auto watchdog =
+      std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);
+  const auto timer = node_->create_timer("timer", 10ms, [&] { clock_.work(7ms); });
+  int made = 0;
+  timer->set_parameters({.deadline = 5ms, .on_deadline_miss = [&](const OverrunReport&) {
+                           make_with(watchdog);
+                           ++made;
+                         }});
+  auto executor = make_with(watchdog);
+  executor->add_node(node_);
+  {
+    const ManualSpin spin(*executor, clock_, participants() + 1);
+    clock_.advance(18ms);
+    timer->cancel();
+  }
+  EXPECT_EQ(made, 1);
+  executor.reset();
+}
+
+// The deadline of the second execution took the place of the first one's.
+TEST_P(ConformanceOverrun, AWatchdogTellsOfEveryExecutionOfAReentrantGroup) {
+  if (!is_pool()) GTEST_SKIP() << "one worker: one execution at a time";
+  const auto watchdog =
+      std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);
+  const auto group = node_->create_callback_group("group", CallbackGroupType::Reentrant);
+  const auto subscription = node_->create_subscription<Number>(
+      "topic", 5, [&](const Number&) { clock_.work(20ms); }, group);
+  subscription->set_parameters({.deadline = 5ms, .on_deadline_miss = [&](const OverrunReport&) {
+                                  misses_.push_back(now_ms());
+                                }});
+  const auto publisher = node_->create_publisher<Number>("topic", 5);
+  auto executor = make_with(watchdog);
+  executor->add_node(node_);
+  {
+    const ManualSpin spin(*executor, clock_, participants() + 1);
+    clock_.advance(1ms);
+    publisher->publish(Number{1});
+    clock_.advance(3ms);
+    publisher->publish(Number{2});
+    clock_.advance(40ms);
+  }
+  EXPECT_THAT(misses_, ElementsAre(6, 9));
+  executor.reset();
+}
+
 TEST_P(ConformanceOverrun, SkipServesNoReleaseThatCameMeanwhile) {
   const auto timer = node_->create_timer("timer", 10ms, [&] {
     starts_.push_back(now_ms());

@@ -182,10 +182,10 @@ void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
   if (child->runs_on.load() == std::this_thread::get_id()) return;
   stop(*child);
   const std::lock_guard lock(mutex_);
+  if (std::erase(children_, child) == 0) return;  // somebody else has removed it too
   for (const auto& thread : child->executor.thread_statistics()) add_thread(past_threads_, thread);
   if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
   for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
-  std::erase(children_, child);
 }
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,

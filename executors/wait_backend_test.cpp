@@ -3,13 +3,19 @@
 #include "takt/executors/wait_backend.hpp"
 
 #include <atomic>
+#include <cerrno>
+#include <cstddef>
 #include <thread>
 #include <vector>
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <poll.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "takt/base/manual_clock.hpp"
@@ -355,6 +361,39 @@ TEST(Pace, IsDueInEveryRoundThatIsLongerThanTheInterval) {
     clock.work(1ms);
   }
   EXPECT_EQ(due, 10);
+}
+
+// The kernel, or a sandbox, knows no epoll_pwait2: the thread took a whole CPU.
+TEST(Epoll, SleepsWhereEpollPwait2IsRefused) {
+  std::thread([] {  // a filter holds for its thread until that ends
+    sock_filter code[] = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_epoll_pwait2, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+    };
+    sock_fprog filter{std::size(code), code};
+    if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
+        prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0) {
+      GTEST_SKIP() << "no seccomp here";
+    }
+    const auto backend = wait_backends().make("epoll", 1);
+    backend->prepare();
+    const Nanoseconds cpu_time = thread_cpu_time();
+    const TimePoint begin = Clock::steady().now();
+    EXPECT_FALSE(backend->wait(0, begin + 200ms));
+    const Nanoseconds waited = Clock::steady().now() - begin;
+    EXPECT_GE(waited, 200ms);
+    EXPECT_LT(thread_cpu_time() - cpu_time, waited / 4);
+    const Pipe pipe;
+    CountingListener listener;
+    backend->watch({.fd = pipe.ends[0], .events = POLLIN, .listener = &listener});
+    pipe.send();
+    backend->wait(0, kNever);
+    EXPECT_EQ(listener.announcements, 1);
+    backend->unwatch(&listener);
+  })
+      .join();
 }
 
 }  // namespace

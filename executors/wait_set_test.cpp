@@ -133,5 +133,22 @@ TEST(WaitSet, ServesFileDescriptors) {
   close(ends[1]);
 }
 
+// The set went while another thread was still removing an entity from it.
+TEST(WaitSet, GoesWhileItsEntitiesAreDropped) {
+  const auto node = std::make_shared<Node>("node");
+  for (int round = 0; round < 300; ++round) {
+    auto first = node->create_guard_condition("first");
+    auto second = node->create_guard_condition("second");
+    auto set = std::make_unique<WaitSet>();
+    set->add(first);
+    set->add(second);
+    std::jthread dropper([&] {
+      first.reset();
+      second.reset();
+    });
+    set.reset();
+  }
+}
+
 }  // namespace
 }  // namespace takt

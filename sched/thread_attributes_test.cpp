@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/sched/realtime_thread.hpp"
 
 #include "child_process_test.hpp"
@@ -361,6 +362,42 @@ TEST(ThreadAttributes, AskNothingThatCouldBeRefusedWhenRealtimeIsOff) {
   });
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
   EXPECT_EQ(text, "control,SCHED_OTHER,");
+}
+
+TEST(ThreadAttributes, WhatIsNotWrittenIsTheDefaultNotWhatTheMakerHas) {
+  if (!fifo_is_granted()) GTEST_SKIP() << kNoRights;
+  ThreadState made;
+  std::thread([&] {
+    apply({.name = "maker",
+           .policy = ThreadPolicy::fifo,
+           .priority = 60,
+           .affinity = {available_cpus().front()}},
+          Realtime::require);
+    made = RealtimeThread({.name = "made"}, Realtime::prefer, [] {}).state();
+  }).join();
+  EXPECT_EQ(made.policy, ThreadPolicy::other);
+  EXPECT_EQ(made.priority, 0);
+  EXPECT_EQ(made.affinity, available_cpus());
+  EXPECT_EQ(made.refused, "");
+}
+
+// In a process of its own, as the log thread starts once.
+TEST(ThreadAttributes, TheLogThreadHasTheDefaultsWhoeverLogsFirst) {
+  if (!fifo_is_granted()) GTEST_SKIP() << kNoRights;
+  const std::string text = in_child(Rights::as_they_are, [] {
+    apply({.name = "urgent",
+           .policy = ThreadPolicy::fifo,
+           .priority = 60,
+           .affinity = {available_cpus().front()}},
+          Realtime::require);
+    ThreadState state;
+    Logger::instance().set_writer([](LogLevel, std::string_view) {});
+    log(LogLevel::error, "first");
+    Logger::instance().run_in_thread([&] { state = this_thread_state(); });
+    return state.name + " " + std::string(to_string(state.policy)) +
+           (state.affinity == available_cpus() ? " on all" : " on some");
+  });
+  EXPECT_EQ(text, "log SCHED_OTHER on all");
 }
 
 }  // namespace

@@ -1,12 +1,16 @@
-// Cyclone's own C type of testdata/msg/Shapes.idl reads the bytes of ours, and writes the same.
+// Cyclone's own C type of testdata/msg/Shapes.idl reads the bytes of ours, and writes the same; and
+// its time stamps are taken for what they are.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "takt/executors/executor.hpp"
 
 #include "Shapes.h"
 #include "test_msgs/msg/shapes.hpp"
@@ -96,6 +100,51 @@ TEST_F(IdlcType, ReadsTheBytesOfOursAndWritesTheSame) {
   ddsi_serdata_unref(sent);
   ddsi_serdata_unref(received);
   dds_sample_free(&theirs, &test_msgs_msg_Shapes_desc, DDS_FREE_CONTENTS);
+}
+
+// ---- Clocks ----
+
+/// How old the first message of a plain Cyclone writer is to us, whose clock is ten seconds behind.
+/// `told`: the writer's user data.
+Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told) {
+  const int domain = 98;
+  NodeOptions options;
+  options.participant =
+      Participant::create({.domain = domain, .synchronized_clocks = clocks_are_synchronized});
+  const auto node = std::make_shared<Node>("node", options);
+  const auto executor = executors().make("events", {});
+  const auto subscription = node->create_subscription<Shapes>(
+      "/clocks", QoS(5).transient_local(), [&](const Shapes&) { executor->cancel(); });
+  executor->add_node(node);
+
+  const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
+  const dds_entity_t topic =
+      dds_create_topic(participant, &test_msgs_msg_Shapes_desc, "rt/clocks", nullptr, nullptr);
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 5);
+  dds_qset_userdata(qos, told.data(), told.size());
+  const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);
+  dds_delete_qos(qos);
+  test_msgs_msg_Shapes message{};
+  message.text = const_cast<char*>("");
+  EXPECT_EQ(dds_write_ts(writer, &message, dds_time() - DDS_SECS(10)), DDS_RETCODE_OK);
+  executor->spin();
+  dds_delete(participant);
+  return executor->statistics().at(0).latency.max();
+}
+
+// A publisher whose clock was behind made every message miss its deadline.
+TEST(WriterClocks, OfAnotherHostDecideNothing) {
+  EXPECT_LT(age_of_message(false, ""), std::chrono::seconds(9));
+}
+
+TEST(WriterClocks, CountWhereTheyAreTheSameOrKeptTheSame) {
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  EXPECT_GE(age_of_message(false, "takt_clock=" + boot + ";"), std::chrono::seconds(9));
+  EXPECT_GE(age_of_message(true, ""), std::chrono::seconds(9));
 }
 
 }  // namespace
