@@ -5,6 +5,7 @@
 // executors above them, where rights allow it: as a robot would have it.
 // `service`: the round trip of a call, beside a topic's ping-pong, in alternation.
 // SPDX-License-Identifier: Apache-2.0
+#include <iostream>
 #include <semaphore>
 #include <thread>
 
@@ -17,6 +18,7 @@
 #include "takt/base/histogram.hpp"
 #include "takt/entities/node.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/rt_tests/output.hpp"
 #include "takt/transport/cyclone_type.hpp"
 
 namespace takt {
@@ -290,6 +292,7 @@ BENCHMARK(service)->Iterations(1)->Unit(benchmark::kMillisecond);
 }  // namespace takt
 
 int main(int argc, char** argv) {
+  takt::rt::guard_output();
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   takt::shared = new (mmap(nullptr, sizeof(takt::Shared), PROT_READ | PROT_WRITE,
@@ -303,4 +306,6 @@ int main(int argc, char** argv) {
   benchmark::RunSpecifiedBenchmarks();
   takt::shared->task.store(takt::Shared::Task::end);
   waitpid(child, nullptr, 0);
+  std::cout.flush();
+  return takt::rt::checked_output(std::cout.good() ? 0 : 1);
 }

@@ -29,19 +29,19 @@ std::uint64_t way_of(std::initializer_list<std::uint64_t> entities) {
   return way;
 }
 
-void received(ChainJoin& join, const Dispatch& by, std::size_t input) {
+void received(ChainJoin& join, Dispatch& by, std::size_t input) {
   const Dispatch::Scope scope(by);
   join.received(input);
 }
-void combine(ChainJoin& join, const Dispatch& by) {
+void combine(ChainJoin& join, Dispatch& by) {
   const Dispatch::Scope scope(by);
   join.combine();
 }
 
 TEST(ChainJoin, BothInstancesGoOnThroughAllThatFollows) {
   ChainJoin join(2);
-  const Dispatch left = dispatch(nullptr, 1, TimePoint(1ms)), left_in = dispatch(&left, 2);
-  const Dispatch right = dispatch(nullptr, 3, TimePoint(2ms)), right_in = dispatch(&right, 4);
+  Dispatch left = dispatch(nullptr, 1, TimePoint(1ms)), left_in = dispatch(&left, 2);
+  Dispatch right = dispatch(nullptr, 3, TimePoint(2ms)), right_in = dispatch(&right, 4);
   received(join, left_in, 0);
   received(join, right_in, 1);
   combine(join, right_in);
@@ -59,15 +59,15 @@ TEST(ChainJoin, BothInstancesGoOnThroughAllThatFollows) {
 
 TEST(ChainJoin, AnInstanceGoesOnOnce) {
   ChainJoin join(2);
-  const Dispatch left = dispatch(nullptr, 1, TimePoint(1ms)),
-                 left_again = dispatch(nullptr, 1, TimePoint(3ms));
-  const Dispatch right = dispatch(nullptr, 2, TimePoint(4ms));
+  Dispatch left = dispatch(nullptr, 1, TimePoint(1ms)),
+           left_again = dispatch(nullptr, 1, TimePoint(3ms));
+  Dispatch right = dispatch(nullptr, 2, TimePoint(4ms));
   received(join, left, 0);
   received(join, left_again, 0);  // takes its place
   received(join, right, 1);
   combine(join, right);
   EXPECT_EQ(root_release(dispatch(&right, 3), way_of({1, 3})), TimePoint(3ms));
-  const Dispatch later = dispatch(nullptr, 2, TimePoint(5ms));
+  Dispatch later = dispatch(nullptr, 2, TimePoint(5ms));
   received(join, later, 1);
   combine(join, later);
   EXPECT_EQ(root_release(dispatch(&later, 3), way_of({1, 3})), std::nullopt);
@@ -76,15 +76,15 @@ TEST(ChainJoin, AnInstanceGoesOnOnce) {
 
 TEST(ChainJoin, GoesThroughJoinsOfJoins) {
   ChainJoin first(2), second(2);
-  const Dispatch a = dispatch(nullptr, 1, TimePoint(1ms)), b = dispatch(nullptr, 2, TimePoint(2ms));
+  Dispatch a = dispatch(nullptr, 1, TimePoint(1ms)), b = dispatch(nullptr, 2, TimePoint(2ms));
   received(first, a, 0);
   received(first, b, 1);
   combine(first, b);
-  const Dispatch ab = dispatch(&b, 3), c = dispatch(nullptr, 4, TimePoint(4ms));
+  Dispatch ab = dispatch(&b, 3), c = dispatch(nullptr, 4, TimePoint(4ms));
   received(second, ab, 0);
   received(second, c, 1);
   combine(second, c);
-  const Dispatch end = dispatch(&c, 5);
+  Dispatch end = dispatch(&c, 5);
   EXPECT_EQ(root_release(end, way_of({1, 3, 5})), TimePoint(1ms));
   EXPECT_EQ(root_release(end, way_of({2, 3, 5})), TimePoint(2ms));
   EXPECT_EQ(root_release(end, way_of({4, 5})), TimePoint(4ms));
@@ -92,9 +92,9 @@ TEST(ChainJoin, GoesThroughJoinsOfJoins) {
 
 TEST(ChainJoin, ATimerTakesWhatLiesThere) {
   ChainJoin join(1);
-  const Dispatch input = dispatch(nullptr, 1, TimePoint(1ms));
+  Dispatch input = dispatch(nullptr, 1, TimePoint(1ms));
   received(join, input, 0);
-  const Dispatch timer = dispatch(nullptr, 2, TimePoint(5ms));
+  Dispatch timer = dispatch(nullptr, 2, TimePoint(5ms));
   combine(join, timer);
   EXPECT_EQ(root_release(dispatch(&timer, 3), way_of({1, 3})), TimePoint(1ms));
   EXPECT_EQ(root_release(dispatch(&timer, 3), way_of({2, 3})), TimePoint(5ms));
@@ -110,27 +110,27 @@ TEST(ChainJoin, CountsWhatDoesNotFitAndForgetsTheOldest) {
   combine(join, inputs.back());
   EXPECT_EQ(join.left_out(), 0u);
   received(wider, inputs.back(), 0);  // sixteen, of which one comes in the envelope
-  const Dispatch another = dispatch(nullptr, 50);
+  Dispatch another = dispatch(nullptr, 50);
   received(wider, another, 1);
   combine(wider, another);
   EXPECT_EQ(wider.left_out(), 0u);
-  const Dispatch third = dispatch(nullptr, 51);
+  Dispatch third = dispatch(nullptr, 51);
   received(wider, another, 0);
   received(wider, third, 1);
   combine(wider, third);
   EXPECT_EQ(wider.left_out(), 1u);
 
-  const Dispatch old = dispatch(nullptr, 1, TimePoint(7ms));
+  Dispatch old = dispatch(nullptr, 1, TimePoint(7ms));
   combine(join, old);  // alone
   EXPECT_FALSE(is_joined(old.chain_instance));
   received(join, old, 0);
-  const Dispatch last = dispatch(nullptr, 2, TimePoint(8ms));
+  Dispatch last = dispatch(nullptr, 2, TimePoint(8ms));
   combine(join, last);
-  const Dispatch next = dispatch(&last, 3);
+  Dispatch next = dispatch(&last, 3);
   EXPECT_EQ(root_release(next, way_of({1, 3})), TimePoint(7ms));
   for (std::size_t i = 0; i < ChainJoin::kMostJoined; ++i) {
     received(join, old, 0);
-    const Dispatch later = dispatch(nullptr, 2);
+    Dispatch later = dispatch(nullptr, 2);
     combine(join, later);
   }
   EXPECT_EQ(root_release(next, way_of({1, 3})), std::nullopt);
@@ -141,7 +141,7 @@ TEST(ChainJoin, OutsideACallbackItDoesNothing) {
   ChainJoin join(1);
   join.received(0);
   join.combine();
-  const Dispatch alone = dispatch(nullptr, 1);
+  Dispatch alone = dispatch(nullptr, 1);
   combine(join, alone);
   EXPECT_FALSE(is_joined(alone.chain_instance));
 }

@@ -232,10 +232,10 @@ TEST_F(PublisherTest, PassesOnTheChainOfTheCallbackThatItIsCalledIn) {
   const auto served = subscription();
   const CallbackInfo info;
   {
-    const Dispatch outer{&info, 41, TimePoint(1s), 6};
+    Dispatch outer{&info, 41, TimePoint(1s), 6};
     const Dispatch::Scope outer_scope(outer);
     {
-      const Dispatch dispatch{&info, 42, TimePoint(2s), 7};
+      Dispatch dispatch{&info, 42, TimePoint(2s), 7};
       const Dispatch::Scope scope(dispatch);
       scans->publish(Scan{});
     }

@@ -13,10 +13,25 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Found once, each by chance; the comments say what was broken.
+// The shortest programs that showed what is repaired since.
 TEST(Sequences, WhatWasFoundStaysRepaired) {
-  const std::vector<Bytes> seeds = {};
-  for (const Bytes& seed : seeds) EXPECT_EQ(run(seed), "");
+  const Bytes endless_spin_until{0, 0, 0, 19, 0, 1};
+  const Bytes endless_spin_until_of_isolated{0, 2, 0, 0, 19, 0, 15};
+  const Bytes time_out_for_ever{0, 0, 0, 19, 2};
+  const Bytes period_for_ever{0, 0, 0, 0, 1, 1, 3};
+  const Bytes timer_after_hold{0, 0, 0, 0, 1, 1, 0, 0, 0, 3, 0, 0, 17};
+  const Bytes dropped_and_added_again{0, 10, 0, 0, 7, 3, 0, 58, 21, 0, 54, 0, 8, 0, 9};
+  Bytes removed_while_callbacks_publish{8, 1, 0, 0, 1, 2, 0, 3, 0, 0};
+  for (int i = 0; i < 40; ++i) {
+    const Bytes remove_and_add{21, 0, 8, 0, 3};
+    removed_while_callbacks_publish.insert(removed_while_callbacks_publish.end(),
+                                           remove_and_add.begin(), remove_and_add.end());
+  }
+  for (const Bytes& program :
+       {endless_spin_until, endless_spin_until_of_isolated, time_out_for_ever, period_for_ever,
+        timer_after_hold, dropped_and_added_again, removed_while_callbacks_publish}) {
+    EXPECT_EQ(run(program), "") << testing::PrintToString(program);
+  }
 }
 
 // The same programs each time: what fails once fails always.

@@ -486,8 +486,8 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
         if (!variant.missing.empty()) continue;
         if (shows_progress) {
           rt::to_stderr("\r\033[K{} of {}: {}, {} {}", course.done + 1, course.total,
-                     experiment.name, variant.series,
-                     experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
+                        experiment.name, variant.series,
+                        experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
         }
         const Figures figures = measure(variant, options, course.signals);
         for (const auto& [metric, value] : figures.values) {

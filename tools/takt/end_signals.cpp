@@ -16,6 +16,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/rt_tests/output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -141,8 +142,8 @@ void EndGuard::watch(const EndSignals* signals) {
     } else if (limit == kNever) {
       limit = now + kConstructorLimit;
       rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
-                 signal_ != 0 ? name_of_signal(signal_) : "the run is over",
-                 constructor_of(component), kConstructorLimit.count());
+                    signal_ != 0 ? name_of_signal(signal_) : "the run is over",
+                    constructor_of(component), kConstructorLimit.count());
     } else if (now >= limit) {
       end_now(component);
     }
@@ -164,7 +165,7 @@ void EndGuard::watch(const EndSignals* signals) {
 // As the signal would: so whoever has started this program sees it.
 void EndGuard::end_now(const std::string& component) const {
   rt::to_stderr("takt: {} has not returned; the process ends, and no destructor runs\n",
-             constructor_of(component));
+                constructor_of(component));
   Logger::instance().flush();
   if (signal_ == SIGINT || signal_ == SIGTERM || signal_ == SIGHUP) {
     const sigset_t signals = end_signals();

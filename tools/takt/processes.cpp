@@ -272,7 +272,7 @@ class Children {
       const std::string unmade = unmade_children();
       if (!unmade.empty() && !std::exchange(has_said, true)) {
         rt::to_stderr("takt: waiting for constructors of process {}, {} s at most\n", unmade,
-                   kConstructorLimit.count());
+                      kConstructorLimit.count());
       }
       if (!unmade.empty() && now >= limit) {
         end_now([](const Child& child) { return !child.is_made; }, "has not been made in time");
