@@ -133,9 +133,10 @@ TEST_P(ConformanceGraph, EntitiesAreMadeWhileExecutorsComeAndGo) {
   const auto node = make_node(Clock::steady());
   std::atomic<bool> stop{false};
   std::thread maker([&] {
-    while (!stop) {
-      const auto timer = node->create_timer("timer", 1s, [] {});
-      const auto group = node->create_callback_group("late", CallbackGroupType::Reentrant);
+    for (int i = 0; !stop; ++i) {
+      const auto timer = node->create_timer("timer_" + std::to_string(i), 1s, [] {});
+      const auto group =
+          node->create_callback_group("late_" + std::to_string(i), CallbackGroupType::Reentrant);
       const auto guard = node->create_guard_condition(
           "guard", [] {}, group);
     }

@@ -176,16 +176,23 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
   }
 }
 
-// It has nothing to run any more. In its own callback it cannot be joined; it then ends with the
-// executor.
+// It has nothing to run any more. In its own callback, on its thread or the caller's, it has not
+// ended; it then ends with the executor.
 void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
   if (child->runs_on.load() == std::this_thread::get_id()) return;
   stop(*child);
   const std::lock_guard lock(mutex_);
-  if (std::erase(children_, child) == 0) return;  // somebody else has removed it too
-  for (const auto& thread : child->executor.thread_statistics()) add_thread(past_threads_, thread);
-  if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
-  for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
+  const auto known = std::find(children_.begin(), children_.end(), child);
+  if (known == children_.end()) return;  // somebody else has removed it too
+  try {
+    for (const auto& thread : child->executor.thread_statistics()) {
+      add_thread(past_threads_, thread);
+    }
+    if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
+    for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
+    children_.erase(known);
+  } catch (const Error&) {  // it is in a callback
+  }
 }
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
