@@ -135,7 +135,7 @@ class Trial {
       const int ready = ppoll(&readable, 1, &time, nullptr);
       if (ready <= 0) continue;
       std::array<char, 4096> buffer;
-      const ssize_t size = read(output_, buffer.data(), buffer.size());
+      const ssize_t size = ::read(output_, buffer.data(), buffer.size());
       if (size < 0 && errno == EINTR) continue;
       if (size <= 0) break;
       text_.append(buffer.data(), static_cast<std::size_t>(size));

@@ -16,9 +16,10 @@ install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder
 # Headers in folders of a module are the module's own.
 foreach(module ${takt_modules})
   file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${module}/*.hpp)
-  # These are for files of the library, and need Cyclone's headers.
-  list(FILTER headers EXCLUDE REGEX
-       "_test\\.hpp$|/(cyclone_entity|cyclone_type|graph_reader|node_announcer)\\.hpp$")
+  # These are for files of the library; most need Cyclone's headers.
+  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(bounded_end|cyclone_entity|cyclone_type|\
+graph_reader|loopback_sockets|node_announcer|refused_chunks|roudi_probe|topic_watch|\
+writer_clocks|writer_sequences)\\.hpp$")
   install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${module})
 endforeach()
 install(DIRECTORY transport/messages DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/transport

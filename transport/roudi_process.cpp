@@ -123,7 +123,7 @@ void remove_files() {
   }
 }
 
-std::string read_file(const std::string& path) {
+std::string contents_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -193,7 +193,7 @@ Server::~Server() {
 void Server::wait_until_it_serves() {
   const auto limit = std::chrono::steady_clock::now() + kStartLimit;
   for (;;) {
-    const std::string words = read_file(folder_ + "/log");
+    const std::string words = contents_of(folder_ + "/log");
     if (words.find("ready for clients") != std::string::npos) {
       const Roudi found = find_roudi();
       if (found.pid == pid_ && found.unusable.empty()) return;
