@@ -13,6 +13,14 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+#ifdef __SANITIZE_THREAD__
+constexpr int kPrograms = 200;  // each takes twenty times as long
+constexpr const char* kRapidcheck = "seed=15 max_success=50";
+#else
+constexpr int kPrograms = 3000;
+constexpr const char* kRapidcheck = "seed=15 max_success=500";
+#endif
+
 // The shortest programs that showed what is repaired since.
 TEST(Sequences, WhatWasFoundStaysRepaired) {
   const Bytes endless_spin_until{0, 0, 0, 19, 0, 1};
@@ -37,7 +45,7 @@ TEST(Sequences, WhatWasFoundStaysRepaired) {
 // The same programs each time: what fails once fails always.
 TEST(Sequences, ProgramsOfFixedSeedsKeepEveryPromise) {
   const char* const asked = std::getenv("TAKT_SEQUENCES");
-  const int programs = asked != nullptr ? std::atoi(asked) : 3000;
+  const int programs = asked != nullptr ? std::atoi(asked) : kPrograms;
   std::mt19937 random(15);
   for (int program = 0; program < programs; ++program) {
     Bytes bytes(4 + random() % 200);
@@ -48,7 +56,7 @@ TEST(Sequences, ProgramsOfFixedSeedsKeepEveryPromise) {
 
 // The same too, unless RC_PARAMS says otherwise; of what fails, a small example is shown.
 TEST(Sequences, RapidcheckFindsNoBrokenPromise) {
-  setenv("RC_PARAMS", "seed=15 max_success=500", /*overwrite=*/0);
+  setenv("RC_PARAMS", kRapidcheck, /*overwrite=*/0);
   EXPECT_TRUE(rc::check([](const Bytes& bytes) { RC_ASSERT(run(bytes) == ""); }));
 }
 
