@@ -65,6 +65,7 @@ class OwningSink final : public Sink {
 class LogLines {
  public:
   LogLines() {
+    Logger::instance().flush();  // nobody writes while the writer changes
     Logger::instance().set_writer([this](LogLevel, std::string_view line) {
       const std::lock_guard lock(mutex_);
       lines_.emplace_back(line);

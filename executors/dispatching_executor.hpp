@@ -40,7 +40,7 @@ struct ExecutorTraits {
 ///    when the first timer is due.
 /// 4. What control threads change, they build as a plan; a worker installs it at its next
 ///    dispatch. While nobody spins, the control thread installs it itself.
-class DispatchingExecutor : public Executor, private NodeListener, private Wakeable {
+class DispatchingExecutor : public Executor, private Wakeable {
  public:
   DispatchingExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
   ~DispatchingExecutor() override;
@@ -97,6 +97,19 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
     DispatchingExecutor& executor;
   };
 
+  /// What nodes call, from any thread: complete until no call can come.
+  struct Listener final : NodeListener {
+    explicit Listener(DispatchingExecutor& of) : executor(of) {}
+    void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override {
+      executor.entity_added(node, entity);
+    }
+    void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override {
+      executor.group_added(node, group);
+    }
+    void parameters_changed(Node& node) override { executor.parameters_changed(node); }
+    DispatchingExecutor& executor;
+  };
+
   /// A callback whose input is taken, and which has still to run.
   struct Execution {
     Execution(CallbackRecord* of, const ReadyCallback& picked, bool judged)
@@ -119,9 +132,9 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   };
 
   // Control threads.
-  void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
-  void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override;
-  void parameters_changed(Node& node) override;
+  void entity_added(Node& node, const std::shared_ptr<Entity>& entity);
+  void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group);
+  void parameters_changed(Node& node);
   CallbackSettings settings(const Record& record, const Node& node) const;
   TimePoint tell_misses(TimePoint now) noexcept;
   void refuse_when_frozen(const char* what) const;
@@ -183,7 +196,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
-  void wake() noexcept override;
+  void wake() noexcept final;
   void wake_all() noexcept;
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
@@ -249,6 +262,7 @@ class DispatchingExecutor : public Executor, private NodeListener, private Wakea
   std::vector<std::weak_ptr<Node>> nodes_;
   std::vector<ThreadStatistics> thread_statistics_;
   std::vector<TraceRing> traces_;  // one for each worker, or none
+  Listener listener_{*this};
   Watched watched_callbacks_{*this};
   std::atomic<std::size_t> expected_removals_{0};
 };

@@ -32,7 +32,7 @@ DispatchingExecutor::~DispatchingExecutor() {
   if (options_.watchdog != nullptr) options_.watchdog->remove(watched_callbacks_);
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
-      node->remove_listener(*this);
+      node->remove_listener(listener_);
     }
   }
   std::vector<Record*> mine;
@@ -47,8 +47,8 @@ DispatchingExecutor::~DispatchingExecutor() {
   for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
-      for (const auto& group : node->groups()) group->release(static_cast<NodeListener*>(this));
-      node->release(this);
+      for (const auto& group : node->groups()) group->release(&listener_);
+      node->release(&listener_);
     }
   }
   delete plan_.load();
@@ -68,16 +68,15 @@ void DispatchingExecutor::refuse_when_frozen(const char* what) const {
 
 void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
   refuse_when_frozen("added");
-  if (!node->claim(this)) {
+  if (!node->claim(&listener_)) {
     throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
                 "remove it there first");
   }
   remember(node);
-  node->add_listener(*this);
+  node->add_listener(listener_);
   try {
     for (const auto& group : node->groups()) {
-      if (group->automatically_add_to_executor() &&
-          group->claim(static_cast<NodeListener*>(this))) {
+      if (group->automatically_add_to_executor() && group->claim(&listener_)) {
         add_group(group, *node);
       }
     }
@@ -85,7 +84,7 @@ void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
     remove_node(node);
     throw;
   }
-  if (!node->belongs_to(this)) release_groups(node->groups(), *node);  // removed meanwhile
+  if (!node->belongs_to(&listener_)) release_groups(node->groups(), *node);  // removed meanwhile
 }
 
 void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
@@ -96,13 +95,13 @@ void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup
     throw Error(fmt::format("callback group '{}' is not one of node '{}'", group->name(),
                             node->fully_qualified_name()));
   }
-  if (!group->claim(static_cast<NodeListener*>(this))) {
+  if (!group->claim(&listener_)) {
     throw Error(fmt::format("callback group '{}' of node '{}' belongs to an executor already",
                             group->name(), node->fully_qualified_name()),
                 "remove it there first");
   }
   remember(node);
-  node->add_listener(*this);
+  node->add_listener(listener_);
   try {
     add_group(group, *node);
   } catch (...) {
@@ -126,13 +125,13 @@ void DispatchingExecutor::add_group(const std::shared_ptr<CallbackGroup>& group,
 }
 
 void DispatchingExecutor::group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) {
-  if (node.belongs_to(this) && group->automatically_add_to_executor()) {
-    group->claim(static_cast<NodeListener*>(this));
+  if (node.belongs_to(&listener_) && group->automatically_add_to_executor()) {
+    group->claim(&listener_);
   }
 }
 
 void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
-  if (!entity->group()->belongs_to(static_cast<NodeListener*>(this))) return;
+  if (!entity->group()->belongs_to(&listener_)) return;
   refuse_when_frozen("added");
   add_entity(entity, node);
 }
@@ -256,19 +255,19 @@ void DispatchingExecutor::parameters_changed(Node& node) {
 
 void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
   refuse_when_frozen("removed");
-  if (!node->belongs_to(this)) {
+  if (!node->belongs_to(&listener_)) {
     throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
                 options_.name + "'");
   }
-  node->remove_listener(*this);
+  node->remove_listener(listener_);
   release_groups(node->groups(), *node);
-  node->release(this);
+  node->release(&listener_);
 }
 
 void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
                                                 const std::shared_ptr<Node>& node) {
   refuse_when_frozen("removed");
-  if (!group->belongs_to(static_cast<NodeListener*>(this))) {
+  if (!group->belongs_to(&listener_)) {
     throw Error(fmt::format("callback group '{}' of node '{}' does not belong to executor '{}'",
                             group->name(), node->fully_qualified_name(), options_.name));
   }
@@ -279,9 +278,7 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
 // Those that another thread is removing already are waited for.
 void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
                                          const Node& node) noexcept {
-  std::erase_if(groups, [this](const auto& group) {
-    return !group->belongs_to(static_cast<NodeListener*>(this));
-  });
+  std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
   const auto is_meant = [&](const Record& record) {
     return std::find(groups.begin(), groups.end(), record.group) != groups.end();
   };
@@ -309,7 +306,7 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
   const std::lock_guard lock(control_mutex_);
   for (const auto& group : groups) {
     leaving_.erase(leaving_.find(group.get()));
-    group->release(static_cast<NodeListener*>(this));
+    group->release(&listener_);
   }
 }
 
@@ -346,7 +343,7 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
       hand_removal_over();
     }
   }
-  if (shared_ || spinner_.load() == std::this_thread::get_id()) {
+  if (worker_of_ == this || spinner_.load() == std::this_thread::get_id()) {
     lock();
     install_plan();
     unlock();

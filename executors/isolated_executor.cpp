@@ -132,7 +132,12 @@ void IsolatedExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& e
   const std::shared_ptr<CallbackGroup>& group = entity->group();
   if (!group->automatically_add_to_executor() || !group->belongs_to(nullptr)) return;
   const std::shared_ptr<Node> shared = node.shared_from_this();
-  add(shared, group, [&](Executor& executor) { executor.add_callback_group(group, shared); });
+  try {
+    add(shared, group, [&](Executor& executor) { executor.add_callback_group(group, shared); });
+  } catch (const Error&) {
+    if (group->belongs_to(nullptr)) throw;
+    // Another thread has brought the group at the same time, and this callback with it.
+  }
 }
 
 void IsolatedExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
