@@ -271,7 +271,6 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   DispatchingExecutor& executor;
   // Guarded by control_mutex_.
-  const Node* of_node = nullptr;                              // never followed
   CallbackSettings wanted;                                    // what the next plan brings
   bool is_handed_over = false;                                // to the ready set, by a plan
   bool detached = false;                                      // nobody announces any more

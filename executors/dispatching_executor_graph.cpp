@@ -146,7 +146,6 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->group = entity->group();
   record->node = node.fully_qualified_name();
   const CallbackParameters parameters = node.callback_parameters(*entity);
-  record->of_node = &node;
   record->supervision = std::make_shared<Supervision>(threads_.size());
   record->supervision->node = record->node;
   record->supervision->callback = entity->name();
