@@ -20,6 +20,7 @@ namespace {
 
 using test_msgs::msg::Colour;
 using test_msgs::msg::Shapes;
+using test_msgs::msg::Wire;
 
 // Nobody else takes part: there is no network.
 constexpr const char* kAlone =
@@ -113,13 +114,15 @@ Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told
       Participant::create({.domain = domain, .synchronized_clocks = clocks_are_synchronized});
   const auto node = std::make_shared<Node>("node", options);
   const auto executor = executors().make("events", {});
-  const auto subscription = node->create_subscription<Shapes>(
-      "/clocks", QoS(5).transient_local(), [&](const Shapes&) { executor->cancel(); });
+  Promise<bool> arrived;
+  const auto subscription = node->create_subscription<Wire>(
+      "/clocks", QoS(5).transient_local(), [&](const Wire&) { arrived.set_value(true); });
   executor->add_node(node);
 
   const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
   const dds_entity_t topic =
-      dds_create_topic(participant, &test_msgs_msg_Shapes_desc, "rt/clocks", nullptr, nullptr);
+      dds_create_topic(participant, &test_msgs_msg_dds__Wire__desc, "rt/clocks", nullptr, nullptr);
+  EXPECT_GT(topic, 0) << dds_strretcode(-topic);
   dds_qos_t* const qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
@@ -127,10 +130,10 @@ Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told
   dds_qset_userdata(qos, told.data(), told.size());
   const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);
   dds_delete_qos(qos);
-  test_msgs_msg_Shapes message{};
-  message.text = const_cast<char*>("");
+  const test_msgs_msg_dds__Wire_ message{};
   EXPECT_EQ(dds_write_ts(writer, &message, dds_time() - DDS_SECS(10)), DDS_RETCODE_OK);
-  executor->spin();
+  EXPECT_EQ(executor->spin_until_future_complete(arrived.get_future(), std::chrono::seconds(60)),
+            FutureReturnCode::SUCCESS);
   dds_delete(participant);
   return executor->statistics().at(0).latency.max();
 }
