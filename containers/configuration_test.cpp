@@ -225,7 +225,7 @@ TEST(Configuration, DecidesTheQosOfTopics) {
       "topics:\n"
       "  /scan: {profile: sensor_data, depth: 2, deadline: 10ms, lease_duration: 1s}\n"
       "  /map: {durability: transient_local, history: keep_all, depth: 3, lifespan: 2s}\n"
-      "  /odom: {reliability: best_effort, liveliness: manual_by_topic}\n"
+      "  /odom: {reliability: best_effort, liveliness: manual_by_topic, must_match: true}\n"
       "container: {components: [{component: demo::Lidar}]}\n");
   const QoS code = QoS(7);
   EXPECT_EQ(system.topics.at("/scan").over(code),
@@ -234,6 +234,8 @@ TEST(Configuration, DecidesTheQosOfTopics) {
   EXPECT_EQ(system.topics.at("/odom").over(code),
             QoS(7).best_effort().liveliness(Liveliness::manual_by_topic));
   EXPECT_THAT(system.topic_lines.at("/map"), EndsWith("robot.yaml:3"));
+  EXPECT_EQ(system.must_match.size(), 1u);
+  EXPECT_THAT(system.must_match.at("/odom"), EndsWith("robot.yaml:4"));
 }
 
 TEST(Configuration, TellsWhatHappensWhenSomethingFails) {

@@ -986,6 +986,30 @@ bool Container::drain() {
   return true;
 }
 
+void Container::check_matches() {
+  std::vector<OneSidedTopic> topics = one_sided_topics(participant_.get());
+  require_matches(topics);
+  std::erase_if(topics, [this](const OneSidedTopic& topic) {
+    return description_.must_match.contains(topic.name);  // an error has said it
+  });
+  const std::string hint = hint_at(topics);
+  if (!hint.empty() && !description_.is_split_off) log(LogLevel::info, "{}", hint);
+}
+
+void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
+  has_checked_matches_ = true;
+  for (const OneSidedTopic& topic : topics) {
+    const auto required = description_.must_match.find(topic.name);
+    if (required == description_.must_match.end()) continue;
+    std::string error = Error(fmt::format("topic '{}' must match: {}", topic.name, topic.reason()),
+                              "", required->second)
+                            .what();
+    log(LogLevel::error, "{}", error);
+    const std::lock_guard lock(mutex_);
+    failures_.push_back(std::move(error));
+  }
+}
+
 void Container::hold() {
   for (const auto& running : executors_) {
     if (!running->is_own) running->executor->release_timers(false);
@@ -997,6 +1021,9 @@ void Container::hold() {
     thread.in_force = thread_state(thread.in_force.tid);  // by now Cyclone has named it
     read_counters(thread, 1);
     thread.wall_time = held_ - released_;
+  }
+  if (!has_checked_matches_ && !description_.must_match.empty()) {
+    require_matches(one_sided_topics(participant_.get()));
   }
 }
 

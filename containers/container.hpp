@@ -17,6 +17,7 @@
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
+#include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/plan.hpp"
 #include "takt/containers/result.hpp"
 #include "takt/containers/system_description.hpp"
@@ -70,6 +71,10 @@ class Container {
   void start(std::function<void()> on_failure = {});
   /// Timers begin, and with them the time that the result is about.
   void release();
+  /// Logs which topics only one side is known of, here and on the domain: one that the file says
+  /// must match as an error, which is a failure of the run. To be called once, when all have had
+  /// the time to find each other. Without it, `hold` looks at those that must match.
+  void check_matches();
   /// Timers are released no more; messages on their way are served.
   void hold();
   /// How many callbacks are ready or running; 0 when everything that has arrived is done.
@@ -126,6 +131,7 @@ class Container {
                                        const NodeOptions& options) const;
   std::shared_ptr<Loaded> make(const ComponentDescription& component, Errors& errors) const;
   void check_topics();
+  void require_matches(const std::vector<OneSidedTopic>& topics);
   void make_chains();
   void assign();
   void make_executors();
@@ -157,6 +163,7 @@ class Container {
   Errors errors_;  // of what is made before the start
   std::vector<std::string> notes_;
   std::vector<std::string> failures_;  // guarded by mutex_
+  bool has_checked_matches_ = false;
   std::shared_ptr<Participant> participant_;
   mutable SimulatedClock simulated_clock_;  // of components with `use_sim_time`
   std::vector<ThreadStatistics> dds_threads_;

@@ -134,6 +134,7 @@ struct SystemDescription {
   std::optional<DdsOptions> dds;          // nullopt: not asked for
   TopicQos topics;
   std::map<std::string, SourceLine, std::less<>> topic_lines;  // in a whole file only
+  std::map<std::string, SourceLine, std::less<>> must_match;   // the topics that need both sides
   std::vector<ThreadDescription> threads;
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;

@@ -346,6 +346,7 @@ class ConfigurationReader : private SystemReader {
     }
     QosOverrides qos;
     std::optional<int> depth;
+    bool must_match = false;
     const int most_kept = static_cast<int>(QoS().keep_all().depth);
     Words<QoS> profiles;
     for (const std::string& profile : qos_profile_names()) {
@@ -388,7 +389,12 @@ class ConfigurationReader : private SystemReader {
                Words<Liveliness>{{"automatic", Liveliness::automatic},
                                  {"manual_by_topic", Liveliness::manual_by_topic}})},
          {"lease_duration", "Who is not heard of for so long is not alive.",
-          duration(qos.lease_duration)}});
+          duration(qos.lease_duration)},
+         {"must_match",
+          "`true`: the run has failed if only publishers, or only subscriptions, are known 10 s "
+          "after its start, or at its end if that comes before.",
+          into(must_match)}});
+    if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
     if (depth) qos.depth = static_cast<std::size_t>(*depth);
     system_.topics.try_emplace(value.name, qos);
     system_.topic_lines.try_emplace(value.name, errors_.where(value.line));

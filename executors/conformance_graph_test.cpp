@@ -131,9 +131,8 @@ TEST_P(ConformanceGraph, NothingRunsAfterARemovalThoughCallbacksPublishToItMeanw
 // A node called its listeners without their being there any more.
 TEST_P(ConformanceGraph, EntitiesAreMadeWhileExecutorsComeAndGo) {
   const auto node = make_node(Clock::steady());
-  std::atomic<bool> stop{false};
-  std::thread maker([&] {
-    for (int i = 0; !stop; ++i) {
+  const std::jthread maker([&](const std::stop_token& stop) {
+    for (int i = 0; !stop.stop_requested(); ++i) {
       const auto timer = node->create_timer("timer_" + std::to_string(i), 1s, [] {});
       const auto group =
           node->create_callback_group("late_" + std::to_string(i), CallbackGroupType::Reentrant);
@@ -146,8 +145,6 @@ TEST_P(ConformanceGraph, EntitiesAreMadeWhileExecutorsComeAndGo) {
     executor->add_node(node);
     if (!is_frozen()) executor->spin_some();
   }
-  stop = true;
-  maker.join();
 }
 
 // What the user has dropped, and the executor still kept, was found in its node and added again.

@@ -87,7 +87,7 @@ void Recorder::look() {
     return topic.starts_with('/') && (wanted_.empty() || is_named) &&
            std::find(topics_.begin(), topics_.end(), topic) == topics_.end();
   };
-  for (const Endpoint& publisher : local_publishers()) {
+  for (const Endpoint& publisher : local_topics().publishers) {
     if (!is_wanted(publisher.topic)) continue;
     subscribe(publisher.topic, publisher.type->name, publisher.qos,
               publisher.type->is_serialized ? "" : message_definition(*publisher.type));

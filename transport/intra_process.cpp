@@ -70,11 +70,12 @@ class Topics {
     forget_if_empty(reader.endpoint().topic);
   }
 
-  std::vector<Endpoint> publishers() {
+  LocalTopics ends() {
     const std::lock_guard lock(mutex_);
-    std::vector<Endpoint> result;
+    LocalTopics result;
     for (const auto& [name, topic] : topics_) {
-      for (const IntraProcessWriter* writer : topic.writers) result.push_back(writer->endpoint());
+      for (const auto* writer : topic.writers) result.publishers.push_back(writer->endpoint());
+      for (const auto* reader : topic.readers) result.subscriptions.push_back(reader->endpoint());
     }
     return result;
   }
@@ -165,8 +166,8 @@ class Topics {
   std::map<std::string, Topic> topics_;
 };
 
-std::vector<Endpoint> local_publishers() {
-  return Topics::instance().publishers();
+LocalTopics local_topics() {
+  return Topics::instance().ends();
 }
 
 IntraProcessReader::IntraProcessReader(Endpoint endpoint)

@@ -1,4 +1,4 @@
-// What is published in this process.
+// The ends of topics that this process has.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_LOCAL_TOPICS_HPP_
 #define TAKT_TRANSPORT_LOCAL_TOPICS_HPP_
@@ -9,8 +9,12 @@
 
 namespace takt {
 
-/// All publishers of this process, as they are now. From any thread; not for real-time threads.
-std::vector<Endpoint> local_publishers();
+struct LocalTopics {
+  std::vector<Endpoint> publishers, subscriptions;
+};
+
+/// All of this process, as they are now. From any thread; not for real-time threads.
+LocalTopics local_topics();
 
 }  // namespace takt
 

@@ -40,9 +40,15 @@ using namespace std::chrono_literals;
 
 constexpr auto kMatchLimit = 10s;
 constexpr auto kDrainLimit = 5s;
+constexpr auto kDiscoveryTime = 10s;  // then those who run know each other
 constexpr auto kSharedMemoryEndLimit = 30s;
 
 // ---- Waiting ----
+
+timespec to_timespec(Nanoseconds time) {
+  time = std::max(time, 0ns);
+  return {time / 1s, (time % 1s).count()};
+}
 
 /// Shows how much of a run is over, on a terminal.
 class Progress {
@@ -57,14 +63,14 @@ class Progress {
 
   TimePoint end() const { return duration_ == Nanoseconds::zero() ? kNever : start_ + duration_; }
   /// Shows it now; returns how long one may sleep.
-  timespec show(TimePoint now) const {
+  Nanoseconds show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     if (is_shown_) {
       rt::to_stderr("\r{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
                     std::chrono::duration<double>(duration_).count());
       step = std::min<Nanoseconds>(step, 1s);
     }
-    return {step / 1s, (step % 1s).count()};
+    return step;
   }
 
  private:
@@ -125,11 +131,16 @@ void check_names(const std::vector<json>& processes) {
 // ---- One process ----
 
 /// Until the time is up: 0; or a signal comes, which it returns.
-int wait_for_end(Nanoseconds duration, const EndSignals& signals) {
+int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
   const Progress progress(duration);
+  TimePoint check = Clock::steady().now() + kDiscoveryTime;
   pollfd events{signals.fd(), POLLIN, 0};
   for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
-    const timespec time = progress.show(now);
+    if (now >= check) {
+      container.check_matches();
+      check = kNever;
+    }
+    const timespec time = to_timespec(std::min(progress.show(now), check - now));
     if (ppoll(&events, 1, &time, nullptr) > 0) return signals.take();
   }
   return 0;
@@ -154,7 +165,7 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
     throw std::runtime_error(name_of_signal(end) + " came before the run had begun");
   }
   container.release();
-  if (end == 0) end = wait_for_end(duration, signals);
+  if (end == 0) end = wait_for_end(duration, signals, container);
   signals.let_through();
   guard.ends(end);
   container.hold();
@@ -204,9 +215,16 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
               {"serves_itself", serves_itself}};
     };
     parent.send(ends());
+    TimePoint check = kNever;
     for (;;) {
       std::array<pollfd, 2> news{{{parent.fd(), POLLIN, 0}, {failed, POLLIN, 0}}};
-      poll(news.data(), news.size(), -1);
+      const TimePoint now = Clock::steady().now();
+      if (now >= check) {
+        container.check_matches();
+        check = kNever;
+      }
+      const timespec time = to_timespec(check - now);
+      ppoll(news.data(), news.size(), check == kNever ? nullptr : &time, nullptr);
       if (news[1].revents != 0) {
         guard.ends(0);
         container.hold();
@@ -223,7 +241,9 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
         container.start([failed] { eventfd_write(failed, 1); });
       } else if (word == "release") {
         container.release();
+        check = Clock::steady().now() + kDiscoveryTime;
       } else if (word == "hold") {
+        check = kNever;
         guard.ends(0);
         container.hold();
       } else if (word == "status") {
@@ -283,8 +303,7 @@ class Children {
         end_now([](const Child&) { return true; }, name_of_signal(signal) + " came again");
       }
       const TimePoint next = std::min({now + 1h, limit_, unmade.empty() ? kNever : limit});
-      const Nanoseconds rest = std::max(next - now, 0ns);
-      pump({rest / 1s, (rest % 1s).count()});
+      pump(next - now);
     }
   }
   Children(const Children&) = delete;
@@ -330,11 +349,7 @@ class Children {
         is_any_left |= child->pid > 0 || child->begin_again != kNever;
       }
       if (!is_any_left || signals_.take() != 0) break;
-      timespec time = progress.show(now);
-      if (next != kNever && next - now < std::chrono::seconds(time.tv_sec)) {
-        time = {(next - now) / 1s, ((next - now) % 1s).count()};
-      }
-      pump(time);
+      pump(std::min(progress.show(now), next - now));
       for (const auto& child : children_) {
         if (child->pid > 0) go_on(*child);
         if (child->pid > 0 && child->has_ended) bury(*child);
@@ -485,12 +500,12 @@ class Children {
                                              name_of_signal(signal), child.name));
       }
       if (Clock::steady().now() > limit_) kill(child.pid, SIGKILL);
-      pump({1, 0});
+      pump(1s);
     }
   }
 
   // Takes what has been written and said, for which it sleeps.
-  void pump(const timespec& time) {
+  void pump(Nanoseconds most) {
     std::vector<pollfd> news{{signals_.fd(), POLLIN, 0}};
     for (const auto& child : children_) {
       const bool listens = child->channel && !child->has_ended;
@@ -498,6 +513,7 @@ class Children {
       news.push_back({child->output.fd(), POLLIN, 0});
       news.push_back({is_ending_ ? child->pidfd : -1, POLLIN, 0});
     }
+    const timespec time = to_timespec(most);
     if (ppoll(news.data(), news.size(), &time, nullptr) <= 0) return;
     for (std::size_t i = 0; i < children_.size(); ++i) {
       Child& child = *children_[i];

@@ -89,6 +89,35 @@ status, said, runs = run("", lambda process, _: process.send_signal(signal.SIGIN
 check("one Ctrl-C ends all cleanly", status == 0 and len(runs[0]["processes"]) == 2, status, said)
 
 
+# Ends of topics that never find each other are named, and fail the run where the file says so.
+LONELY = """
+topics: {{/scan: {{must_match: {required}}}}}
+containers:
+  - name: first
+    components:
+      - component: takt::Workload
+        name: nav
+        parameters: {{subscriptions.topic: [/scan, /map]}}
+  - name: second
+    components:
+      - component: takt::Workload
+        name: server
+        parameters: {{publishers.topic: [/map], publishers.period_us: [10000], publishers.size_bytes: [16]}}
+"""
+for required, seconds in (("false", "11s"), ("true", "2s")):
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
+        text.write(LONELY.format(required=required))
+        text.flush()
+        status, said, _ = run("", lambda *_: None, seconds, text.name)
+    if required == "false":
+        check("a topic that only one side knows is named after 10 s", status == 0
+              and "only one side is known: '/scan' (nobody publishes it for /nav)" in said
+              and "/map" not in said, status, said)
+    else:
+        check("and is an error where it must match", status == 1 and re.search(
+            r":2: topic '/scan' must match: nobody publishes it for /nav", said), status, said)
+
+
 # A managed container dies: noticed within its heartbeat limit, and handled as the file says.
 LIFECYCLE = """
 lifecycle:

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/one_sided_topics.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/transport/local_topics.hpp"
+
+namespace takt {
+namespace {
+
+constexpr std::size_t kMostNamed = 10;
+
+bool is_everywhere(const std::string& topic) {
+  return topic == "/rosout" || topic == "/parameter_events" || topic == "/takt/heartbeat" ||
+         topic.ends_with("/transition_event") || topic.find("/_") != std::string::npos;
+}
+
+}  // namespace
+
+std::string OneSidedTopic::reason() const {
+  return is_published ? fmt::format("nobody subscribes to it of {}", fmt::join(nodes, ", "))
+                      : fmt::format("nobody publishes it for {}", fmt::join(nodes, ", "));
+}
+
+std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
+  struct Nodes {
+    std::set<std::string> publishing, subscribing;
+  };
+  std::map<std::string, Nodes> topics;
+  const LocalTopics here = local_topics();
+  for (const Endpoint& end : here.publishers) topics[end.topic].publishing.insert(end.node);
+  for (const Endpoint& end : here.subscriptions) topics[end.topic].subscribing.insert(end.node);
+  std::erase_if(topics, [](const auto& topic) {  // those of services do not begin with a slash
+    const Nodes& nodes = topic.second;
+    return !topic.first.starts_with('/') ||
+           (!nodes.publishing.empty() && !nodes.subscribing.empty());
+  });
+  if (participant != nullptr && !topics.empty()) {
+    const Graph graph = participant->graph();
+    std::set<std::string> published, subscribed;
+    for (const GraphEndpoint& end : graph.publishers) published.insert(end.name);
+    for (const GraphEndpoint& end : graph.subscriptions) subscribed.insert(end.name);
+    std::erase_if(topics, [&](const auto& topic) {
+      return (topic.second.publishing.empty() ? published : subscribed).contains(topic.first);
+    });
+  }
+  std::vector<OneSidedTopic> result;
+  for (const auto& [name, nodes] : topics) {
+    const bool is_published = !nodes.publishing.empty();
+    const std::set<std::string>& of = is_published ? nodes.publishing : nodes.subscribing;
+    result.push_back({name, is_published, {of.begin(), of.end()}});
+  }
+  return result;
+}
+
+std::string hint_at(const std::vector<OneSidedTopic>& topics) {
+  std::vector<std::string> texts;
+  for (const OneSidedTopic& topic : topics) {
+    if (is_everywhere(topic.name)) continue;
+    texts.push_back(fmt::format("'{}' ({})", topic.name, topic.reason()));
+  }
+  if (texts.empty()) return "";
+  const std::size_t named = std::min(texts.size(), kMostNamed);
+  std::string line = fmt::format("topics of which only one side is known: {}",
+                                 fmt::join(texts.begin(), texts.begin() + named, ", "));
+  if (named < texts.size()) line += fmt::format(", and {} more", texts.size() - named);
+  return line;
+}
+
+}  // namespace takt
