@@ -128,6 +128,30 @@ TEST_P(ConformanceGraph, NothingRunsAfterARemovalThoughCallbacksPublishToItMeanw
   EXPECT_EQ(ran_after, 0);
 }
 
+// `isolated` gave a thread to a child that had gone meanwhile, and so ended the process.
+TEST_P(ConformanceGraph, NodesAreRemovedWhileASpinBegins) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto executor = make(Clock::steady());
+  std::atomic<bool> has_begun{false};
+  const auto first = make_node(Clock::steady(), "first");
+  const auto guard = first->create_guard_condition("guard", [&] {
+    has_begun = true;
+    has_begun.notify_all();
+  });
+  guard->trigger();
+  executor->add_node(first);
+  std::vector<std::shared_ptr<Node>> nodes;
+  std::vector<std::shared_ptr<GuardCondition>> guards;
+  for (int i = 0; i < 30; ++i) {
+    nodes.push_back(make_node(Clock::steady(), "node_" + std::to_string(i)));
+    guards.push_back(nodes.back()->create_guard_condition("guard", [] {}));
+    executor->add_node(nodes.back());
+  }
+  SpinThread spin(*executor);
+  has_begun.wait(false);
+  for (; !nodes.empty(); nodes.pop_back()) executor->remove_node(nodes.back());
+}
+
 // A node called its listeners without their being there any more.
 TEST_P(ConformanceGraph, EntitiesAreMadeWhileExecutorsComeAndGo) {
   const auto node = make_node(Clock::steady());

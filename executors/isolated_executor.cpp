@@ -87,7 +87,7 @@ void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
     to_child(child->executor);
     children_.push_back(child);
   }
-  start(*child);
+  start(child);
   wake();
 }
 
@@ -185,7 +185,8 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
 // ended; it then ends with the executor.
 void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
   if (child->runs_on.load() == std::this_thread::get_id()) return;
-  stop(*child);
+  const std::lock_guard joining(child->joining);  // until it is gone: nobody starts it again
+  end_thread(*child);
   const std::lock_guard lock(mutex_);
   const auto known = std::find(children_.begin(), children_.end(), child);
   if (known == children_.end()) return;  // somebody else has removed it too
@@ -208,12 +209,17 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
   if (is_per_group()) remove(child);
 }
 
-// Starts the child's thread, if children have threads now and this one has none yet.
-void IsolatedExecutor::start(Child& child) {
-  const std::lock_guard joining(child.joining);
+// Starts the child's thread, if children have threads now, this one has none yet, and it has not
+// been removed meanwhile.
+void IsolatedExecutor::start(const std::shared_ptr<Child>& child) {
+  if (child->runs_on.load() == std::this_thread::get_id()) return;  // who ends it may wait for us
+  const std::lock_guard joining(child->joining);
   const std::lock_guard lock(mutex_);
-  if (!runs_children_ || child.thread.joinable()) return;
-  child.thread = std::thread([this, &child, handler = handler_] {
+  if (!runs_children_ || child->thread.joinable() ||
+      std::find(children_.begin(), children_.end(), child) == children_.end()) {
+    return;
+  }
+  child->thread = std::thread([this, &child = *child, handler = handler_] {
     child.runs_on.store(std::this_thread::get_id());
     try {
       child.executor.spin(handler);
@@ -228,9 +234,8 @@ void IsolatedExecutor::start(Child& child) {
   });
 }
 
-// Whoever comes second waits for the same end.
-void IsolatedExecutor::stop(Child& child) noexcept {
-  const std::lock_guard joining(child.joining);
+// With `joining` held, so that whoever comes second waits for the same end.
+void IsolatedExecutor::end_thread(Child& child) noexcept {
   if (!child.thread.joinable()) return;
   child.executor.cancel();
   child.thread.join();
@@ -255,7 +260,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
     const std::lock_guard lock(mutex_);
     handler_ = handler;
   }
-  for (const auto& child : children()) start(*child);
+  for (const auto& child : children()) start(child);
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
     has_news_.store(false);
@@ -269,7 +274,10 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
     if (child->runs_on.load() != std::thread::id()) child->executor.cancel();
   }
   backend_->leave(0);
-  for (const auto& child : children()) stop(*child);
+  for (const auto& child : children()) {
+    const std::lock_guard joining(child->joining);
+    end_thread(*child);
+  }
   const std::lock_guard lock(mutex_);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }

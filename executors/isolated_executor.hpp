@@ -86,8 +86,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
            Add&& to_child);
   void remove(const std::shared_ptr<Child>& child) noexcept;
   std::vector<std::shared_ptr<Child>> children() const;
-  void start(Child& child);
-  static void stop(Child& child) noexcept;
+  void start(const std::shared_ptr<Child>& child);
+  static void end_thread(Child& child) noexcept;
   bool run_one();
   template <class Done>
   void run_on_caller(TimePoint limit, bool once, Done&& done);
