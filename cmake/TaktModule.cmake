@@ -39,7 +39,7 @@ function(takt_test name)
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         GTest::gtest_main GTest::gmock)
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
-  set_tests_properties(${name} PROPERTIES TIMEOUT 1800)
+  set_tests_properties(${name} PROPERTIES TIMEOUT 900)
 endfunction()
 
 # takt_program(name a.cpp): an executable in bin/.
