@@ -1,0 +1,187 @@
+// takt component: what can be loaded, and loading into containers that run.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/component.hpp"
+
+#include <cstdint>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "takt/containers/system_reader.hpp"
+#include "takt/entities/parameter_services.hpp"
+#include "takt/rt_tests/output.hpp"
+#include "takt/transport/messages/composition_interfaces.hpp"
+
+#include "commands.hpp"
+#include "graph/service_call.hpp"
+#include "run/result_json.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace ci = composition_interfaces;
+using nlohmann::json;
+
+constexpr const char* kList = "/_container/list_nodes";
+
+struct Options {
+  int domain = default_domain();
+  std::string container, json_path;
+  std::uint64_t id = 0;
+  ci::LoadNode::Request request;
+  std::vector<std::string> parameters, extra_arguments;
+  std::string executor, library;
+};
+
+std::string called(const std::string& container) {
+  return fmt::format("container '{}'", container);
+}
+
+void types(const Options& options) {
+  const std::vector<IndexedComponent> index = component_index();
+  json rows = json::array();
+  Table table({"component", "library", "description"});
+  const auto add = [&](const std::string& name, const std::string& library,
+                       const std::string& description) {
+    table.add({name, library.empty() ? "(takt)" : library, description});
+    rows.push_back({{"component", name}, {"library", library}, {"description", description}});
+  };
+  for (const std::string& name : components().names())
+    add(name, "", components().description(name));
+  for (const auto& [name, library] : index) add(name, library, "");
+  if (options.json_path != "-") table.print("components");
+  if (!options.json_path.empty()) write_json(rows, options.json_path);
+}
+
+void list(const Options& options) {
+  Caller caller(options.domain);
+  std::vector<std::string> containers{options.container};
+  if (options.container.empty()) containers = caller.find(kList);
+  json rows = json::array();
+  Table table({"container", "id", "component"});
+  for (const std::string& container : containers) {
+    const auto answer =
+        caller.call<ci::ListNodes>(service_of(container, kList), {}, called(container));
+    if (answer.unique_ids.empty()) table.add({container, "-", "(empty)"});
+    for (std::size_t i = 0; i < answer.unique_ids.size(); ++i) {
+      table.add({container, std::to_string(answer.unique_ids[i]), answer.full_node_names[i]});
+      rows.push_back({{"container", container},
+                      {"id", answer.unique_ids[i]},
+                      {"component", answer.full_node_names[i]}});
+    }
+  }
+  if (options.json_path != "-") {
+    if (containers.empty()) rt::to_stderr("no container on DDS domain {}\n", options.domain);
+    table.print("components");
+  }
+  if (!options.json_path.empty()) write_json(rows, options.json_path);
+}
+
+// The type is that of the text: 1, 1.0, true, [1, 2], word.
+rcl_interfaces::Parameter parameter(const std::string& text) {
+  const std::size_t middle = text.find(":=");
+  if (middle == std::string::npos || middle == 0) {
+    throw Error(fmt::format("'{}' is no parameter", text), "write name:=value");
+  }
+  document::Errors errors(text);
+  document::Value parsed = document::parse_yaml(text.substr(middle + 2), errors);
+  errors.throw_if_any();
+  parsed.name = text.substr(0, middle);
+  const std::optional<ParameterValue> value = read_parameter(parsed, errors);
+  errors.throw_if_any();
+  return {parsed.name, to_message(*value)};
+}
+
+void load(Options& options) {
+  ci::LoadNode::Request& request = options.request;
+  for (const std::string& text : options.parameters) request.parameters.push_back(parameter(text));
+  for (const std::string& text : options.extra_arguments) {
+    request.extra_arguments.push_back(parameter(text));
+  }
+  const auto add = [&](const char* name, const std::string& value) {
+    if (value.empty()) return;
+    request.extra_arguments.push_back({name, to_message(value)});
+  };
+  add("executor", options.executor);
+  add("library", options.library);
+  Caller caller(options.domain);
+  const auto answer = caller.call<ci::LoadNode>(
+      service_of(options.container, "/_container/load_node"), request, called(options.container));
+  if (!answer.success) throw Error(answer.error_message);
+  fmt::print("{} {}\n", answer.unique_id, answer.full_node_name);
+}
+
+void unload(const Options& options) {
+  Caller caller(options.domain);
+  const auto answer =
+      caller.call<ci::UnloadNode>(service_of(options.container, "/_container/unload_node"),
+                                  {options.id}, called(options.container));
+  if (!answer.success) throw Error(answer.error_message);
+}
+
+}  // namespace
+
+void add_component(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("component", "What can be loaded, and loading into containers that run");
+  command->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  const auto add = [&](const char* name, const char* what, void (*function)(Options&),
+                       bool has_domain = true) {
+    CLI::App* sub = command->add_subcommand(name, what);
+    if (has_domain) {
+      sub->add_option("--domain", options->domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+    }
+    sub->callback([options, function] { function(*options); });
+    return sub;
+  };
+  const auto add_json = [&](CLI::App* sub) {
+    sub->add_option("--json", options->json_path, "Write the table as JSON too; - for stdout");
+  };
+
+  add_json(add(
+      "types", "The component classes of this machine's index", [](Options& o) { types(o); },
+      false));
+  CLI::App* list_command =
+      add("list", "The components of one container, or of all", [](Options& o) { list(o); });
+  list_command->add_option("CONTAINER", options->container, "Its name; else all that run");
+  add_json(list_command);
+
+  CLI::App* load_command = add("load", "Loads a component; prints its number and its node's name",
+                               [](Options& o) { load(o); });
+  load_command->add_option("CONTAINER", options->container, "The container's name")->required();
+  load_command
+      ->add_option("COMPONENT", options->request.plugin_name,
+                   "The class (see: takt component types)")
+      ->required();
+  load_command->add_option("--name", options->request.node_name, "The node's name");
+  load_command->add_option("--namespace", options->request.node_namespace, "The node's namespace");
+  load_command->add_option(
+      "--library", options->library,
+      "The library that has the class, when the index has not; the container must "
+      "allow it (see: load in the configuration, takt run --load)");
+  load_command->add_option("--executor", options->executor,
+                           "A name of an executor in the container");
+  load_command->add_option("-p,--param", options->parameters, "name:=value; may be repeated")
+      ->allow_extra_args(false);
+  load_command->add_option("-r,--remap", options->request.remap_rules, "from:=to; may be repeated")
+      ->allow_extra_args(false);
+  load_command
+      ->add_option("-e,--extra", options->extra_arguments,
+                   "callback_group.NAME.KEY:=value, on_exception:=…; may be repeated")
+      ->allow_extra_args(false);
+
+  CLI::App* unload_command = add("unload", "Unloads a component", [](Options& o) { unload(o); });
+  unload_command->add_option("CONTAINER", options->container, "The container's name")->required();
+  unload_command->add_option("ID", options->id, "The component's number (see: takt component list)")
+      ->required();
+  command->footer(
+      "Example:\n"
+      "  takt run --name robot --executor events &\n"
+      "  takt component load robot takt::Workload --name sender\n"
+      "  takt component list robot\n"
+      "  takt component unload robot 1\n");
+}
+
+}  // namespace takt::tools

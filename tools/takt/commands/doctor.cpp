@@ -1,0 +1,483 @@
+// takt doctor: what this machine grants for real-time work, and what it lacks.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/version.hpp"
+#include "takt/rt_tests/machine.hpp"
+#include "takt/sched/thread_attributes.hpp"
+#include "takt/transport/participant.hpp"
+
+#include "commands.hpp"
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using rt::read_line;
+
+enum class Verdict { good, note, bad };
+
+const char* word(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::good:
+      return "good";
+    case Verdict::note:
+      return "note";
+    case Verdict::bad:
+      return "BAD";
+  }
+  return "";
+}
+
+/// One question, and what this machine says.
+struct Finding {
+  std::string what, source, found;
+  Verdict verdict;
+  std::string why;
+  std::string mend;  // a command; only where the verdict is not good
+};
+
+std::string limit_text(rlim_t limit, rlim_t unit = 1) {
+  return limit == RLIM_INFINITY ? "unlimited" : std::to_string(limit / unit);
+}
+
+/// The word in brackets of "always [madvise] never".
+std::string chosen(const std::string& line) {
+  const auto open = line.find('['), close = line.find(']');
+  return open == line.npos || close == line.npos ? line : line.substr(open + 1, close - open - 1);
+}
+
+/// A thread of this process that really asks; the answer is the kernel's, not a guess from rights.
+bool grants(int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  sched_param before{};
+  sched_getparam(0, &before);
+  const int old_policy = sched_getscheduler(0);
+  if (sched_setscheduler(0, policy, &parameters) != 0) return false;
+  sched_setscheduler(0, old_policy, &before);
+  return true;
+}
+
+Finding realtime_policy() {
+  rlimit limit{};
+  getrlimit(RLIMIT_RTPRIO, &limit);
+  const bool granted = grants(SCHED_FIFO, 80);
+  return {"SCHED_FIFO 80",
+          "sched_setscheduler(2)",
+          granted ? "granted"
+                  : fmt::format("refused (RLIMIT_RTPRIO is {})", limit_text(limit.rlim_cur)),
+          granted ? Verdict::good : Verdict::bad,
+          "without it every other process can delay a callback",
+          "groupadd -f realtime; usermod -aG realtime $USER; echo '@realtime - rtprio 95' >> "
+          "/etc/security/limits.conf; log in again"};
+}
+
+Finding reservations() {
+  std::string refused;
+  std::thread([&] {
+    refused = apply({.policy = ThreadPolicy::deadline,
+                     .runtime = std::chrono::microseconds(100),
+                     .period = std::chrono::milliseconds(10)},
+                    Realtime::prefer)
+                  .refused;
+  }).join();
+  return {"SCHED_DEADLINE 0.1ms/10ms",
+          "sched_setattr(2)",
+          refused.empty() ? "granted" : refused,
+          refused.empty() ? Verdict::good : Verdict::note,
+          "a thread with a reservation gets its time whatever others do, and takes no more",
+          "setcap cap_sys_nice+ep on the program; leave it all CPUs (taskset, cpuset)"};
+}
+
+Finding locked_memory() {
+  rlimit limit{};
+  getrlimit(RLIMIT_MEMLOCK, &limit);
+  const bool may = limit.rlim_cur == RLIM_INFINITY || geteuid() == 0;
+  return {"locked memory",
+          "getrlimit(2) RLIMIT_MEMLOCK",
+          limit.rlim_cur == RLIM_INFINITY ? "unlimited" : limit_text(limit.rlim_cur, 1024) + " KiB",
+          may ? Verdict::good : Verdict::bad,
+          "memory that is not locked is read from disk in the middle of a callback",
+          "echo '@realtime - memlock unlimited' >> /etc/security/limits.conf; log in again"};
+}
+
+Finding nice_limit() {
+  rlimit limit{};
+  getrlimit(RLIMIT_NICE, &limit);
+  const bool may = limit.rlim_cur >= 40 || limit.rlim_cur == RLIM_INFINITY || geteuid() == 0;
+  return {"negative nice values",
+          "getrlimit(2) RLIMIT_NICE",
+          may ? "granted" : fmt::format("down to {}", 20 - static_cast<long>(limit.rlim_cur)),
+          may ? Verdict::good : Verdict::note,
+          "SCHED_OTHER threads with nice below 0 need it",
+          "echo '@realtime - nice -20' >> /etc/security/limits.conf; log in again"};
+}
+
+Finding preemption() {
+  const std::string model = rt::preemption_model();
+  const bool realtime = model == "PREEMPT_RT";
+  return {"preemption model",
+          "/sys/kernel/realtime, uname -v",
+          model,
+          realtime ? Verdict::good : Verdict::note,
+          "without PREEMPT_RT an interrupt handler or a kernel lock can delay a thread for "
+          "milliseconds",
+          "apt-get install linux-image-rt-amd64; reboot into it"};
+}
+
+Finding throttling() {
+  const std::string runtime = read_line("/proc/sys/kernel/sched_rt_runtime_us");
+  const std::string period = read_line("/proc/sys/kernel/sched_rt_period_us");
+  const bool off = runtime == "-1";
+  return {"real-time throttling",
+          "/proc/sys/kernel/sched_rt_runtime_us",
+          off ? "off" : fmt::format("{} of {} µs", runtime, period),
+          off ? Verdict::good : Verdict::note,
+          "real-time threads that need more of a period are stopped until it ends; off, one that "
+          "never sleeps hangs its CPU",
+          "sysctl -w kernel.sched_rt_runtime_us=-1"};
+}
+
+/// The path of our cgroup under the controller, in either version; empty when there is none.
+std::string cgroup_of(const std::string& controller) {
+  std::ifstream file("/proc/self/cgroup");
+  for (std::string line; std::getline(file, line);) {
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == line.npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    if (controllers.find("," + controller + ",") != controllers.npos) {
+      return "/sys/fs/cgroup/" + controller + line.substr(second + 1);
+    }
+    if (controllers == ",," && fs::exists("/sys/fs/cgroup/cgroup.controllers")) {
+      return "/sys/fs/cgroup" + line.substr(second + 1);
+    }
+  }
+  return {};
+}
+
+Finding cgroup_quota() {
+  const std::string folder = cgroup_of("cpu");
+  const std::string v2 = folder + "/cpu.max", v1 = folder + "/cpu.cfs_quota_us";
+  std::string quota = read_line(v2);
+  if (quota.empty()) quota = read_line(v1);
+  const bool limited = !quota.empty() && !quota.starts_with("max") && quota != "-1";
+  const std::string runtime = read_line(folder + "/cpu.rt_runtime_us");
+  const bool no_runtime = runtime == "0";
+  return {"cgroup CPU controller",
+          folder.empty() ? "/proc/self/cgroup" : folder,
+          folder.empty() ? "none"
+                         : fmt::format("quota {}{}", quota.empty() ? "none" : quota,
+                                       runtime.empty() ? "" : ", rt_runtime_us " + runtime),
+          no_runtime ? Verdict::bad
+          : limited  ? Verdict::note
+                     : Verdict::good,
+          "with a quota SCHED_OTHER threads are stopped when it is used up; with rt_runtime_us 0 "
+          "the group gets no SCHED_FIFO",
+          no_runtime ? fmt::format("echo 950000 > {}/cpu.rt_runtime_us", folder)
+                     : fmt::format("echo {} > {}", fs::exists(v2) ? "max" : "-1",
+                                   fs::exists(v2) ? v2 : v1)};
+}
+
+Finding governor() {
+  std::set<std::string> governors;
+  for (const int cpu : available_cpus()) {
+    const std::string name =
+        read_line(fmt::format("/sys/devices/system/cpu/cpu{}/cpufreq/scaling_governor", cpu));
+    if (!name.empty()) governors.insert(name);
+  }
+  const bool fast = governors.empty() || governors == std::set<std::string>{"performance"};
+  return {"frequency governor",
+          "/sys/devices/system/cpu/cpu*/cpufreq/scaling_governor",
+          governors.empty() ? "none (the machine or its host decides)"
+                            : fmt::format("{}", fmt::join(governors, ", ")),
+          fast ? Verdict::good : Verdict::note,
+          "a CPU that was idle begins slowly, so execution times vary",
+          "cpupower frequency-set -g performance"};
+}
+
+Finding idle_states() {
+  std::string deepest;
+  long latency_us = 0;
+  std::error_code ignored;
+  for (const auto& state :
+       fs::directory_iterator("/sys/devices/system/cpu/cpu0/cpuidle", ignored)) {
+    if (read_line(state.path() / "disable") == "1") continue;
+    long latency = 0;
+    std::istringstream(read_line(state.path() / "latency")) >> latency;
+    if (latency >= latency_us) {
+      latency_us = latency;
+      deepest = read_line(state.path() / "name");
+    }
+  }
+  return {"idle states",
+          "/sys/devices/system/cpu/cpu0/cpuidle/*/latency",
+          deepest.empty() ? "none visible (a virtual machine halts through its host)"
+                          : fmt::format("deepest {}, {} µs to leave", deepest, latency_us),
+          deepest.empty() || latency_us > 10 ? Verdict::note : Verdict::good,
+          "the time to leave the state comes on top of every wake-up",
+          "write `cpu_dma_latency_us: 0` in the configuration file, or boot with "
+          "processor.max_cstate=1"};
+}
+
+Finding dma_latency() {
+  const bool may = access("/dev/cpu_dma_latency", W_OK) == 0;
+  const bool exists = fs::exists("/dev/cpu_dma_latency");
+  return {"cpu_dma_latency",
+          "/dev/cpu_dma_latency",
+          may      ? "may be held"
+          : exists ? "may not be written"
+                   : "not there",
+          may ? Verdict::good : Verdict::note,
+          "held at 0 it keeps CPUs out of slow idle states while Takt runs",
+          exists ? "groupadd -f realtime; chgrp realtime /dev/cpu_dma_latency; chmod g+w "
+                   "/dev/cpu_dma_latency"
+                 : "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"};
+}
+
+Finding isolated_cpus() {
+  const std::string isolated = read_line("/sys/devices/system/cpu/isolated");
+  return {"isolated CPUs",
+          "/sys/devices/system/cpu/isolated",
+          isolated.empty() ? "none" : isolated,
+          isolated.empty() ? Verdict::note : Verdict::good,
+          "on an isolated CPU runs only what was put there",
+          available_cpus().size() < 2 ? "there is but one CPU"
+                                      : fmt::format("boot with isolcpus={0} nohz_full={0} "
+                                                    "rcu_nocbs={0}",
+                                                    available_cpus().back())};
+}
+
+Finding interrupts() {
+  std::set<std::string> masks;
+  std::size_t count = 0;
+  std::error_code ignored;
+  for (const auto& interrupt : fs::directory_iterator("/proc/irq", ignored)) {
+    const std::string cpus = read_line(interrupt.path() / "smp_affinity_list");
+    if (cpus.empty()) continue;
+    masks.insert(cpus);
+    ++count;
+  }
+  const std::string all = read_line("/sys/devices/system/cpu/online");
+  const bool anywhere = masks.count(all) != 0;
+  return {"interrupt affinity",
+          "/proc/irq/*/smp_affinity_list",
+          fmt::format("{} interrupts on {}", count, fmt::join(masks, " | ")),
+          anywhere ? Verdict::note : Verdict::good,
+          "an interrupt on the CPU of a real-time thread delays it",
+          "echo 0 > /proc/irq/N/smp_affinity_list for each, and boot with irqaffinity=0"};
+}
+
+Finding huge_pages() {
+  const std::string mode = chosen(read_line("/sys/kernel/mm/transparent_hugepage/enabled"));
+  return {"transparent huge pages",
+          "/sys/kernel/mm/transparent_hugepage/enabled",
+          mode.empty() ? "not there" : mode,
+          mode == "always" ? Verdict::note : Verdict::good,
+          "the kernel moves pages together in the background, and threads wait for it",
+          "echo madvise > /sys/kernel/mm/transparent_hugepage/enabled"};
+}
+
+Finding swap() {
+  std::ifstream file("/proc/swaps");
+  std::string line;
+  std::getline(file, line);  // the header
+  int areas = 0;
+  while (std::getline(file, line)) ++areas;
+  return {"swap",
+          "/proc/swaps",
+          areas == 0 ? "none" : fmt::format("{} areas", areas),
+          areas == 0 ? Verdict::good : Verdict::note,
+          "what is not locked may lie on a disk",
+          "swapoff -a, or write `memory: {lock: true}` in the configuration file"};
+}
+
+Finding clock_source() {
+  const std::string folder = "/sys/devices/system/clocksource/clocksource0/";
+  const std::string source = read_line(folder + "current_clocksource");
+  static const std::set<std::string> quick{"tsc", "kvm-clock", "arch_sys_counter",
+                                           "hyperv_clocksource_tsc_page"};
+  return {"clock source",
+          folder + "current_clocksource",
+          source,
+          quick.count(source) != 0 ? Verdict::good : Verdict::bad,
+          "others need a system call to read, some a microsecond: and the clock is read at every "
+          "callback",
+          fmt::format("echo tsc > {}current_clocksource (offered: {})", folder,
+                      read_line(folder + "available_clocksource"))};
+}
+
+Finding timer_slack() {
+  const int slack_ns = prctl(PR_GET_TIMERSLACK);
+  return {"timer slack",
+          "prctl(2) PR_GET_TIMERSLACK",
+          fmt::format("{} ns", slack_ns),
+          slack_ns > 50'000 ? Verdict::note : Verdict::good,
+          "SCHED_OTHER threads wake so much later; real-time threads have none",
+          "run the thread under SCHED_FIFO"};
+}
+
+Finding io_uring() {
+  const std::string disabled = read_line("/proc/sys/kernel/io_uring_disabled");
+  const bool off = !disabled.empty() && disabled != "0";
+  return {"io_uring",
+          "/proc/sys/kernel/io_uring_disabled",
+          disabled.empty() ? "no switch"
+          : off            ? "disabled (" + disabled + ")"
+                           : "enabled",
+          off ? Verdict::note : Verdict::good,
+          "`wait: io_uring` needs it",
+          "sysctl -w kernel.io_uring_disabled=0"};
+}
+
+Finding multicast() {
+  const std::string flags = read_line("/sys/class/net/lo/flags");
+  unsigned long bits = 0;
+  std::istringstream(flags) >> std::hex >> bits;
+  const bool up = (bits & 1) != 0;
+  return {"loopback interface",
+          "/sys/class/net/lo/flags",
+          up ? "up" : "down",
+          up ? Verdict::good : Verdict::bad,
+          "Cyclone DDS finds the processes of one machine there",
+          "ip link set lo up"};
+}
+
+Finding receive_buffer() {
+  long bytes = 0;
+  std::istringstream(read_line("/proc/sys/net/core/rmem_max")) >> bytes;
+  const bool enough = bytes >= 4'194'304;
+  return {"socket receive buffer",
+          "/proc/sys/net/core/rmem_max",
+          fmt::format("{} KiB", bytes / 1024),
+          enough ? Verdict::good : Verdict::note,
+          "messages over some 100 KB lose fragments on the way between processes, and are sent "
+          "again",
+          "sysctl -w net.core.rmem_max=8388608"};
+}
+
+Finding domain_participant() {
+  std::string found = "a participant can be made";
+  Verdict verdict = Verdict::good;
+  try {
+    Participant::create({});
+  } catch (const std::exception& error) {
+    found = error.what();
+    verdict = Verdict::bad;
+  }
+  return {"Cyclone DDS",
+          "dds_create_participant(3)",
+          found,
+          verdict,
+          "several processes talk through it",
+          "see ROS_DOMAIN_ID and the loopback interface"};
+}
+
+Finding shared_memory() {
+  std::error_code failed;
+  const fs::space_info space = fs::space("/dev/shm", failed);
+  const bool enough = !failed && space.available > (std::uintmax_t{64} << 20);
+  const Roudi roudi = find_roudi();
+  return {"shared memory, RouDi",
+          "/dev/shm, /proc/locks, /tmp/roudi",
+          failed ? "no /dev/shm"
+                 : fmt::format("{} MiB free; {}", space.available >> 20,
+                               roudi.unusable.empty()
+                                   ? fmt::format("RouDi takes messages up to {} bytes",
+                                                 roudi.largest_message)
+                               : RoudiProcess::is_installed() ? roudi.unusable
+                                                              : "iox-roudi is not installed"),
+          enough ? Verdict::good : Verdict::note,
+          "messages of fixed size go between processes without a copy",
+          "mount -o remount,size=1G /dev/shm"};
+}
+
+Finding neighbours() {
+  const rt::Observation observation;
+  usleep(200'000);
+  const rt::Observation::Result result = observation.so_far();
+  std::vector<std::string> names;
+  for (const rt::Neighbour& neighbour : result.neighbours) {
+    names.push_back(
+        fmt::format("{} ({} {})", neighbour.name, neighbour.policy, neighbour.priority));
+  }
+  return {"other real-time threads",
+          "/proc/*/task/*/schedstat, for 0.2 s",
+          names.empty() ? "none ran" : fmt::format("{}", fmt::join(names, ", ")),
+          names.empty() ? Verdict::good : Verdict::note,
+          "one that is more urgent, on the same CPU, comes first",
+          "give Takt's threads higher priorities, or other CPUs"};
+}
+
+void write(const std::vector<Finding>& findings, const std::string& json_file) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Finding& finding : findings) {
+    list.push_back({{"what", finding.what},
+                    {"found", finding.found},
+                    {"verdict", finding.verdict == Verdict::bad ? "bad" : word(finding.verdict)},
+                    {"why", finding.why},
+                    {"mend", finding.verdict == Verdict::good ? "" : finding.mend},
+                    {"source", finding.source}});
+  }
+  write_json({{"takt", {{"version", TAKT_VERSION}}},
+              {"machine", rt::machine_json()},
+              {"findings", std::move(list)}},
+             json_file);
+}
+
+void doctor(const std::string& json_file) {
+  const std::vector<Finding> findings{
+      realtime_policy(),    reservations(), locked_memory(), nice_limit(),  preemption(),
+      throttling(),         cgroup_quota(), governor(),      idle_states(), dma_latency(),
+      isolated_cpus(),      interrupts(),   huge_pages(),    swap(),        clock_source(),
+      timer_slack(),        io_uring(),     neighbours(),    multicast(),   receive_buffer(),
+      domain_participant(), shared_memory()};
+  if (json_file != "-") {
+    std::size_t width = 0;
+    for (const Finding& finding : findings) width = std::max(width, finding.what.size());
+    std::array<int, 3> counts{};
+    for (const Finding& finding : findings) {
+      ++counts[static_cast<std::size_t>(finding.verdict)];
+      fmt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
+      if (finding.verdict == Verdict::good) continue;
+      fmt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
+      fmt::print("      {:<{}}  mend: {}\n", "", width, finding.mend);
+      fmt::print("      {:<{}}  from: {}\n", "", width, finding.source);
+    }
+    fmt::print("\n{} good, {} to know of, {} bad\n", counts[0], counts[1], counts[2]);
+  }
+  const bool is_bad = std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.verdict == Verdict::bad;
+  });
+  if (!json_file.empty()) write(findings, json_file);
+  if (is_bad) throw CLI::RuntimeError(1);
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "doctor", "What this machine grants for real-time work, and what mends the rest");
+  const auto json = std::make_shared<std::string>();
+  command->add_option("--json", *json, "Write the findings as JSON too; - for stdout");
+  command->footer("Example:\n  takt doctor --json doctor.json\n");
+  command->callback([json] { doctor(*json); });
+}
+
+}  // namespace takt::tools

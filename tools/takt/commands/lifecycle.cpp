@@ -1,0 +1,119 @@
+// takt lifecycle: asks lifecycle nodes for their state, and changes it.
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/rt_tests/output.hpp"
+#include "takt/transport/messages/lifecycle_msgs.hpp"
+
+#include "commands.hpp"
+#include "graph/service_call.hpp"
+#include "run/result_json.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace lm = lifecycle_msgs;
+using nlohmann::json;
+
+struct Options {
+  int domain = default_domain();
+  std::string node, transition, json_path;
+};
+
+std::string called(const std::string& node) {
+  return fmt::format("lifecycle node '{}'", node);
+}
+
+std::string state_of(Caller& caller, const std::string& node) {
+  return caller.call<lm::GetState>(service_of(node, "/get_state"), {}, called(node))
+      .current_state.label;
+}
+
+std::vector<std::string> transitions_of(Caller& caller, const std::string& node) {
+  std::vector<std::string> labels;
+  for (const auto& description :
+       caller
+           .call<lm::GetAvailableTransitions>(service_of(node, "/get_available_transitions"), {},
+                                              called(node))
+           .available_transitions) {
+    labels.push_back(description.transition.label);
+  }
+  return labels;
+}
+
+void list(const Options& options) {
+  Caller caller(options.domain);
+  json rows = json::array();
+  Table table({"node", "state", "can"});
+  for (const std::string& node : caller.find("/change_state")) {
+    const std::string state = state_of(caller, node);
+    const std::vector<std::string> can = transitions_of(caller, node);
+    table.add({"/" + node, state, fmt::format("{}", fmt::join(can, ", "))});
+    rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can}});
+  }
+  if (rows.empty()) rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain);
+  if (options.json_path != "-") table.print("lifecycle nodes");
+  if (!options.json_path.empty()) write_json(rows, options.json_path);
+}
+
+void get(const Options& options) {
+  Caller caller(options.domain);
+  fmt::print("{}\n", state_of(caller, options.node));
+}
+
+void set(const Options& options) {
+  Caller caller(options.domain);
+  const std::vector<std::string> can = transitions_of(caller, options.node);
+  lm::ChangeState::Request request;
+  request.transition.label = options.transition;
+  if (std::find(can.begin(), can.end(), options.transition) == can.end()) {
+    throw Error(fmt::format("'{}' is '{}' and cannot be asked to {}", options.node,
+                            state_of(caller, options.node), options.transition),
+                suggest(options.transition, can));
+  }
+  const auto answer = caller.call<lm::ChangeState>(service_of(options.node, "/change_state"),
+                                                   request, called(options.node));
+  const std::string state = state_of(caller, options.node);
+  if (!answer.success) {
+    throw Error(
+        fmt::format("'{}' has failed to {}; it is '{}'", options.node, options.transition, state),
+        "its log says why");
+  }
+  fmt::print("{}\n", state);
+}
+
+}  // namespace
+
+void add_lifecycle(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("lifecycle", "Asks lifecycle nodes for their state, and changes it");
+  command->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  const auto add = [&](const char* name, const char* what, void (*function)(const Options&)) {
+    CLI::App* sub = command->add_subcommand(name, what);
+    sub->add_option("--domain", options->domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+    sub->callback([options, function] { function(*options); });
+    return sub;
+  };
+  add("list", "All lifecycle nodes on the domain, with their states", list)
+      ->add_option("--json", options->json_path, "Write the table as JSON too; - for stdout");
+  add("get", "The state of a node", get)
+      ->add_option("NODE", options->node, "Its name, with its namespace")
+      ->required();
+  CLI::App* set_command = add("set", "Asks for a transition; prints the state afterwards", set);
+  set_command->add_option("NODE", options->node, "Its name, with its namespace")->required();
+  set_command
+      ->add_option("TRANSITION", options->transition,
+                   "configure, cleanup, activate, deactivate or shutdown")
+      ->required();
+  command->footer(
+      "Example:\n"
+      "  takt lifecycle list\n"
+      "  takt lifecycle set map_server activate\n");
+}
+
+}  // namespace takt::tools

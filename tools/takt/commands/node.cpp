@@ -1,0 +1,97 @@
+// takt node: who is on the domain.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/rt_tests/output.hpp"
+
+#include "commands.hpp"
+#include "graph/observer.hpp"
+#include "run/result_json.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+struct Options : ObserverOptions {
+  std::string node;
+};
+
+void list(const Options& options) {
+  const Graph graph = Observer(options).graph();
+  Table table({"node", "publishers", "subscriptions", "services", "clients"});
+  json rows = json::array();
+  for (const std::string& node : graph.nodes) {
+    if (is_hidden(node) && !options.all) continue;
+    const auto count = [&](const std::vector<GraphEndpoint>& list) {
+      return std::count_if(list.begin(), list.end(),
+                           [&](const auto& endpoint) { return endpoint.node == node; });
+    };
+    const auto publishers = count(graph.publishers), subscriptions = count(graph.subscriptions);
+    const auto services = count(graph.services), clients = count(graph.clients);
+    table.add({node, std::to_string(publishers), std::to_string(subscriptions),
+               std::to_string(services), std::to_string(clients)});
+    rows.push_back({{"node", node},
+                    {"publishers", publishers},
+                    {"subscriptions", subscriptions},
+                    {"services", services},
+                    {"clients", clients}});
+  }
+  if (rows.empty()) rt::to_stderr("no node on DDS domain {}\n", options.domain);
+  if (options.json_path != "-") table.print("nodes");
+  if (!options.json_path.empty()) write_json(rows, options.json_path);
+}
+
+void info(const Options& options) {
+  const std::string name = absolute(options.node);
+  const Graph graph = Observer(options).graph();
+  if (std::find(graph.nodes.begin(), graph.nodes.end(), name) == graph.nodes.end()) {
+    throw Error(fmt::format("there is no node '{}'", name),
+                graph.nodes.empty() ? "no node is heard of on this DDS domain"
+                                    : suggest(name, graph.nodes));
+  }
+  json result = {{"node", name}};
+  for (const auto& [title, list] : {std::pair("publishers", &graph.publishers),
+                                    {"subscriptions", &graph.subscriptions},
+                                    {"services", &graph.services},
+                                    {"clients", &graph.clients}}) {
+    Table table({"name", "type"});
+    json rows = json::array();
+    for (const GraphEndpoint& endpoint : *list) {
+      if (endpoint.node != name) continue;
+      table.add({endpoint.name, endpoint.type});
+      rows.push_back({{"name", endpoint.name}, {"type", endpoint.type}});
+    }
+    if (options.json_path != "-") table.print(title);
+    result[title] = std::move(rows);
+  }
+  if (!options.json_path.empty()) write_json(result, options.json_path);
+}
+
+}  // namespace
+
+void add_node(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("node", "The nodes of a DDS domain, ROS 2's too");
+  command->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  CLI::App* list_command = command->add_subcommand("list", "All nodes");
+  add_observer_options(*list_command, *options);
+  list_command->add_flag("-a,--all", options->all, "Hidden ones too, whose names begin with '_'");
+  list_command->callback([options] { list(*options); });
+  CLI::App* info_command =
+      command->add_subcommand("info", "What a node sends, receives and serves");
+  add_observer_options(*info_command, *options);
+  info_command->add_option("NODE", options->node, "Its name, with its namespace")->required();
+  info_command->callback([options] { info(*options); });
+  command->footer(
+      "Example:\n"
+      "  takt node list\n"
+      "  takt node info /front/lidar\n");
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,141 @@
+// takt plan: the priorities, executors and CPUs that Takt derives from the chains of a file.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/containers/container.hpp"
+#include "takt/rt_tests/rounds.hpp"
+
+#include "commands.hpp"
+#include "run/result_json.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+json plan_json(const std::string& process, const Container& container) {
+  const Plan& plan = container.plan();
+  json chains = json::array(), callbacks = json::array(), executors = json::array();
+  for (const PlannedChain& chain : plan.chains) {
+    std::vector<std::string> path;
+    for (const Chain::Step& step : chain.path) path.push_back(to_string(step));
+    chains.push_back({{"name", chain.options.name},
+                      {"priority", chain.options.priority},
+                      {"deadline_us", rt::us(chain.options.deadline)},
+                      {"path", std::move(path)}});
+  }
+  for (const Plan::Callback& callback : plan.callbacks) {
+    const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+    callbacks.push_back(
+        {{"node", callback.node->fully_qualified_name()},
+         {"callback", callback.entity->name()},
+         {"group", callback.entity->group()->name()},
+         {"chain", callback.chain},
+         {"priority", parameters.priority.value_or(0)},
+         {"period_us", rt::us(callback.period)},
+         {"budget_us", rt::us(parameters.budget.value_or(Nanoseconds::zero()))},
+         {"executor", container.executor_of(*callback.node, *callback.entity->group())}});
+  }
+  for (const ExecutorDescription& executor : container.description().executors) {
+    json threads = json::array();
+    for (const std::string& name : executor.threads) {
+      for (const ThreadDescription& thread : container.description().threads) {
+        if (thread.attributes.name != name) continue;
+        threads.push_back({{"name", name},
+                           {"policy", std::string(to_string(thread.attributes.policy))},
+                           {"priority", thread.attributes.priority},
+                           {"affinity", thread.attributes.affinity}});
+      }
+    }
+    executors.push_back({{"name", executor.name},
+                         {"type", executor.type},
+                         {"assigned", executor.where.empty()},
+                         {"utilisation", container.utilisation_of(executor.name)},
+                         {"threads", std::move(threads)}});
+  }
+  return {{"process", process},
+          {"chains", std::move(chains)},
+          {"callbacks", std::move(callbacks)},
+          {"executors", std::move(executors)}};
+}
+
+void print(const json& plan) {
+  const auto time = [](const json& us_value) {
+    const double us = us_value.get<double>();
+    return us == 0 ? std::string("-") : fmt::format("{}", us / 1000);
+  };
+  Table chains({"chain", "priority", "deadline_ms", "path"});
+  for (const json& chain : plan.at("chains")) {
+    chains.add(
+        {chain.at("name"), std::to_string(chain.at("priority").get<int>()),
+         time(chain.at("deadline_us")),
+         fmt::format("{}", fmt::join(chain.at("path").get<std::vector<std::string>>(), " → "))});
+  }
+  chains.print("chains, as they were found");
+  Table callbacks(
+      {"node", "callback", "group", "chain", "priority", "period_ms", "budget_ms", "executor"});
+  for (const json& callback : plan.at("callbacks")) {
+    const std::string chain = callback.at("chain");
+    callbacks.add({callback.at("node"), callback.at("callback"), callback.at("group"),
+                   chain.empty() ? "-" : chain, std::to_string(callback.at("priority").get<int>()),
+                   time(callback.at("period_us")), time(callback.at("budget_us")),
+                   callback.at("executor")});
+  }
+  callbacks.print("callbacks (a larger priority is more urgent)");
+  Table executors({"executor", "type", "by", "used_%", "thread", "policy", "priority", "cpus"});
+  for (const json& executor : plan.at("executors")) {
+    const double used = 100 * executor.at("utilisation").get<double>();
+    std::vector<std::string> row{executor.at("name"), executor.at("type"),
+                                 executor.at("assigned").get<bool>() ? "Takt" : "the file",
+                                 used == 0 ? "-" : fmt::format("{:.1f}", used)};
+    if (executor.at("threads").empty()) {
+      row.insert(row.end(), {"-", "-", "-", "-"});
+      executors.add(row);
+    }
+    for (const json& thread : executor.at("threads")) {
+      std::vector<std::string> cells = row;
+      const auto cpus = thread.at("affinity").get<std::vector<int>>();
+      cells.insert(cells.end(), {thread.at("name"), thread.at("policy"),
+                                 std::to_string(thread.at("priority").get<int>()),
+                                 cpus.empty() ? "all" : fmt::format("{}", fmt::join(cpus, ","))});
+      executors.add(std::move(cells));
+    }
+  }
+  executors.print("executors (used: by callbacks with a budget and a period)");
+}
+
+void plan(const std::string& file, const std::string& json_path) {
+  check_writable(json_path);
+  const std::vector<SystemDescription> processes = split(read_system(file), Composition::file);
+  json plans = json::array();
+  for (SystemDescription process : processes) {
+    process.dds.reset();  // nothing runs
+    const std::string name = process.name;
+    const Container container(process);
+    plans.push_back(plan_json(name, container));
+  }
+  if (json_path != "-") {
+    for (const json& process : plans) {
+      if (plans.size() > 1) fmt::print("process {}\n\n", process.at("process").get<std::string>());
+      print(process);
+    }
+  }
+  if (!json_path.empty()) write_json({{"file", file}, {"processes", std::move(plans)}}, json_path);
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "plan", "What Takt assigns from the chains of a file: priorities, executors, CPUs (PiCAS)");
+  const auto file = std::make_shared<std::string>(), json_path = std::make_shared<std::string>();
+  command->add_option("FILE", *file, "A configuration file; its components are made, none runs")
+      ->required();
+  command->add_option("--json", *json_path, "Write the plan as JSON too; - for stdout");
+  command->footer("Example:\n  takt plan robot.yaml\n");
+  command->callback([file, json_path] { plan(*file, *json_path); });
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,295 @@
+// takt run: starts the system that a file describes, and tells what it did.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/containers/duration.hpp"
+#include "takt/rt_tests/output.hpp"
+
+#include "commands.hpp"
+#include "run/processes.hpp"
+#include "run/result_json.hpp"
+#include "run/trace_file.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+/// A thread remembers so many executions; they take 4 MB.
+constexpr std::size_t kTraceEvents = 65'536;
+
+struct Options {
+  std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
+                                               json, trace;
+  std::vector<std::string> load;
+  bool histograms = false;
+};
+
+/// "-" where nothing was measured.
+std::string us(const json& value) {
+  if (value.is_null()) return "-";
+  return microseconds(Nanoseconds(std::llround(value.get<double>() * 1e3)));
+}
+
+template <class T>
+std::string text(const json& value) {
+  return fmt::format("{}", value.get<T>());
+}
+
+/// A table of which the first column says the process, when there are several.
+class ProcessTable {
+ public:
+  ProcessTable(const json& run, std::vector<std::string> header)
+      : several_(run.at("processes").size() > 1), table_(with("process", std::move(header))) {}
+  void add(const json& process, std::vector<std::string> row) {
+    table_.add(with(process.get<std::string>(), std::move(row)));
+  }
+  void print(const std::string& title) const { table_.print(title); }
+
+ private:
+  std::vector<std::string> with(const std::string& first, std::vector<std::string> row) const {
+    if (several_) row.insert(row.begin(), first);
+    return row;
+  }
+  const bool several_;
+  Table table_;
+};
+
+void print_callbacks(const json& run) {
+  ProcessTable table(run, {"executor", "node", "callback", "kind", "received", "lost", "dropped",
+                           "overruns", "late", "too_late", "misses", "p50", "p90", "p99", "p99.9",
+                           "max", "exec_p50", "exec_max"});
+  for (const json& row : run.at("callbacks")) {
+    const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
+    const auto number = [&](const char* key) { return row.at(key).get<std::uint64_t>(); };
+    const json& latency = row.at("latency_us");
+    const json& execution = row.at("execution_us");
+    table.add(row.at("process"),
+              {word("executor"), word("node"), word("callback"), word("kind"),
+               std::to_string(number("received")),
+               word("kind") == "timer" ? "-" : std::to_string(number("lost")),
+               word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
+               std::to_string(number("overruns")), std::to_string(number("late")),
+               std::to_string(number("too_late")), std::to_string(number("deadline_misses")),
+               us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
+               us(latency.at("p999")), us(latency.at("max")), us(execution.at("p50")),
+               us(execution.at("max"))});
+  }
+  table.print("callbacks (latency and execution in µs; a timer's latency is due → start)");
+}
+
+/// "SCHED_FIFO", "SCHED_DEADLINE 2ms/10ms", "SCHED_OTHER (refused)".
+std::string policy_text(const json& state) {
+  std::string text = state.at("policy");
+  if (state.contains("runtime_us")) {
+    text += fmt::format(" {}ms/{}ms", state.at("runtime_us").get<double>() / 1e3,
+                        state.at("period_us").get<double>() / 1e3);
+  }
+  return text + (state.contains("refused") ? " (refused)" : "");
+}
+
+void print_chains(const json& run) {
+  ProcessTable table(run, {"chain", "instances", "misses", "aborted", "deadline", "p50", "p90",
+                           "p99", "p99.9", "max"});
+  for (const json& row : run.at("chains")) {
+    const json& latency = row.at("latency_us");
+    const bool has_deadline = row.at("deadline_us").get<double>() != 0;
+    table.add(
+        row.at("process"),
+        {row.at("name"), text<std::uint64_t>(row.at("instances")),
+         has_deadline && row.at("instances") != 0 ? text<std::uint64_t>(row.at("misses")) : "-",
+         text<std::uint64_t>(row.at("aborted")), has_deadline ? us(row.at("deadline_us")) : "-",
+         us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
+         us(latency.at("p999")), us(latency.at("max"))});
+  }
+  table.print("chains (release of the first callback → end of the last, in µs)");
+}
+
+void print_topics(const json& run) {
+  if (run.at("topics").empty()) return;
+  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "way"});
+  for (const json& row : run.at("topics")) {
+    table.add(row.at("process"),
+              {row.at("topic"), row.at("is_writer") ? "publisher" : "subscription",
+               text<std::uint64_t>(row.at("matched")), text<std::uint64_t>(row.at("messages")),
+               text<std::uint64_t>(row.at("uncopied")), text<std::uint64_t>(row.at("lost")),
+               row.at("way")});
+  }
+  table.print("topics between processes (uncopied: lent by shared memory, or read where they lay)");
+}
+
+void print_threads(const json& run) {
+  ProcessTable table(
+      run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%", "wakeups"});
+  for (const json& row : run.at("threads")) {
+    const json& state = row.at("in_force");
+    table.add(row.at("process"),
+              {row.at("executor"), row.at("name"), policy_text(state),
+               text<int>(state.at("priority")), text<int>(state.at("nice")),
+               fmt::format("{}", fmt::join(state.at("affinity").get<std::vector<int>>(), ",")),
+               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
+               text<std::uint64_t>(row.at("wakeups"))});
+  }
+  table.print("threads (attributes in force)");
+}
+
+void print_processes(const json& run) {
+  Table table({"process", "seconds", "cpu_%", "pss_MB", "allocations", "in_dds"});
+  const auto count = [](const json& value) {
+    return value.is_null() ? "-" : text<std::uint64_t>(value);
+  };
+  for (const json& row : run.at("processes")) {
+    table.add({row.at("name"), fmt::format("{:.2f}", run.at("duration_s").get<double>()),
+               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
+               fmt::format("{:.1f}", row.at("pss_kb").get<double>() / 1024),
+               count(row.at("allocations_while_spinning")), count(row.at("allocations_in_dds"))});
+  }
+  table.print("processes (allocations: on executor threads, while spinning)");
+}
+
+/// A container that waits for components to be loaded.
+SystemDescription empty_container(const Options& options) {
+  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  SystemDescription system;
+  system.file = "--name " + options.name;
+  system.name = options.name;
+  system.dds.emplace();
+  system.loads[system.name] = parse_load_policy(options.load);
+  system.executors = {
+      {.name = "default", .type = options.executor.empty() ? "single_threaded" : options.executor}};
+  return system;
+}
+
+/// Whatever the components that are loaded later need from the start.
+void prepare_for_loading(SystemDescription& system) {
+  if (system.finds_chains || !system.chains.empty()) {
+    throw Error("--composition dynamic: chains are of components that are there from the start",
+                "use single, or take the chains out of the file");
+  }
+  const auto is_default = [](const auto& executor) { return executor.name == "default"; };
+  if (std::none_of(system.executors.begin(), system.executors.end(), is_default)) {
+    system.executors.push_back({.name = "default"});
+  }
+}
+
+/// The processes that the options ask for, on the transport that they ask for.
+std::vector<SystemDescription> processes(const Options& options) {
+  if (!options.name.empty()) return {empty_container(options)};
+  SystemDescription system = read_system(options.file);  // may bring schedulers
+  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  const bool loads = options.composition == "dynamic";
+  // Who has not asked for DDS measures, or compares: nobody will ask for parameters.
+  const bool needs_dds = options.transport == "dds" || options.transport == "shm";
+  if ((loads || needs_dds) && !system.dds) system.dds.emplace().parameter_services = false;
+  if (needs_dds) system.dds->serves_own_process = true;
+  if (options.transport == "shm") system.dds->shared_memory = SharedMemory::require;
+  if (options.transport == "intra") system.dds.reset();
+  if (loads) prepare_for_loading(system);
+  std::vector<SystemDescription> result =
+      split(system, options.composition == "per-node"          ? Composition::per_node
+                    : loads || options.composition == "single" ? Composition::single
+                                                               : Composition::file);
+  if (options.transport == "intra" && result.size() > 1) {
+    throw Error(
+        fmt::format("--transport intra ends at the process, and here are {}", result.size()),
+        "use auto, dds or shm, or --composition single");
+  }
+  return result;
+}
+
+void run(const Options& options) {
+  check_writable(options.json);
+  check_writable(options.trace);
+  const Nanoseconds duration =
+      options.duration.empty() ? Nanoseconds::zero() : parse_run_time(options.duration);
+  json run = run_processes(processes(options),
+                           {.executor = options.name.empty() ? options.executor : "",
+                            .scheduler = options.scheduler,
+                            .trace_events = options.trace.empty() ? 0 : kTraceEvents},
+                           duration, options.composition == "dynamic");
+  const json trace = std::exchange(run["trace"], {});
+  run.erase("trace");
+  const auto failed = run.at("failed").get<std::vector<std::string>>();
+  run.erase("failed");
+  run["file"] = options.name.empty() ? options.file : "--name " + options.name;
+  run["executor"] = options.executor.empty() ? "file" : options.executor;
+  run["scheduler"] = options.scheduler.empty() ? "file" : options.scheduler;
+  run["composition"] = options.composition;
+  run["transport"] = options.transport;
+  run["repeat"] = 0;
+  for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
+  if (!options.trace.empty()) write_trace(trace, options.trace);
+  if (!options.json.empty() && !options.histograms) {
+    for (json& callback : run.at("callbacks")) {
+      callback.at("latency_us").erase("histogram");
+      callback.at("execution_us").erase("histogram");
+    }
+    for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
+  }
+  // First the file: a closed stdout must not lose it.
+  if (!options.json.empty()) write_json(result_document({run}), options.json);
+  if (options.json != "-") {
+    print_callbacks(run);
+    print_chains(run);
+    print_topics(run);
+    print_threads(run);
+    print_processes(run);
+  }
+  if (!failed.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(failed, "\n")));
+}
+
+}  // namespace
+
+void add_run(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "run", "Starts the system that the file describes; Ctrl-C ends it cleanly");
+  const auto options = std::make_shared<Options>();
+  CLI::Option* file = command->add_option("FILE", options->file,
+                                          "A configuration file, or an iRobot JSON workload");
+  CLI::Option* name =
+      command
+          ->add_option("--name", options->name,
+                       "Instead of FILE: an empty container of this name, on DDS, that waits for "
+                       "components to be loaded (see: takt component)")
+          ->excludes(file);
+  command
+      ->add_option("--load", options->load,
+                   "With --name, what it loads when it is asked to: off, index (the default), any, "
+                   "or a folder of libraries beside the index; folders may be repeated")
+      ->allow_extra_args(false)
+      ->needs(name);
+  command
+      ->add_option("--executor", options->executor,
+                   "Every component under one executor of this type (see: takt list executors)")
+      ->envname("TAKT_EXECUTOR");
+  command
+      ->add_option("--scheduler", options->scheduler,
+                   "The scheduler of every executor (see: takt list schedulers)")
+      ->envname("TAKT_SCHEDULER");
+  command->add_option("--composition", options->composition, "file, single, per-node or dynamic")
+      ->check(CLI::IsMember({"file", "single", "per-node", "dynamic"}));
+  command->add_option("--transport", options->transport, "auto, intra, dds or shm")
+      ->check(CLI::IsMember({"auto", "intra", "dds", "shm"}));
+  command->add_option("--duration", options->duration,
+                      "For how long: 10s, 500ms; else until Ctrl-C");
+  command->add_option("--json", options->json, "Write the results as JSON too; - for stdout");
+  command->add_flag("--histograms", options->histograms, "Histograms in the JSON");
+  command->add_option("--trace", options->trace,
+                      "Write a timeline for ui.perfetto.dev or chrome://tracing");
+  command->footer("Example:\n  takt run robot.yaml --executor events --duration 10s\n");
+  command->callback([options] {
+    if (options->file.empty() && options->name.empty()) {
+      throw Error("nothing to run is given", "name a FILE, or an empty container by --name");
+    }
+    if (!options->executor.empty()) executors().check(options->executor);
+    run(*options);
+  });
+}
+
+}  // namespace takt::tools

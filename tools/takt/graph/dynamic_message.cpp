@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph/dynamic_message.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/bench/workload.hpp"
+#include "takt/transport/messages/action_msgs.hpp"
+#include "takt/transport/messages/composition_interfaces.hpp"
+#include "takt/transport/messages/diagnostic_msgs.hpp"
+#include "takt/transport/messages/geometry_msgs.hpp"
+#include "takt/transport/messages/lifecycle_msgs.hpp"
+#include "takt/transport/messages/nav_msgs.hpp"
+#include "takt/transport/messages/rcl_interfaces.hpp"
+#include "takt/transport/messages/rosgraph_msgs.hpp"
+#include "takt/transport/messages/sensor_msgs.hpp"
+#include "takt/transport/messages/std_msgs.hpp"
+#include "takt/transport/messages/tf2_msgs.hpp"
+
+namespace takt::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+using Types = std::map<std::string, const MessageType*, std::less<>>;
+
+void add(Types& types, const MessageType& type) {
+  types.emplace(type.name, &type);
+  for (const MessageField& field : type.fields) {
+    if (field.shape.type != nullptr) add(types, *field.shape.type);
+  }
+}
+template <class... T>
+void add_all(Types& types) {
+  (add(types, message_type<T>()), ...);
+}
+template <class... S>
+void add_services(Types& types) {
+  (add_all<typename S::Request, typename S::Response>(types), ...);
+}
+
+const Types& types() {
+  static const Types known = [] {
+    Types all;
+    namespace s = std_msgs;
+    add_all<s::Empty, s::Bool, s::Byte, s::Char, s::Float32, s::Float64, s::Int8, s::Int16,
+            s::Int32, s::Int64, s::UInt8, s::UInt16, s::UInt32, s::UInt64, s::String, s::ColorRGBA,
+            s::Header, s::ByteMultiArray, s::Float32MultiArray, s::Float64MultiArray,
+            s::Int8MultiArray, s::Int16MultiArray, s::Int32MultiArray, s::Int64MultiArray,
+            s::UInt8MultiArray, s::UInt16MultiArray, s::UInt32MultiArray, s::UInt64MultiArray>(all);
+    namespace g = geometry_msgs;
+    add_all<g::PoseStamped, g::PoseWithCovarianceStamped, g::TwistStamped,
+            g::TwistWithCovarianceStamped, g::TransformStamped, g::PointStamped,
+            g::QuaternionStamped, g::Vector3Stamped, g::WrenchStamped, g::AccelStamped,
+            g::PolygonStamped, g::PoseArray, g::Inertia>(all);
+    namespace m = sensor_msgs;
+    add_all<m::CameraInfo, m::Image, m::CompressedImage, m::PointCloud2, m::LaserScan, m::Imu,
+            m::JointState>(all);
+    add_all<nav_msgs::Odometry, nav_msgs::OccupancyGrid, nav_msgs::Path, tf2_msgs::TFMessage,
+            diagnostic_msgs::DiagnosticArray, rosgraph_msgs::Clock, action_msgs::GoalStatusArray,
+            rcl_interfaces::Log, rcl_interfaces::ParameterEvent, lifecycle_msgs::TransitionEvent>(
+        all);
+    add_all<WorkloadMessage>(all);
+    add_services<WorkloadService>(all);
+    namespace r = rcl_interfaces;
+    add_services<r::GetParameters, r::GetParameterTypes, r::SetParameters,
+                 r::SetParametersAtomically, r::ListParameters, r::DescribeParameters,
+                 action_msgs::CancelGoal, lifecycle_msgs::ChangeState, lifecycle_msgs::GetState,
+                 lifecycle_msgs::GetAvailableStates, lifecycle_msgs::GetAvailableTransitions,
+                 composition_interfaces::LoadNode, composition_interfaces::UnloadNode,
+                 composition_interfaces::ListNodes>(all);
+    return all;
+  }();
+  return known;
+}
+
+/// How many bytes an element of an array takes; 0: that depends.
+std::size_t size_of(FieldShape::Id id) {
+  switch (id) {
+    case FieldShape::int8:
+    case FieldShape::uint8:
+    case FieldShape::character:
+    case FieldShape::boolean:
+    case FieldShape::byte:
+      return 1;
+    case FieldShape::int16:
+    case FieldShape::uint16:
+      return 2;
+    case FieldShape::int32:
+    case FieldShape::uint32:
+    case FieldShape::float32:
+      return 4;
+    case FieldShape::int64:
+    case FieldShape::uint64:
+    case FieldShape::float64:
+      return 8;
+    default:
+      return 0;
+  }
+}
+
+// How the text begins that stands for the rest of an array.
+constexpr std::string_view kCut = "... (";
+
+// ---- Bytes → fields ----
+
+class Reader {
+ public:
+  Reader(std::span<const std::byte> bytes, const ReadOptions& options)
+      : body_(bytes.size() < kCdrHeader.size() + options.skipped
+                  ? throw Error("the bytes are no message")
+                  : bytes.subspan(kCdrHeader.size())),
+        offset_(options.skipped),
+        most_(options.most) {}
+
+  json message(const MessageType& type) {
+    json result = json::object();
+    if (type.fields.empty()) number<std::uint8_t>();
+    for (const MessageField& field : type.fields) result[field.name] = of(field.shape);
+    return result;
+  }
+
+ private:
+  json of(const FieldShape& shape) {
+    if (!shape.is_array() && !shape.is_sequence()) return one(shape);
+    const std::size_t count = shape.is_array() ? shape.capacity : number<std::uint32_t>();
+    if (count > body_.size()) throw_short();  // each takes a byte at the least
+    json result = json::array();
+    for (std::size_t i = 0; i < std::min(count, most_); ++i) result.push_back(one(shape));
+    if (count <= most_) return result;
+    if (const std::size_t size = size_of(shape.element()); size != 0) {
+      take((count - most_) * size);
+    } else {
+      for (std::size_t i = most_; i < count; ++i) one(shape);
+    }
+    result.push_back(fmt::format("{}{} in all)", kCut, count));
+    return result;
+  }
+  json one(const FieldShape& shape) {
+    switch (shape.element()) {
+      case FieldShape::nested:
+        return message(*shape.type);
+      case FieldShape::string:
+      case FieldShape::bounded_string:
+        return text();
+      case FieldShape::boolean:
+        return number<std::uint8_t>() != 0;
+      case FieldShape::int8:
+        return number<std::int8_t>();
+      case FieldShape::uint8:
+      case FieldShape::byte:
+      case FieldShape::character:
+        return number<std::uint8_t>();
+      case FieldShape::int16:
+        return number<std::int16_t>();
+      case FieldShape::uint16:
+        return number<std::uint16_t>();
+      case FieldShape::int32:
+        return number<std::int32_t>();
+      case FieldShape::uint32:
+        return number<std::uint32_t>();
+      case FieldShape::int64:
+        return number<std::int64_t>();
+      case FieldShape::uint64:
+        return number<std::uint64_t>();
+      case FieldShape::float32:
+        return number<float>();
+      case FieldShape::float64:
+        return number<double>();
+    }
+    throw Error("a field has no known type");
+  }
+  template <class T>
+  T number() {
+    offset_ += (sizeof(T) - offset_ % sizeof(T)) % sizeof(T);
+    T value;
+    std::memcpy(&value, take(sizeof value), sizeof value);
+    return value;
+  }
+  std::string text() {
+    const std::size_t size = number<std::uint32_t>();
+    const auto* from = reinterpret_cast<const char*>(take(size));
+    return {from, size == 0 ? 0 : size - 1};
+  }
+  const std::byte* take(std::size_t size) {
+    if (offset_ > body_.size() || size > body_.size() - offset_) throw_short();
+    const std::byte* from = body_.data() + offset_;
+    offset_ += size;
+    return from;
+  }
+  [[noreturn]] static void throw_short() {
+    throw Error("the bytes end before the message does", "is its type another one?");
+  }
+
+  const std::span<const std::byte> body_;
+  std::size_t offset_;
+  const std::size_t most_;
+};
+
+// ---- Text → bytes ----
+
+class Writer {
+ public:
+  Writer(ByteBuffer& bytes, document::Errors& errors) : bytes_(bytes), errors_(errors) {}
+
+  /// `given`: nullptr is a message of zeros.
+  void message(const MessageType& type, const document::Value* given) {
+    const auto* map = given != nullptr ? std::get_if<document::Map>(&given->content) : nullptr;
+    if (given != nullptr && map == nullptr &&
+        !std::holds_alternative<std::monostate>(given->content)) {
+      wrong(*given, fmt::format("a {} is a map of its fields", type.name));
+    }
+    if (map != nullptr) check_names(type, *map);
+    if (type.fields.empty()) put<std::uint8_t>(0);
+    for (const MessageField& field : type.fields) {
+      of(field.shape, map != nullptr ? document::find(*given, field.name) : nullptr);
+    }
+  }
+
+ private:
+  void check_names(const MessageType& type, const document::Map& map) {
+    std::vector<std::string> names;
+    for (const MessageField& field : type.fields) names.push_back(field.name);
+    for (const document::Value& value : map.values) {
+      if (std::find(names.begin(), names.end(), value.name) != names.end()) continue;
+      errors_.add(value.line, fmt::format("{} has no field '{}'", type.name, value.name),
+                  suggest(value.name, names));
+    }
+  }
+
+  void of(const FieldShape& shape, const document::Value* given) {
+    if (!shape.is_array() && !shape.is_sequence()) return one(shape, given);
+    const auto* list = given != nullptr ? std::get_if<document::List>(&given->content) : nullptr;
+    if (given != nullptr && list == nullptr) return wrong(*given, "a list is wanted");
+    const std::size_t count = list != nullptr ? list->size() : 0;
+    if (count > shape.capacity && shape.capacity != 0) {
+      return wrong(*given, fmt::format("there can be {} at the most", shape.capacity));
+    }
+    const std::size_t wanted = shape.is_array() ? shape.capacity : count;
+    if (shape.is_sequence()) put(static_cast<std::uint32_t>(count));
+    for (std::size_t i = 0; i < wanted; ++i) one(shape, i < count ? &(*list)[i] : nullptr);
+  }
+
+  void one(const FieldShape& shape, const document::Value* given) {
+    switch (shape.element()) {
+      case FieldShape::nested:
+        return message(*shape.type, given);
+      case FieldShape::string:
+      case FieldShape::bounded_string:
+        return text(shape, given);
+      case FieldShape::boolean: {
+        const auto* value = given != nullptr ? std::get_if<bool>(&given->content) : nullptr;
+        if (given != nullptr && value == nullptr) wrong(*given, "true or false is wanted");
+        return put<std::uint8_t>(value != nullptr && *value ? 1 : 0);
+      }
+      case FieldShape::int8:
+        return integer<std::int8_t>(given);
+      case FieldShape::uint8:
+      case FieldShape::byte:
+      case FieldShape::character:
+        return integer<std::uint8_t>(given);
+      case FieldShape::int16:
+        return integer<std::int16_t>(given);
+      case FieldShape::uint16:
+        return integer<std::uint16_t>(given);
+      case FieldShape::int32:
+        return integer<std::int32_t>(given);
+      case FieldShape::uint32:
+        return integer<std::uint32_t>(given);
+      case FieldShape::int64:
+        return integer<std::int64_t>(given);
+      case FieldShape::uint64:
+        return integer<std::uint64_t>(given);
+      case FieldShape::float32:
+        return put(static_cast<float>(real(given)));
+      case FieldShape::float64:
+        return put(real(given));
+    }
+  }
+
+  void text(const FieldShape& shape, const document::Value* given) {
+    std::string value;
+    if (given != nullptr) {
+      if (const auto* string = std::get_if<std::string>(&given->content)) {
+        value = *string;
+      } else {
+        wrong(*given, "text is wanted; put it into quotation marks");
+      }
+    }
+    if (shape.string_capacity != 0 && value.size() > shape.string_capacity) {
+      wrong(*given, fmt::format("{} characters fit at the most", shape.string_capacity));
+    }
+    put(static_cast<std::uint32_t>(value.size() + 1));
+    std::memcpy(bytes_.extend(value.size() + 1), value.c_str(), value.size() + 1);
+  }
+  template <class T>
+  void integer(const document::Value* given) {
+    std::int64_t value = 0;
+    if (given != nullptr) {
+      const auto* found = std::get_if<std::int64_t>(&given->content);
+      using Limits = std::numeric_limits<T>;
+      const bool fits = found != nullptr && std::in_range<T>(*found);
+      if (!fits) {
+        wrong(*given,
+              fmt::format("an integer from {} to {} is wanted", Limits::min(), Limits::max()));
+      } else {
+        value = *found;
+      }
+    }
+    put(static_cast<T>(value));
+  }
+  double real(const document::Value* given) {
+    if (given == nullptr) return 0;
+    if (const auto* value = std::get_if<double>(&given->content)) return *value;
+    if (const auto* value = std::get_if<std::int64_t>(&given->content)) {
+      return static_cast<double>(*value);
+    }
+    wrong(*given, "a number is wanted");
+    return 0;
+  }
+  template <class T>
+  void put(T value) {
+    const std::size_t offset = bytes_.bytes().size() - kCdrHeader.size();
+    const std::size_t padding = (sizeof(T) - offset % sizeof(T)) % sizeof(T);
+    std::byte* to = bytes_.extend(padding + sizeof value);
+    std::memset(to, 0, padding);
+    std::memcpy(to + padding, &value, sizeof value);
+  }
+  void wrong(const document::Value& value, const std::string& what) {
+    errors_.add(value.line, fmt::format("'{}': {}", value.name, what), "");
+  }
+
+  ByteBuffer& bytes_;
+  document::Errors& errors_;
+};
+
+void write_yaml(const json& value, std::size_t indent, std::string& text) {
+  const std::string spaces(indent, ' ');
+  if (value.is_object()) {
+    for (const auto& [name, field] : value.items()) {
+      const bool is_nested = (field.is_object() && !field.empty()) ||
+                             (field.is_array() && !field.empty() && field.front().is_object());
+      text += spaces + name + ":";
+      if (is_nested) {
+        text += '\n';
+        write_yaml(field, indent + (field.is_object() ? 2 : 0), text);
+      } else {
+        text += ' ';
+        write_yaml(field, 0, text);
+        text += '\n';
+      }
+    }
+  } else if (value.is_array()) {
+    const bool is_nested = !value.empty() && value.front().is_object();
+    const char* separator = "[";
+    for (const json& element : value) {
+      if (element.is_object()) {
+        std::string fields;
+        write_yaml(element, indent + 2, fields);
+        fields.replace(indent, 1, "-");
+        text += fields;
+      } else if (is_nested) {  // what stands for the rest
+        text += spaces + element.get<std::string>() + "\n";
+      } else {
+        text += separator;
+        write_yaml(element, 0, text);
+        separator = ", ";
+      }
+    }
+    if (!is_nested) text += value.empty() ? "[]" : "]";
+  } else if (value.is_string() && value.get_ref<const std::string&>().starts_with(kCut)) {
+    text += value.get_ref<const std::string&>();
+  } else {
+    text += value.dump();
+  }
+}
+
+}  // namespace
+
+const MessageType* known_type(std::string_view name) {
+  const auto found = types().find(name);
+  return found != types().end() ? found->second : nullptr;
+}
+
+const MessageType& require_type(std::string_view name) {
+  if (const MessageType* type = known_type(name)) return *type;
+  std::set<std::string> packages;
+  std::vector<std::string> of_package;
+  const std::string_view package = name.substr(0, name.find('/') + 1);
+  for (const auto& [known, type] : types()) {
+    packages.insert(known.substr(0, known.find('/')));
+    if (known.starts_with(package)) of_package.push_back(known);
+  }
+  throw Error(fmt::format("takt does not know the type {}", name),
+              !package.empty() && !of_package.empty()
+                  ? suggest(name, of_package)
+                  : fmt::format("it knows those of {}; `hz`, `bw` and `echo --raw` need no type",
+                                fmt::join(packages, ", ")));
+}
+
+nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
+                                    const ReadOptions& options) {
+  return Reader(bytes, options).message(type);
+}
+
+std::string to_yaml(const nlohmann::ordered_json& message) {
+  std::string text;
+  write_yaml(message, 0, text);
+  return text;
+}
+
+ByteBuffer write_message(const MessageType& type, const std::string& text,
+                         std::span<const std::byte> header) {
+  document::Errors errors("the message");
+  const document::Value value = document::parse_yaml(text, errors);
+  errors.throw_if_any();
+  ByteBuffer bytes;
+  std::memcpy(bytes.extend(kCdrHeader.size()), kCdrHeader.data(), kCdrHeader.size());
+  if (!header.empty()) std::memcpy(bytes.extend(header.size()), header.data(), header.size());
+  Writer(bytes, errors).message(type, &value);
+  errors.throw_if_any();
+  return bytes;
+}
+
+}  // namespace takt::tools

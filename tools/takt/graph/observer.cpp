@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph/observer.hpp"
+
+#include <csignal>
+#include <map>
+#include <set>
+#include <thread>
+
+#include <fmt/format.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt::tools {
+namespace {
+
+std::shared_ptr<Participant> join(const ObserverOptions& observer) {
+  DdsOptions options;
+  options.domain = observer.domain;
+  options.ros_graph = observer.form;
+  options.shared_memory = SharedMemory::off;  // whoever looks on is not worth a chunk
+  return Participant::create(options);
+}
+
+}  // namespace
+
+void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json) {
+  command.add_option("--domain", options.domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+  command
+      .add_option("--ros", options.form,
+                  "The form in which nodes are told: jazzy (since Iron) or "
+                  "humble (and before)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, RosGraph>{
+          {"jazzy", RosGraph::jazzy}, {"humble", RosGraph::humble}}));
+  if (has_json) {
+    command.add_option("--json", options.json_path, "Write the table as JSON too; - for stdout");
+  }
+}
+
+bool is_hidden(const std::string& name) {
+  return name.find("/_") != std::string::npos;
+}
+
+std::string absolute(const std::string& name) {
+  return name.starts_with('/') ? name : "/" + name;
+}
+
+Observer::Observer(const ObserverOptions& options)
+    : participant_(join(options)),
+      node_(std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
+                                   NodeOptions{.participant = participant_})) {
+}
+
+Graph Observer::graph() const {
+  participant_->graph();  // from now on it hears
+  std::this_thread::sleep_for(std::chrono::milliseconds(800));
+  return participant_->graph();
+}
+
+Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
+  Graph graph = participant_->graph();
+  for (int i = 0; i < 60 && !is_there(graph); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    graph = participant_->graph();
+  }
+  return graph;
+}
+
+void Observer::run(Nanoseconds duration) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const int fd = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+  const auto signal = node_->create_file_descriptor("signal", fd, FileDescriptorEvents::readable,
+                                                    [this](FileDescriptorEvents) { stop(); });
+  add(signal);
+  std::shared_ptr<Timer> end;
+  if (duration != Nanoseconds::zero()) {
+    add(end = node_->create_timer("end", duration, [this] { stop(); }));
+  }
+  while (!is_stopped_) {
+    bool has_messages = false;
+    for (const auto& entity : wait_set_.wait()) {
+      has_messages = has_messages || entity->kind() == EntityKind::subscription;
+      for (Slot slot; !is_stopped_ && entity->take(slot); slot = {}) entity->execute(slot);
+    }
+    if (has_messages && !is_stopped_) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
+std::string type_of(const std::vector<GraphEndpoint>& some,
+                    const std::vector<GraphEndpoint>& others, const std::string& name,
+                    const char* what) {
+  std::set<std::string> types, names;
+  for (const auto* list : {&some, &others}) {
+    for (const GraphEndpoint& endpoint : *list) {
+      names.insert(endpoint.name);
+      if (endpoint.name == name) types.insert(endpoint.type);
+    }
+  }
+  if (types.size() == 1) return *types.begin();
+  if (!types.empty()) {
+    throw Error(fmt::format("{} '{}' has several types: {}", what, name, fmt::join(types, ", ")),
+                "give one of them");
+  }
+  const std::vector<std::string> known(names.begin(), names.end());
+  throw Error(fmt::format("nobody has the {} '{}'", what, name),
+              known.empty() ? "nothing is heard of on this DDS domain (--domain, ROS_DOMAIN_ID)"
+                            : suggest(name, known));
+}
+
+}  // namespace takt::tools

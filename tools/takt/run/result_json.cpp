@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/result_json.hpp"
+
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "takt/base/version.hpp"
+#include "takt/rt_tests/machine.hpp"
+#include "takt/rt_tests/rounds.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+json histogram_json(const Histogram& histogram, bool with_buckets) {
+  // null without a sample: a latency of 0 would say that all is well.
+  const auto us = [&](Nanoseconds value) {
+    return histogram.count() == 0 ? json() : json(rt::us(value));
+  };
+  json result = {{"mean", us(histogram.mean())},
+                 {"p50", us(histogram.percentile(0.5))},
+                 {"p90", us(histogram.percentile(0.9))},
+                 {"p99", us(histogram.percentile(0.99))},
+                 {"p999", us(histogram.percentile(0.999))},
+                 {"max", us(histogram.max())}};
+  if (with_buckets) {
+    json buckets = json::array();
+    histogram.for_each_bucket([&](std::size_t bucket, Nanoseconds, std::uint64_t count) {
+      buckets.push_back({bucket, count});
+    });
+    result["histogram"] = std::move(buckets);
+  }
+  return result;
+}
+
+/// Of ThreadAttributes and ThreadState what they have in common.
+template <class Attributes>
+json attributes_json(const Attributes& attributes) {
+  json result = {{"policy", std::string(to_string(attributes.policy))},
+                 {"priority", attributes.priority},
+                 {"nice", attributes.nice},
+                 {"affinity", attributes.affinity}};
+  if (attributes.policy == ThreadPolicy::deadline) {
+    result["runtime_us"] = rt::us(attributes.runtime);
+    result["deadline_us"] = rt::us(attributes.deadline);
+    result["period_us"] = rt::us(attributes.period);
+  }
+  return result;
+}
+
+json trace_json(const std::string& process, const ThreadStatistics& thread) {
+  json events = json::array();
+  for (const NamedTraceEvent& event : thread.trace) {
+    const auto ns = [](TimePoint time) { return time.time_since_epoch().count(); };
+    events.push_back({event.name, std::string(to_string(event.kind)), event.sequence,
+                      event.chain_instance, event.lost, ns(event.ready), ns(event.start),
+                      ns(event.end)});
+  }
+  return {{"process", process},
+          {"thread", thread.in_force.name},
+          {"tid", thread.in_force.tid},
+          {"overwritten", thread.trace_overwritten},
+          {"events", std::move(events)}};
+}
+
+}  // namespace
+
+json result_document(json runs) {
+  return {{"takt", {{"version", TAKT_VERSION}}},
+          {"machine", rt::machine_json()},
+          {"runs", std::move(runs)}};
+}
+
+json process_json(const ProcessResult& process) {
+  json callbacks = json::array();
+  for (const auto& callback : process.callbacks) {
+    const CallbackStatistics& statistics = callback.statistics;
+    callbacks.push_back({{"process", process.name},
+                         {"executor", callback.executor},
+                         {"node", statistics.node},
+                         {"group", statistics.group},
+                         {"callback", statistics.callback},
+                         {"kind", std::string(to_string(statistics.kind))},
+                         {"topic", statistics.topic},
+                         {"received", statistics.received},
+                         {"expected", statistics.expected},
+                         {"from_outside", statistics.from_outside},
+                         {"lost", callback.lost()},
+                         {"dropped", statistics.dropped},
+                         {"late", statistics.late},
+                         {"too_late", statistics.too_late},
+                         {"deadline_misses", statistics.deadline_misses},
+                         {"overruns", statistics.overruns},
+                         {"latency_us", histogram_json(statistics.latency, true)},
+                         {"execution_us", histogram_json(statistics.execution, true)}});
+  }
+  json chains = json::array();
+  for (const auto& chain : process.chains) {
+    chains.push_back({{"process", process.name},
+                      {"name", chain.name},
+                      {"deadline_us", rt::us(chain.deadline)},
+                      {"instances", chain.statistics.instances},
+                      {"misses", chain.statistics.misses},
+                      {"aborted", chain.statistics.aborted},
+                      {"latency_us", histogram_json(chain.statistics.latency, true)}});
+  }
+  json threads = json::array(), trace = json::array();
+  for (const auto& thread : process.threads) {
+    const ThreadStatistics& statistics = thread.statistics;
+    json in_force = attributes_json(statistics.in_force);
+    if (!statistics.in_force.refused.empty()) in_force["refused"] = statistics.in_force.refused;
+    threads.push_back({{"process", process.name},
+                       {"executor", thread.executor},
+                       {"name", statistics.in_force.name},
+                       {"asked", attributes_json(statistics.asked)},
+                       {"in_force", std::move(in_force)},
+                       {"cpu_percent", statistics.cpu_percent()},
+                       {"wakeups", statistics.counters.voluntary_switches}});
+    if (!statistics.trace.empty()) trace.push_back(trace_json(process.name, statistics));
+  }
+  const auto counted = [&](std::uint64_t count) {
+    return process.allocations_counted ? json(count) : json();
+  };
+  return {
+      {"duration_s", process.duration_s},
+      {"callbacks", std::move(callbacks)},
+      {"chains", std::move(chains)},
+      {"threads", std::move(threads)},
+      {"processes",
+       json::array({{{"name", process.name},
+                     {"pss_kb", process.pss_kb},
+                     {"cpu_percent", process.cpu_percent},
+                     {"allocations_while_spinning", counted(process.allocations_while_spinning)},
+                     {"allocations_in_dds", counted(process.allocations_in_dds)}}})},
+      {"trace", std::move(trace)},
+      {"notes", process.notes},
+      {"failed", process.failures}};
+}
+
+Histogram read_histogram(const json& latency) {
+  Histogram histogram;
+  for (const json& bucket : latency.value("histogram", json::array())) {
+    histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
+  }
+  return histogram;
+}
+
+std::runtime_error not_written(const std::string& what, const std::string& path) {
+  return std::runtime_error(
+      Error(what + " could not be written", "choose a place that can be, and has room", path)
+          .what());
+}
+
+void check_writable(const std::string& path) {
+  if (path.empty() || path == "-" || std::ofstream(path, std::ios::app)) return;
+  throw Error("results could not be written", "choose a place that can be", path);
+}
+
+void write_json(const json& document, const std::string& path) {
+  const std::string text = document.dump(2) + "\n";
+  if (path == "-") {
+    fmt::print("{}", text);
+    return;
+  }
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw not_written("results", path);
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/run_again.hpp"
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt::tools {
+
+namespace {
+
+/// What the child writes until its end. A signal of ours ends the child, a second one at once.
+std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& signal) {
+  std::string text;
+  std::array<char, 65536> buffer;
+  for (;;) {
+    std::array<pollfd, 2> events{{{pipe, POLLIN, 0}, {signals.fd(), POLLIN, 0}}};
+    poll(events.data(), events.size(), -1);
+    if (const int taken = signals.take(); taken != 0) {
+      kill(child, signal == 0 ? SIGTERM : SIGKILL);
+      signal = taken;
+    }
+    if (events[0].revents == 0) continue;
+    const ssize_t size = read(pipe, buffer.data(), buffer.size());
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return text;
+    text.append(buffer.data(), static_cast<std::size_t>(size));
+  }
+}
+
+}  // namespace
+
+nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals) {
+  std::array<int, 2> pipe_ends{};
+  if (pipe(pipe_ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
+  const pid_t child = fork();
+  if (child < 0) throw Error("no process: " + errno_message(errno));
+  if (child == 0) {
+    setpgid(0, 0);
+    signals.let_through();
+    dup2(pipe_ends[1], STDOUT_FILENO);
+    close(pipe_ends[0]);
+    close(pipe_ends[1]);
+    words.insert(words.begin(), "takt");
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    execv("/proc/self/exe", argv.data());
+    _exit(127);
+  }
+  close(pipe_ends[1]);
+  int signal = 0;
+  const std::string text = output_of(child, pipe_ends[0], signals, signal);
+  close(pipe_ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (signal != 0) throw Interrupted(name_of_signal(signal) + " came");
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw Error(fmt::format("a run ended with status {}",
+                            WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),
+                "see its message above");
+  }
+  return nlohmann::json::parse(text);
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/shared_memory.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+
+#include <nlohmann/json.hpp>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+class NoWriter final : public RemoteWriter {
+ public:
+  std::size_t reader_count() const noexcept override { return 0; }
+  void write(const void*) noexcept override {}
+  MessageBlock* lend(const void*) noexcept override { return nullptr; }
+  void write_lent(MessageBlock&) noexcept override {}
+  void assert_liveliness() noexcept override {}
+};
+
+class NoReader final : public RemoteReader {
+ public:
+  std::size_t writer_count() const noexcept override { return 0; }
+  std::uint64_t received() const noexcept override { return 0; }
+};
+
+/// Notes what shared memory the endpoints would need that are asked of it.
+class Surveyor final : public Participant {
+ public:
+  std::unique_ptr<RemoteWriter> create_writer(const Endpoint& endpoint,
+                                              std::shared_ptr<EndpointEvents>) override {
+    note(endpoint, kChunksOfWriter);
+    return std::make_unique<NoWriter>();
+  }
+  std::unique_ptr<RemoteReader> create_reader(IntraProcessReader& reader) override {
+    const Endpoint& endpoint = reader.endpoint();
+    note(endpoint, chunks_of_reader(endpoint.qos.depth, endpoint.type->size));
+    return std::make_unique<NoReader>();
+  }
+  bool serves_own_process() const noexcept override { return false; }
+  const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
+  std::vector<EndpointState> endpoints() const override { return {}; }
+  void add_node(const std::string&) override {}
+  void remove_node(const std::string&) override {}
+  Graph graph() override { return {}; }
+  const std::vector<ThreadState>& threads() const noexcept override { return threads_; }
+
+  const json& pools() const noexcept { return pools_; }
+
+ private:
+  void note(const Endpoint& endpoint, std::size_t chunks) {
+    if (endpoint.type->fixed_size) pools_.push_back({endpoint.type->size, chunks});
+  }
+
+  const std::string nothing_;
+  const std::vector<ThreadState> threads_;
+  json pools_ = json::array();
+};
+
+json survey(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides) {
+  try {
+    const auto surveyor = std::make_shared<Surveyor>();
+    ContainerOverrides surveyed = overrides;
+    surveyed.participant = surveyor;
+    for (const SystemDescription& process : processes) const Container container(process, surveyed);
+    return {{"pools", surveyor->pools()}};
+  } catch (const std::exception& error) {
+    return {{"error", error.what()}};
+  } catch (...) {
+    return {{"error", "a component threw something that is no std::exception"}};
+  }
+}
+
+/// What `survey` says, from a process of its own: so whatever components have done is undone.
+json survey_apart(const std::vector<SystemDescription>& processes,
+                  const ContainerOverrides& overrides) {
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
+  const pid_t pid = fork();
+  if (pid < 0) throw Error("no process: " + errno_message(errno));
+  if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // it has the locks of its parent
+    const std::string text = survey(processes, overrides).dump();
+    for (std::size_t done = 0; done < text.size();) {
+      const ssize_t now = write(ends[1], text.data() + done, text.size() - done);
+      if (now <= 0) break;
+      done += static_cast<std::size_t>(now);
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  std::string text;
+  std::array<char, 4096> buffer{};
+  for (ssize_t now; (now = read(ends[0], buffer.data(), buffer.size())) != 0;) {
+    if (now > 0) text.append(buffer.data(), static_cast<std::size_t>(now));
+    if (now < 0 && errno != EINTR) break;
+  }
+  close(ends[0]);
+  waitpid(pid, nullptr, 0);
+  json said = json::parse(text, nullptr, false);
+  if (said.is_discarded()) {
+    throw Error("the process that looks at the system's topics has died",
+                "does a component of it run at all?");
+  }
+  return said;
+}
+
+}  // namespace
+
+std::unique_ptr<RoudiProcess> start_roudi(const std::vector<SystemDescription>& processes,
+                                          const ContainerOverrides& overrides) {
+  const bool is_required =
+      std::any_of(processes.begin(), processes.end(), [](const SystemDescription& process) {
+        return process.dds && process.dds->shared_memory == SharedMemory::require;
+      });
+  if (!is_required) return nullptr;
+  return std::make_unique<RoudiProcess>([&] {
+    const json said = survey_apart(processes, overrides);
+    if (said.contains("error")) throw Error(said.at("error").get<std::string>());
+    std::vector<ChunkPool> pools;
+    for (const json& pool : said.at("pools")) pools.push_back({pool.at(0), pool.at(1)});
+    return pools;
+  });
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/trace_file.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+/// One execution, as process_json writes it.
+struct Execution {
+  int process, thread;
+  std::string name, kind;
+  std::uint64_t sequence, chain, lost;
+  std::int64_t ready_ns, start_ns, end_ns;
+};
+
+double us(std::int64_t ns) {
+  return static_cast<double>(ns) / 1e3;
+}
+
+/// Of something on a thread at a time.
+json event(const char* phase, const Execution& execution, const std::string& name,
+           std::int64_t time_ns) {
+  return {{"ph", phase},
+          {"pid", execution.process},
+          {"tid", execution.thread},
+          {"name", name},
+          {"ts", us(time_ns)}};
+}
+
+}  // namespace
+
+void write_trace(const json& threads, const std::string& path) {
+  json events = json::array();
+  std::vector<Execution> executions;
+  std::map<std::string, int> processes;  // their number stands for them
+  std::int64_t begin_ns = INT64_MAX;
+  std::uint64_t overwritten = 0;
+  for (const json& thread : threads) {
+    const std::string name = thread.at("process");
+    const int process =
+        processes.try_emplace(name, static_cast<int>(processes.size()) + 1).first->second;
+    const int tid = thread.at("tid");
+    events.push_back(
+        {{"ph", "M"}, {"pid", process}, {"name", "process_name"}, {"args", {{"name", name}}}});
+    events.push_back({{"ph", "M"},
+                      {"pid", process},
+                      {"tid", tid},
+                      {"name", "thread_name"},
+                      {"args", {{"name", thread.at("thread")}}}});
+    overwritten += thread.at("overwritten").get<std::uint64_t>();
+    for (const json& entry : thread.at("events")) {
+      executions.push_back({process, tid, entry[0], entry[1], entry[2], entry[3], entry[4],
+                            entry[5], entry[6], entry[7]});
+      begin_ns = std::min(begin_ns, executions.back().ready_ns);
+    }
+  }
+  std::sort(executions.begin(), executions.end(),
+            [](const auto& a, const auto& b) { return a.start_ns < b.start_ns; });
+  std::map<std::pair<int, std::uint64_t>, std::vector<const Execution*>> chains;
+  std::uint64_t number = 0;
+  for (Execution& execution : executions) {
+    execution.ready_ns -= begin_ns;
+    execution.start_ns -= begin_ns;
+    execution.end_ns -= begin_ns;
+    json slice = event("X", execution, execution.name, execution.start_ns);
+    slice["cat"] = execution.kind;
+    slice["dur"] = us(execution.end_ns - execution.start_ns);
+    slice["args"] = {{"latency_us", us(execution.start_ns - execution.ready_ns)},
+                     {"sequence", execution.sequence},
+                     {"chain_instance", execution.chain}};
+    events.push_back(std::move(slice));
+    for (const bool begins : {true, false}) {
+      json wait = event(begins ? "b" : "e", execution, "ready: " + execution.name,
+                        begins ? execution.ready_ns : execution.start_ns);
+      wait["cat"] = "ready";
+      wait["id"] = number;
+      events.push_back(std::move(wait));
+    }
+    ++number;
+    if (execution.lost != 0) {
+      json mark = event("i", execution, fmt::format("{} lost {}", execution.name, execution.lost),
+                        execution.start_ns);
+      mark["s"] = "t";
+      events.push_back(std::move(mark));
+    }
+    chains[{execution.process, execution.chain}].push_back(&execution);
+  }
+  std::uint64_t chain_number = 0;
+  for (const auto& [instance, steps] : chains) {
+    ++chain_number;
+    for (std::size_t i = 0; steps.size() > 1 && i < steps.size(); ++i) {
+      json arrow = event(i == 0                  ? "s"
+                         : i + 1 == steps.size() ? "f"
+                                                 : "t",
+                         *steps[i], "chain", steps[i]->start_ns);
+      arrow["cat"] = "chain";
+      arrow["id"] = chain_number;
+      arrow["bp"] = "e";
+      events.push_back(std::move(arrow));
+    }
+  }
+  std::ofstream file(path);
+  file << json{{"traceEvents", std::move(events)},
+               {"displayTimeUnit", "ns"},
+               {"otherData", {{"overwritten_executions", overwritten}}}}
+              .dump()
+       << "\n";
+  file.close();
+  if (!file) throw not_written("the trace", path);
+}
+
+}  // namespace takt::tools

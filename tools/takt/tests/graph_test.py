@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""takt node, topic and service, between processes: what runs is seen, measured, shown and called.
+
+usage: graph_test.py TAKT [--measure]
+
+--measure: how much CPU it takes to look on, which means something on a quiet machine only.
+"""
+import json
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "cmake"))
+from checks import check, environment, finish
+
+takt = sys.argv[1]
+folder = pathlib.Path(tempfile.mkdtemp())
+domain = environment["ROS_DOMAIN_ID"]
+SYSTEM = """
+dds: {{domain: {domain}, shared_memory: off, ros_graph: {form}}}
+executors:
+  one: {{type: {executor}}}
+container:
+  name: robot
+  components:
+    - {{component: takt::Workload, name: lidar, namespace: /front, executor: one,
+       parameters: {{publishers: {{topic: [scan], period_us: [10000], size_bytes: [320]}}}}}}
+    - {{component: takt::Workload, name: sink, executor: one,
+       parameters: {{subscriptions: {{topic: [/front/scan]}}}}}}
+"""
+
+
+def run(*arguments, status=0):
+    done = subprocess.run([takt, *arguments], env=environment, text=True, capture_output=True,
+                          timeout=60)
+    check(f"takt {' '.join(arguments)[:60]}", done.returncode == status, done.stderr)
+    return done
+
+
+def table(*arguments):
+    done = run(*arguments, "--json", "-")
+    return json.loads(done.stdout) if done.stdout else None
+
+
+def seen(holds, *arguments):
+    """The table when it holds, or after ten looks: on a busy machine others are heard of late."""
+    for _ in range(10):
+        rows = json.loads(subprocess.run([takt, *arguments, "--json", "-"], env=environment,
+                                         text=True, capture_output=True).stdout or "[]")
+        if holds(rows):
+            break
+    return rows
+
+
+class System:
+    """A container that runs while the object lives."""
+
+    def __init__(self, executor="events", form="jazzy"):
+        self.form = form
+        file = folder / "system.yaml"
+        file.write_text(SYSTEM.format(domain=domain, executor=executor, form=form))
+        self.process = subprocess.Popen([takt, "run", str(file)], env=environment,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def __enter__(self):
+        seen(lambda rows: {"/front/lidar", "/robot", "/sink"} <= {row["node"] for row in rows},
+             "node", "list", "--ros", self.form)
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(2)
+        self.process.wait(20)
+
+
+def test_what_is_there():
+    with System():
+        nodes = {row["node"]: row for row in seen(lambda rows: len(rows) == 3, "node", "list")}
+        check("all nodes are there", set(nodes) == {"/front/lidar", "/robot", "/sink"}, nodes)
+        check("with what they publish", nodes["/front/lidar"]["publishers"] == 1, nodes)
+        info = table("node", "info", "front/lidar")
+        check("node info",
+              {"name": "/front/scan", "type": "takt/msg/Workload"} in info["publishers"], info)
+        topics = {row["topic"]: row
+                  for row in seen(lambda rows: len(rows) >= 3, "topic", "list")}
+        check("topic list", topics["/front/scan"]["publishers"] == 1 and
+              topics["/front/scan"]["subscriptions"] == 1, topics)
+        ends = seen(lambda rows: len(rows) == 2 and all(row["node"] for row in rows),
+                    "topic", "info", "/front/scan")
+        check("topic info", [row["node"] for row in ends] == ["/front/lidar", "/sink"], ends)
+        check("type hashes", all(row["type_hash"].startswith("RIHS01_") for row in ends), ends)
+        services = {row["service"]: row["type"]
+                    for row in seen(lambda rows: len(rows) >= 16, "service", "list")}
+        check("service list",
+              services.get("/sink/get_parameters") == "rcl_interfaces/srv/GetParameters", services)
+        wrong = run("node", "info", "/nobody", status=2)
+        check("who is not there", "/front/lidar" in wrong.stderr, wrong.stderr)
+        wrong = run("topic", "hz", "/front/scam", status=2)
+        check("what is not there", "did you mean '/front/scan'" in wrong.stderr, wrong.stderr)
+
+
+def test_parameters_from_outside():
+    with System():
+        get = lambda name: table("service", "call", "/front/lidar/get_parameters",
+                                 f"{{names: [{name}]}}")["values"][0]
+        check("a value is read", get("publishers.size_bytes")["integer_array_value"] == [320])
+        names = table("service", "call", "/front/lidar/list_parameters")["result"]["names"]
+        check("names are listed", "publishers.topic" in names, names)
+        refused = table("service", "call", "/front/lidar/set_parameters",
+                        "{parameters: [{name: publishers.topic, value: {type: 2, integer_value: 1}}]}")
+        result = refused["results"][0]
+        check("refused with the reason",
+              not result["successful"] and "publishers.topic" in result["reason"], result)
+        wrong = run("service", "call", "/front/lidar/get_parameters", "{name: [x]}", status=2)
+        check("a field that is none", "did you mean 'names'" in wrong.stderr, wrong.stderr)
+
+
+def test_messages_are_sent_and_shown():
+    echo = subprocess.Popen([takt, "topic", "echo", "/odom", "--type", "nav_msgs/msg/Odometry", "-n",
+                             "1", "--json", "-"], env=environment, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    run("topic", "pub", "/odom", "nav_msgs/msg/Odometry",
+        "{header: {frame_id: map}, pose: {pose: {position: {x: 1.5}}}}", "--rate", "20", "-n", "100",
+        "--duration", "6")
+    message = json.loads(echo.communicate(timeout=20)[0])
+    check("sent and shown", message["header"]["frame_id"] == "map" and
+          message["pose"]["pose"]["position"]["x"] == 1.5 and
+          len(message["pose"]["covariance"]) == 36, message)
+    wrong = run("topic", "pub", "/x", "std_msgs/msg/Int8", "{data: 300}", status=2)
+    check("a number that does not fit", "from -128 to 127" in wrong.stderr, wrong.stderr)
+    wrong = run("topic", "pub", "/x", "std_msgs/msg/Strin", "{}", status=2)
+    check("a type that is none", "did you mean 'std_msgs/msg/String'" in wrong.stderr, wrong.stderr)
+    wrong = run("topic", "pub", "/x", "std_msgs/msg/String", status=2)
+    check("nobody listens", "nobody listens" in wrong.stderr, wrong.stderr)
+
+
+def executors():
+    names = subprocess.run([takt, "list", "executors"], text=True, capture_output=True).stdout
+    return [line.split()[0] for line in names.splitlines() if line.strip()]
+
+
+def test_rate_and_bytes_on_every_executor():
+    for executor in executors():
+        with System(executor):
+            looks = [subprocess.Popen([takt, "topic", what, "/front/scan", "--duration", "2.2",
+                                       "--json", "-"], env=environment, text=True,
+                                      stdout=subprocess.PIPE) for what in ("hz", "bw")]
+            rate, size = (json.loads(look.communicate(timeout=60)[0]) for look in looks)
+            # It is 100 Hz, or less where others take the CPU: as many as were seen in the time.
+            seen_hz = (rate["messages"] - 1) / 2.2
+            check(f"{executor}: its rate", seen_hz * 0.95 < rate["rate_hz"] < 110, rate)
+            check(f"{executor}: its bytes", size["mean_bytes"] == size["max_bytes"] and
+                  330 <= size["max_bytes"] <= 350, size)
+
+
+def test_humbles_form():
+    with System(form="humble"):
+        rows = seen(lambda rows: len(rows) == 3, "node", "list", "--ros", "humble")
+        check("humble: nodes",
+              {row["node"] for row in rows} == {"/front/lidar", "/robot", "/sink"}, rows)
+
+
+def share_of_waking_up():
+    """What it takes to be woken by a datagram a hundred times a second, and to do nothing."""
+    receiver = subprocess.Popen([sys.executable, "-c", """
+import socket, time
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(("127.0.0.1", 0))
+print(s.getsockname()[1], flush=True)
+s.recv(9); begin = time.process_time()
+for _ in range(300): s.recv(9)
+print(time.process_time() - begin)"""], stdout=subprocess.PIPE, text=True)
+    address = ("127.0.0.1", int(receiver.stdout.readline()))
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    for _ in range(301):
+        sender.sendto(b"x", address)
+        time.sleep(0.01)
+    return float(receiver.stdout.readline()) / 3
+
+
+def test_looking_on_takes_less_than_a_hundredth_of_a_cpu():
+    """The CPU time of five seconds, without what it takes to join and leave. Where to be woken up
+    takes a third of that already, three times as much."""
+    def cpu_time(command, seconds):
+        process = subprocess.Popen([takt, "topic", command, "/front/scan", "--duration", seconds],
+                                   env=environment, stdout=subprocess.DEVNULL)
+        usage = os.wait4(process.pid, 0)[2]
+        return usage.ru_utime + usage.ru_stime
+
+    with System():
+        for command in ("hz", "bw", "echo"):
+            share = (cpu_time(command, "6.5") - cpu_time(command, "1.5")) / 5
+            waking = share_of_waking_up()
+            check(f"takt topic {command} at 100 Hz: {100 * share:.2f} % of a CPU, of which waking up "
+                  f"is {100 * waking:.2f} %", share < max(0.01, 3 * waking))
+
+
+if "--measure" in sys.argv:
+    test_looking_on_takes_less_than_a_hundredth_of_a_cpu()
+else:
+    test_what_is_there()
+    test_parameters_from_outside()
+    test_messages_are_sent_and_shown()
+    test_rate_and_bytes_on_every_executor()
+    test_humbles_form()
+finish()

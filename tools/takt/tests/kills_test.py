@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Processes that talk by shared memory are killed in the middle of it, and RouDi too: each run ends all
+the same, what is started again runs, and nothing is left behind.
+
+usage: kills_test.py TAKT SECONDS
+"""
+# SPDX-License-Identifier: Apache-2.0
+import glob
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+
+SENDER = """
+  - name: sender{0}
+    restart: {{policy: always, delay: 10ms, most: 1000}}
+    components:
+      - component: takt::Workload
+        name: publisher{0}
+        parameters: {{publishers.topic: [/data], publishers.period_us: [200], publishers.fixed_bytes: [1000]}}
+"""
+RECEIVER = """
+  - name: receiver{0}
+    restart: {{policy: always, delay: 10ms, most: 1000}}
+    components:
+      - component: takt::Workload
+        name: subscriber{0}
+        parameters: {{subscriptions.topic: [/data], subscriptions.fixed_bytes: [1000]}}
+"""
+
+takt, seconds = sys.argv[1:]
+skip_without_shared_memory()
+random.seed(1)
+
+
+def children(process):
+    """Of its children, the containers: its keeper of RouDi has a name of its own."""
+    found = []
+    for path in glob.glob("/proc/[0-9]*/stat"):
+        try:
+            name, fields = open(path).read().rsplit(")", 1)
+        except OSError:
+            continue
+        if int(fields.split()[1]) == process and not name.endswith("(takt_roudi"):
+            found.append(int(name.split()[0]))
+    return found
+
+
+def kill(pid):
+    try:
+        os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+
+
+def left_behind():
+    return (glob.glob("/tmp/*roudi*") + glob.glob("/tmp/iceoryx_rt_*") + glob.glob("/dev/shm/iceoryx*")
+            + (["iox-roudi"] if roudi_runs() else []))
+
+
+end = time.monotonic() + float(seconds)
+runs = deaths = roudi_deaths = 0
+with tempfile.TemporaryDirectory() as folder:
+    system = os.path.join(folder, "system.yaml")
+    with open(system, "w") as file:
+        file.write("dds: {shared_memory: require}\ncontainers:\n"
+                   + "".join(part.format(i) for part in (SENDER, RECEIVER) for i in (1, 2)))
+    while time.monotonic() < end:
+        runs += 1
+        log = open(os.path.join(folder, "log"), "w+")
+        run = subprocess.Popen([takt, "run", system], env=environment, stdout=log,
+                               stderr=subprocess.STDOUT)
+        stop = time.monotonic() + 6
+        while time.monotonic() < stop and run.poll() is None:
+            time.sleep(random.random() / 2)
+            if random.random() < 0.2 and roudi_runs():
+                roudi_deaths += 1
+                for pid in subprocess.run(["pidof", "iox-roudi"], capture_output=True,
+                                          text=True).stdout.split():
+                    kill(int(pid))
+            elif found := children(run.pid):
+                deaths += 1
+                kill(random.choice(found))
+        run.send_signal(signal.SIGINT)
+        try:
+            run.wait(timeout=100)
+        except subprocess.TimeoutExpired:
+            log.seek(0)
+            check("each run ends", False, log.read()[-4000:])
+            for pid in children(run.pid) + [run.pid]:
+                kill(pid)
+        limit = time.monotonic() + 30
+        while left_behind() and time.monotonic() < limit:
+            time.sleep(0.02)
+        if left_behind():
+            check("a run leaves nothing behind", False, left_behind())
+            break
+check(f"{runs} runs have ended though {deaths} of their processes were killed, and RouDi "
+      f"{roudi_deaths} times", runs > 0 and deaths > 0)
+finish()

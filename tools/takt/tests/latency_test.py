@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""takt latency is read by what reads cyclictest: latency_test.py TAKT
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import json
+import os
+import re
+import subprocess
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, finish  # noqa: E402
+
+
+def run(*words):
+    return subprocess.run([sys.argv[1], "latency", *words], stdout=subprocess.PIPE, check=True,
+                          text=True).stdout
+
+
+def main():
+    text = run("-i", "1000", "-l", "200", "-h", "400", "-q", "--executor", "events")
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    summary = re.compile(r"T: *(\d+) \( *\d+\) P: *\d+ I:\d+ C: *(\d+) "
+                         r"Min: *\d+ Act: *\d+ Avg: *\d+ Max: *\d+$")
+    rows = [summary.match(line) for line in lines[:2]]
+    check("the summary has cyclictest's lines", all(rows))
+    check("each row has its cycles", [row.group(2) for row in rows] == ["200", "200"])
+    histogram = [line.split() for line in lines[2:]]
+    check("the histogram has cyclictest's lines", len(histogram) == 400
+          and all(re.fullmatch(r"\d{6}", word) for line in histogram for word in line))
+    overflows = [int(word) for word in re.search(r"# Histogram Overflows: (.*)", text)[1].split()]
+    for row in (1, 2):
+        total = sum(int(line[row]) for line in histogram)
+        check(f"row {row - 1}: histogram and overflows are all", total + overflows[row - 1] == 200)
+
+    # The keys that rt-tests 2.4 writes, and scripts read.
+    document = json.loads(run("-i", "1000", "-l", "200", "-q", "--json", "-"))
+    for key in ("file_version", "cmdline:", "rt_test_version:", "start_time", "end_time",
+                "return_code", "sysinfo", "num_threads", "resolution_in_ns", "thread"):
+        check(f"the JSON has '{key}'", key in document)
+    for key in ("histogram", "cycles", "min", "max", "avg", "cpu", "node"):
+        check(f"a thread has '{key}'", key in document["thread"]["0"])
+    check("bare loop and executor", document["num_threads"] == len(document["thread"]) == 2)
+    finish()
+
+
+main()

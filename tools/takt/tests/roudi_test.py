@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+"""RouDi as takt run starts it: several runs share one, it ends with the last, and its files go with
+it however that ends.
+
+usage: roudi_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import glob
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+
+SYSTEM = """
+dds: {shared_memory: require, domain: DOMAIN}
+containers:
+  - name: sender
+    components:
+      - component: takt::Workload
+        name: publisher
+        parameters: {publishers.topic: [/data], publishers.period_us: [5000], publishers.fixed_bytes: [1000]}
+  - name: receiver
+    components:
+      - component: takt::Workload
+        name: subscriber
+        parameters: {subscriptions.topic: [/data], subscriptions.fixed_bytes: [1000]}
+"""
+
+takt, = sys.argv[1:]
+skip_without_shared_memory()
+folder = tempfile.TemporaryDirectory()
+domain = int(environment["ROS_DOMAIN_ID"])
+
+
+def system(number):
+    path = os.path.join(folder.name, f"{number}.yaml")
+    with open(path, "w") as file:
+        file.write(SYSTEM.replace("DOMAIN", str((domain + number) % 230)))
+    return path
+
+
+def start(number, *options):
+    return subprocess.Popen([takt, "run", system(number), *options], env=environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def eventually(condition):
+    limit = time.monotonic() + 60
+    while not condition() and time.monotonic() < limit:
+        time.sleep(0.02)
+    return condition()
+
+
+def left_behind():
+    files = [file for pattern in ("/tmp/*roudi*", "/tmp/iceoryx_rt_*", "/dev/shm/iceoryx*")
+             for file in glob.glob(pattern)]
+    return files + (["iox-roudi"] if roudi_runs() else [])
+
+
+# They removed each other's files, and each ended the RouDi that the others had.
+results = [os.path.join(folder.name, f"{number}.json") for number in range(4)]
+runs = [start(number, "--duration", f"{1 + number}s", "--json", result)
+        for number, result in enumerate(results)]
+said = [run.communicate(timeout=200)[0] for run in runs]
+check("four runs at once share a RouDi", all(run.returncode == 0 for run in runs), *said)
+ways = [topic["way"] for result in results if os.path.exists(result)
+        for topic in json.load(open(result))["runs"][0]["topics"]]
+check("and all of their messages go by shared memory", ways == 8 * ["shared memory"], ways)
+check("it ends with the last", not left_behind(), left_behind())
+
+first = start(0)
+eventually(roudi_runs)
+second = start(1, "--duration", "1s")  # finds a RouDi that serves, or none
+first.send_signal(signal.SIGINT)
+first.communicate(timeout=100)
+said = second.communicate(timeout=100)[0]
+check("who has started it may end first", second.returncode == 0, said)
+check("and it ends with the other", not left_behind(), left_behind())
+
+# At any moment: they are spread over what a start takes.
+for ending, step in ((signal.SIGTERM, 0.03), (signal.SIGHUP, 0.1), (signal.SIGKILL, 0.1)):
+    for moment in range(12 if ending == signal.SIGTERM else 4):
+        run = start(0)
+        time.sleep(moment * step)
+        run.send_signal(ending)
+        run.communicate(timeout=100)
+        gone = eventually(lambda: not left_behind())
+        check(f"{ending.name} {moment * step:.2f} s after the start leaves nothing behind", gone,
+              left_behind())
+finish()

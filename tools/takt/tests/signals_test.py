@@ -1,0 +1,218 @@
+#!/usr/bin/env python3
+"""SIGINT, SIGTERM and SIGHUP at any time: the process ends in bounded time, says why it waits, and
+what is sound is destroyed in order.
+
+usage: signals_test.py TAKT WITNESS_LIBRARY
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt, library = (os.path.abspath(path) for path in sys.argv[1:])
+LIMIT = 60  # seconds, for what takes a few on an idle machine
+
+
+def component(name):
+    return f"      - {{component: Witness, library: {library}, name: {name}}}\n"
+
+
+def container(name, more=""):
+    return f"  - name: {name}_process\n{more}    components:\n" + component(name)
+
+
+class Run:
+    """A takt process whose components leave traces."""
+
+    def __init__(self, text, words=("run", "FILE"), name="system.yaml", **more):
+        self.folder = tempfile.TemporaryDirectory()
+        self.file = os.path.join(self.folder.name, name)
+        with open(self.file, "w") as file:
+            file.write(text)
+        self.words, self.more = words, more
+
+    def begin(self):
+        words = [self.file if word == "FILE" else self.path(word[1:]) if word[0] == "@" else word
+                 for word in self.words]
+        self.log = open(self.path("log"), "w")
+        self.process = subprocess.Popen([takt, *words], stdout=subprocess.DEVNULL, stderr=self.log,
+                                        env=dict(environment, WITNESS=self.folder.name),
+                                        **self.more)
+        return self
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def read(self, name):
+        return open(self.path(name)).read() if os.path.exists(self.path(name)) else ""
+
+    def close(self, name):
+        """The next constructor of this component waits."""
+        os.mkfifo(self.path(name + ".gate"))
+        return self
+
+    def open(self, name):
+        open(self.path(name + ".gate"), "w").close()
+
+    def wait(self, name, wanted):
+        """Until the file has as many characters, or this text."""
+        for _ in range(LIMIT * 100):
+            text = self.read(name)
+            if wanted in text if isinstance(wanted, str) else len(text) >= wanted:
+                return True
+            if self.process.poll() is not None:
+                return False
+            time.sleep(0.01)
+        return False
+
+    def end(self):
+        try:
+            return self.process.wait(LIMIT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            return "no end"
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+
+def children_of(process):
+    tasks = f"/proc/{process.pid}/task/{process.pid}/children"
+    return [int(pid) for pid in open(tasks).read().split()]
+
+
+ONE = "container:\n  name: one\n  components:\n" + component("sound") + component("slow")
+
+for number in (signal.SIGINT, signal.SIGTERM):
+    run = Run(ONE).close("slow").begin()
+    run.wait("slow.entered", 1)
+    run.send(number)
+    status = run.end()
+    check(f"{number.name} ends a process whose constructor never returns", status == -number, status)
+    check("which says so", f"{number.name}; waiting for the constructor of component 'slow'"
+          in run.read("log") and "has not returned" in run.read("log"), run.read("log"))
+
+run = Run(ONE).close("slow").begin()
+run.wait("slow.entered", 1)
+run.send(signal.SIGINT)
+run.wait("log", "waiting for")
+run.open("slow")
+status = run.end()
+check("one that returns in time is destroyed, and all others are", status == 1
+      and run.read("sound.gone") and run.read("slow.gone"), status, run.read("log"))
+
+run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  components:\n"
+          + component("sound")).close("slow").begin()
+run.wait("sound.ticks", 1)
+loader = subprocess.Popen([takt, "component", "load", "one", "Witness", "--library", library,
+                           "--name", "slow"], env=environment, stderr=subprocess.DEVNULL)
+run.wait("slow.entered", 1)
+run.send(signal.SIGINT)
+status = run.end()
+check("a component that is being loaded holds nothing up either", status == -signal.SIGINT
+      and "SIGINT; waiting for the constructor of component 'slow'" in run.read("log"),
+      status, run.read("log"))
+loader.kill()
+loader.wait()
+
+# ---- Several processes ----
+
+run = Run("containers:\n" + container("sound") + container("slow")).close("slow").begin()
+run.wait("slow.entered", 1)
+run.wait("sound.made", 1)
+run.send(signal.SIGTERM)
+status = run.end()
+check("of several processes the sound ones end by themselves", status == 1
+      and run.read("sound.gone"), status, run.read("log"))
+check("the other one is killed, and named", "process 'slow_process' is killed" in run.read("log"),
+      run.read("log"))
+
+# A child that was restarted, and was in its constructor, stopped the supervision of all others:
+# deaths went unseen, and Ctrl-C killed sound processes, whose destructors never ran.
+run = Run("containers:\n" + container("sound") + container("mortal")
+          + container("slow", "    restart: {policy: always, delay: 1ms}\n")).begin()
+run.wait("slow.ticks", 1)
+run.close("slow")
+sound, mortal, slow = children_of(run.process)
+os.kill(slow, signal.SIGKILL)
+run.wait("slow.entered", 2)
+os.kill(mortal, signal.SIGKILL)
+check("a death is seen while another process is in its constructor",
+      run.wait("log", "process 'mortal_process' was ended by signal 9"), run.read("log"))
+run.send(signal.SIGINT)
+status = run.end()
+check("Ctrl-C ends the sound process by its destructors", status == 1 and run.read("sound.gone"),
+      status, run.read("log"))
+check("and the one in its constructor by a signal", "process 'slow_process' is killed"
+      in run.read("log"), run.read("log"))
+
+run = Run("containers:\n" + container("sound")
+          + container("slow", "    restart: {policy: always, delay: 1ms}\n")).begin()
+run.wait("slow.ticks", 1)
+run.close("slow")
+os.kill(children_of(run.process)[1], signal.SIGKILL)
+run.wait("slow.entered", 2)
+ticks = len(run.read("slow.ticks"))
+run.open("slow")
+check("when its constructor returns, it goes on", run.wait("slow.ticks", ticks + 3),
+      run.read("log"))
+run.send(signal.SIGINT)
+status = run.end()
+check("as if nothing had been", status == 0 and run.read("slow.gone"), status, run.read("log"))
+
+# ---- SIGHUP ----
+
+TWO = "containers:\n" + container("sound") + container("other")
+for text in ("container:\n  name: one\n  components:\n" + component("sound"), TWO):
+    run = Run(text, ("run", "FILE", "--json", "@result.json")).begin()
+    run.wait("sound.ticks", 3)
+    run.send(signal.SIGHUP)
+    status = run.end()
+    check("SIGHUP ends a run as SIGTERM does", status == 0 and run.read("sound.gone")
+          and json.loads(run.read("result.json"))["runs"], status, run.read("log"))
+
+run = Run(TWO, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)).begin()
+run.wait("sound.ticks", 3)
+run.send(signal.SIGHUP)
+ticks = len(run.read("sound.ticks"))
+run.wait("sound.ticks", ticks + 50)
+check("but not under nohup", run.process.poll() is None and not run.read("sound.gone"))
+run.send(signal.SIGTERM)
+check("where SIGTERM does", run.end() == 0, run.read("log"))
+
+# ---- Comparisons ----
+
+MANY = ("--duration", "200ms", "--repeat", "1000", "--json", "@result.json")
+for words in (("compare", "FILE", "--executors", "events,single_threaded", *MANY),
+              ("bench", "topologies", "FILE", *MANY)):
+    run = Run("container:\n  name: one\n  components:\n" + component("sound"), words,
+              start_new_session=True).begin()
+    run.wait("sound.entered", 3)  # so two runs are complete
+    os.killpg(run.process.pid, signal.SIGINT)  # as a terminal does
+    status = run.end()
+    said = run.read("log")
+    result = json.loads(run.read("result.json") or "{}")
+    rows = result.get("runs") or result.get("experiments")
+    check(f"Ctrl-C in takt {words[0]} writes what was measured so far", status == 1 and rows
+          and "SIGINT came when " in said, status, said, rows)
+    check("and ends the run that was under way by its destructors",
+          len(run.read("sound.gone")) == len(run.read("sound.made")),
+          run.read("sound.gone"), run.read("sound.made"))
+
+# ---- Names ----
+
+pair = "    components: [{component: Witness, library: " + library + "}]\n"
+run = Run("containers:\n  - name: a\n" + pair + "  - name: b\n" + pair).begin()
+status = run.end()
+check("two nodes that the code calls the same, in two processes, are an error of the file",
+      status == 2 and "system.yaml:5: the node of 'Witness' is called '/witness', as that of "
+      "'Witness' in " in run.read("log"), status, run.read("log"))
+
+finish()

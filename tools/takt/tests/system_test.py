@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Several containers as one system: what dies is told with its last words, restarted as its
+description says, and the rest goes on.
+
+usage: system_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt = sys.argv[1]
+
+WORKLOAD = """
+    - component: takt::Workload
+      name: {name}
+      parameters: {{publishers.topic: [/{name}], publishers.period_us: [10000], publishers.size_bytes: [16]}}
+"""
+
+
+def children_of(process):
+    """The children in the order of their making."""
+    tasks = f"/proc/{process.pid}/task/{process.pid}/children"
+    for _ in range(500):
+        pids = [int(pid) for pid in open(tasks).read().split()]
+        if len(pids) >= 2:
+            return pids
+        time.sleep(0.01)
+    return pids
+
+
+def run(restart, act, seconds="3s", file=None):
+    """Runs two containers, lets `act` do something after a second, and returns what was said."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = file or os.path.join(folder, "two.yaml")
+        if not file:
+            with open(path, "w") as text:
+                text.write("containers:\n  - name: first\n    components:"
+                           + WORKLOAD.format(name="one")
+                           + "  - name: second\n" + restart + "    components:"
+                           + WORKLOAD.format(name="two"))
+        result = os.path.join(folder, "result.json")
+        process = subprocess.Popen([takt, "run", path, "--duration", seconds, "--json", result],
+                                   env=environment, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(1.6)
+        act(process, children_of(process))
+        said = process.communicate(timeout=60)
+        runs = json.load(open(result))["runs"] if os.path.exists(result) else None
+        return process.returncode, said[1], runs
+
+
+def kill_second(_, pids):
+    os.kill(pids[1], signal.SIGKILL)
+
+
+status, said, runs = run("", kill_second)
+check("a container that is killed is told of", "process 'second' was ended by signal 9 (Killed)"
+      in said, said)
+check("the others go on, and the exit status tells", status == 1 and runs is not None
+      and [p["name"] for p in runs[0]["processes"]] == ["first"], status, said)
+
+status, said, runs = run("    restart: {policy: on_failure, delay: 50ms}\n", kill_second)
+check("it is restarted as its description says", "restart 1 of 5 in 50ms" in said and status == 0
+      and [p["name"] for p in runs[0]["processes"]] == ["first", "second"], status, said)
+check("with its components", runs is not None and any(
+    c["node"] == "/two" and c["received"] > 10 for c in runs[0]["callbacks"]), runs)
+
+
+def kill_again_and_again(process, pids):
+    for _ in range(3):
+        os.kill(children_of(process)[-1], signal.SIGKILL)
+        time.sleep(0.4)
+
+
+status, said, runs = run("    restart: {policy: always, delay: 1ms, most: 2}\n",
+                         kill_again_and_again, "4s")
+check("but not for ever", "it was restarted 2 times already" in said and status == 1, status, said)
+
+status, said, runs = run("", lambda process, _: process.send_signal(signal.SIGINT), "60s")
+check("one Ctrl-C ends all cleanly", status == 0 and len(runs[0]["processes"]) == 2, status, said)
+
+
+# Ends of topics that never find each other are named, and fail the run where the file says so.
+LONELY = """
+topics: {{/scan: {{must_match: {required}}}}}
+containers:
+  - name: first
+    components:
+      - component: takt::Workload
+        name: nav
+        parameters: {{subscriptions.topic: [/scan, /map]}}
+  - name: second
+    components:
+      - component: takt::Workload
+        name: server
+        parameters: {{publishers.topic: [/map], publishers.period_us: [10000], publishers.size_bytes: [16]}}
+"""
+for required, seconds in (("false", "11s"), ("true", "2s")):
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
+        text.write(LONELY.format(required=required))
+        text.flush()
+        status, said, _ = run("", lambda *_: None, seconds, text.name)
+    if required == "false":
+        check("a topic that only one side knows is named after 10 s", status == 0
+              and "only one side is known: '/scan' (nobody publishes it for /nav)" in said
+              and "/map" not in said, status, said)
+    else:
+        check("and is an error where it must match", status == 1 and re.search(
+            r":2: topic '/scan' must match: nobody publishes it for /nav", said), status, said)
+
+
+# A managed container dies: noticed within its heartbeat limit, and handled as the file says.
+LIFECYCLE = """
+lifecycle:
+  bring_up: [anchor, base, top]
+  depends_on: {top: [base]}
+  heartbeat: 400ms
+containers:
+  - name: first
+    components:
+      - {component: takt::LifecycleWorkload, name: anchor}
+      - {component: takt::LifecycleWorkload, name: top}
+  - name: second
+    restart: {policy: on_failure, delay: 800ms}
+    components:
+      - {component: takt::LifecycleWorkload, name: base}
+"""
+with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
+    text.write(LIFECYCLE)
+    text.flush()
+    status, said, _ = run("", kill_second, "5s", text.name)
+steps = re.findall(r"lifecycle: ((?:\w+ /\w+|nothing heard of /\w+|/\w+ is back))", said)
+check("a lost node's dependents rest until it is back, and all go down in reverse", status == 0
+      and steps == ["configure /anchor", "activate /anchor", "configure /base", "activate /base",
+                    "configure /top", "activate /top", "nothing heard of /base",
+                    "deactivate /top", "/base is back", "configure /base", "activate /base",
+                    "activate /top",
+                    "deactivate /top", "cleanup /top", "shutdown /top",
+                    "deactivate /base", "cleanup /base", "shutdown /base",
+                    "deactivate /anchor", "cleanup /anchor", "shutdown /anchor"],
+      status, steps, said)
+
+finish()
