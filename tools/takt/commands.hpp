@@ -1,10 +1,7 @@
-// The subcommands: each adds itself to the command line, one file each.
+// The subcommands: each is one file in commands/, and adds itself.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_COMMANDS_HPP_
 #define TAKT_TOOLS_TAKT_COMMANDS_HPP_
-
-#include <string>
-#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -16,20 +13,15 @@ inline constexpr int kBadUsage = 2;
 inline constexpr const char* kNoStdException =
     "a callback threw something that is no std::exception";
 
-void add_list(CLI::App& app);
-void add_bench(CLI::App& app);
-void add_check(CLI::App& app);
-void add_run(CLI::App& app);
-void add_compare(CLI::App& app);
-void add_component(CLI::App& app);
-void add_doctor(CLI::App& app);
-void add_latency(CLI::App& app);
-void add_lifecycle(CLI::App& app);
-void add_node(CLI::App& app);
-void add_plan(CLI::App& app);
-void add_reference(CLI::App& app);
-void add_service(CLI::App& app);
-void add_topic(CLI::App& app);
+/// A subcommand, which its one file registers at namespace scope: `set_up` gives it its options,
+/// its footer with an example, and its callback.
+class Command {
+ public:
+  Command(const char* name, const char* what, void (*set_up)(CLI::App*));
+};
+
+/// All that are registered, by name.
+void add_commands(CLI::App& app);
 
 }  // namespace takt::tools
 

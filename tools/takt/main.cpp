@@ -1,5 +1,8 @@
 // takt: runs systems that a file describes, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <string>
+
 #include <fmt/format.h>
 
 #include "takt/base/version.hpp"
@@ -7,6 +10,32 @@
 #include "takt/rt_tests/output.hpp"
 
 #include "commands.hpp"
+
+namespace takt::tools {
+namespace {
+
+struct Entry {
+  const char* what;
+  void (*set_up)(CLI::App*);
+};
+std::map<std::string, Entry>& commands() {
+  static std::map<std::string, Entry> entries;
+  return entries;
+}
+
+}  // namespace
+
+Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*)) {
+  commands()[name] = {what, set_up};
+}
+
+void add_commands(CLI::App& app) {
+  for (const auto& [name, entry] : commands()) {
+    entry.set_up(app.add_subcommand(name, entry.what));
+  }
+}
+
+}  // namespace takt::tools
 
 namespace {
 
@@ -19,20 +48,7 @@ int run(int argc, char** argv) {
   app.footer(
       "Example:\n"
       "  takt compare robot.yaml --executors all --duration 5s\n");
-  tools::add_list(app);
-  tools::add_check(app);
-  tools::add_run(app);
-  tools::add_bench(app);
-  tools::add_compare(app);
-  tools::add_component(app);
-  tools::add_doctor(app);
-  tools::add_latency(app);
-  tools::add_lifecycle(app);
-  tools::add_node(app);
-  tools::add_plan(app);
-  tools::add_reference(app);
-  tools::add_service(app);
-  tools::add_topic(app);
+  tools::add_commands(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -1,5 +1,6 @@
 // takt bench: the experiments of the paper "Impact of ROS 2 Node Composition in Robotic Systems"
-// and the robots that it names, each with one command. SPDX-License-Identifier: Apache-2.0
+// and the robots that it names, each with one command.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -649,11 +650,7 @@ void bench(const Options& options) {
   if (!course.interrupted.empty()) throw std::runtime_error(course.interrupted);
 }
 
-}  // namespace
-
-void add_bench(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "bench", "The experiments of the paper on node composition, and its robots");
+void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   std::vector<std::string> names{"all"};
   for (const Experiment& experiment : experiments()) names.push_back(experiment.name);
@@ -670,5 +667,9 @@ void add_bench(CLI::App& app) {
   command->footer("Example:\n  takt bench latency --repeat 5 --report bench_report\n");
   command->callback([options] { bench(*options); });
 }
+const Command registered("bench",
+                         "The experiments of the paper on node composition, and its robots",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

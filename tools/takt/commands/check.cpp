@@ -9,9 +9,9 @@
 
 namespace takt::tools {
 
-void add_check(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "check", "Validates files without running them; every error as FILE:LINE: what; what to do");
+namespace {
+
+void set_up(CLI::App* command) {
   const auto files = std::make_shared<std::vector<std::string>>();
   command->add_option("FILE", *files, "Configuration files, or workloads in the iRobot JSON format")
       ->required();
@@ -31,5 +31,9 @@ void add_check(CLI::App& app) {
     if (!errors.empty()) throw ConfigurationError(errors);
   });
 }
+const Command registered(
+    "check", "Validates files without running them; every error as FILE:LINE: what; what to do",
+    set_up);
 
+}  // namespace
 }  // namespace takt::tools

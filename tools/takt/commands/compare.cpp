@@ -266,11 +266,7 @@ void compare(const Options& options) {
   if (!interrupted.empty()) throw std::runtime_error(interrupted);
 }
 
-}  // namespace
-
-void add_compare(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "compare", "The same system under each executor, interleaved, in one table");
+void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads")
       ->required();
@@ -289,5 +285,8 @@ void add_compare(CLI::App& app) {
       "--report robot.html\n");
   command->callback([options] { compare(*options); });
 }
+const Command registered("compare",
+                         "The same system under each executor, interleaved, in one table", set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -120,11 +120,7 @@ void unload(const Options& options) {
   if (!answer.success) throw Error(answer.error_message);
 }
 
-}  // namespace
-
-void add_component(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("component", "What can be loaded, and loading into containers that run");
+void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   const auto add = [&](const char* name, const char* what, void (*function)(Options&),
@@ -183,5 +179,8 @@ void add_component(CLI::App& app) {
       "  takt component list robot\n"
       "  takt component unload robot 1\n");
 }
+const Command registered("component", "What can be loaded, and loading into containers that run",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -469,15 +469,15 @@ void doctor(const std::string& json_file) {
   if (is_bad) throw CLI::RuntimeError(1);
 }
 
-}  // namespace
-
-void add_doctor(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "doctor", "What this machine grants for real-time work, and what mends the rest");
+void set_up(CLI::App* command) {
   const auto json = std::make_shared<std::string>();
   command->add_option("--json", *json, "Write the findings as JSON too; - for stdout");
   command->footer("Example:\n  takt doctor --json doctor.json\n");
   command->callback([json] { doctor(*json); });
 }
+const Command registered("doctor",
+                         "What this machine grants for real-time work, and what mends the rest",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

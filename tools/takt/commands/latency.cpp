@@ -360,11 +360,7 @@ void latency(const Options& options) {
   if (!options.json.empty()) write_json(to_json(rows, cyclic, options, outcome), options.json);
 }
 
-}  // namespace
-
-void add_latency(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "latency", "cyclictest through an executor, the bare clock_nanosleep loop beside it");
+void set_up(CLI::App* command) {
   command->set_help_flag("--help", "Print this help message and exit");
   const auto options = std::make_shared<Options>();
   command->add_option("-p,--priority", options->priority, "SCHED_FIFO priority; 0: SCHED_OTHER")
@@ -407,5 +403,9 @@ void add_latency(CLI::App& app) {
       "Example:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50\n");
   command->callback([options] { latency(*options); });
 }
+const Command registered("latency",
+                         "cyclictest through an executor, the bare clock_nanosleep loop beside it",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

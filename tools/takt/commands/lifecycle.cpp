@@ -86,11 +86,7 @@ void set(const Options& options) {
   fmt::print("{}\n", state);
 }
 
-}  // namespace
-
-void add_lifecycle(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("lifecycle", "Asks lifecycle nodes for their state, and changes it");
+void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   const auto add = [&](const char* name, const char* what, void (*function)(const Options&)) {
@@ -115,5 +111,8 @@ void add_lifecycle(CLI::App& app) {
       "  takt lifecycle list\n"
       "  takt lifecycle set map_server activate\n");
 }
+const Command registered("lifecycle", "Asks lifecycle nodes for their state, and changes it",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

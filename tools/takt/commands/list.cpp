@@ -34,10 +34,7 @@ void print_wait_backends() {
   }
 }
 
-}  // namespace
-
-void add_list(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("list", "What can be chosen by name, one a line");
+void set_up(CLI::App* command) {
   const auto kind = std::make_shared<std::string>();
   command
       ->add_option("KIND", *kind, "executors, schedulers, wait_backends, transports or components")
@@ -61,5 +58,7 @@ void add_list(CLI::App& app) {
     }
   });
 }
+const Command registered("list", "What can be chosen by name, one a line", set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -73,10 +73,7 @@ void info(const Options& options) {
   if (!options.json_path.empty()) write_json(result, options.json_path);
 }
 
-}  // namespace
-
-void add_node(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("node", "The nodes of a DDS domain, ROS 2's too");
+void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   CLI::App* list_command = command->add_subcommand("list", "All nodes");
@@ -93,5 +90,7 @@ void add_node(CLI::App& app) {
       "  takt node list\n"
       "  takt node info /front/lidar\n");
 }
+const Command registered("node", "The nodes of a DDS domain, ROS 2's too", set_up);
 
+}  // namespace
 }  // namespace takt::tools

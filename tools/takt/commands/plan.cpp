@@ -125,11 +125,7 @@ void plan(const std::string& file, const std::string& json_path) {
   if (!json_path.empty()) write_json({{"file", file}, {"processes", std::move(plans)}}, json_path);
 }
 
-}  // namespace
-
-void add_plan(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "plan", "What Takt assigns from the chains of a file: priorities, executors, CPUs (PiCAS)");
+void set_up(CLI::App* command) {
   const auto file = std::make_shared<std::string>(), json_path = std::make_shared<std::string>();
   command->add_option("FILE", *file, "A configuration file; its components are made, none runs")
       ->required();
@@ -137,5 +133,9 @@ void add_plan(CLI::App& app) {
   command->footer("Example:\n  takt plan robot.yaml\n");
   command->callback([file, json_path] { plan(*file, *json_path); });
 }
+const Command registered(
+    "plan", "What Takt assigns from the chains of a file: priorities, executors, CPUs (PiCAS)",
+    set_up);
 
+}  // namespace
 }  // namespace takt::tools

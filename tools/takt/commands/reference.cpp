@@ -114,11 +114,7 @@ std::string configuration_reference() {
   return page;
 }
 
-}  // namespace
-
-void add_reference(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("reference", "Pages of the documentation that the code itself writes");
+void set_up(CLI::App* command) {
   const auto page = std::make_shared<std::string>();
   command->add_option("PAGE", *page, "config: the keys of configuration files, as Markdown")
       ->required()
@@ -126,5 +122,8 @@ void add_reference(CLI::App& app) {
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
   command->callback([page] { fmt::print("{}", configuration_reference()); });
 }
+const Command registered("reference", "Pages of the documentation that the code itself writes",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -244,11 +244,7 @@ void run(const Options& options) {
   if (!failed.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(failed, "\n")));
 }
 
-}  // namespace
-
-void add_run(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "run", "Starts the system that the file describes; Ctrl-C ends it cleanly");
+void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   CLI::Option* file = command->add_option("FILE", options->file,
                                           "A configuration file, or an iRobot JSON workload");
@@ -291,5 +287,8 @@ void add_run(CLI::App& app) {
     run(*options);
   });
 }
+const Command registered("run", "Starts the system that the file describes; Ctrl-C ends it cleanly",
+                         set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -104,10 +104,7 @@ void call(const Options& options) {
   }
 }
 
-}  // namespace
-
-void add_service(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("service", "The services of a DDS domain, ROS 2's too");
+void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   CLI::App* list_command = command->add_subcommand("list", "All services");
@@ -126,5 +123,7 @@ void add_service(CLI::App& app) {
       "  takt service list\n"
       "  takt service call /lidar/get_parameters '{names: [rate_hz]}'\n");
 }
+const Command registered("service", "The services of a DDS domain, ROS 2's too", set_up);
 
+}  // namespace
 }  // namespace takt::tools

@@ -321,10 +321,7 @@ void pub(const Options& options) {
   std::this_thread::sleep_for(std::chrono::milliseconds(100));  // what is under way arrives
 }
 
-}  // namespace
-
-void add_topic(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("topic", "The topics of a DDS domain, ROS 2's too");
+void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   const auto add = [&](const char* name, const char* what, void (*function)(const Options&),
@@ -370,5 +367,7 @@ void add_topic(CLI::App& app) {
       "  takt topic echo /odom -n 1\n"
       "  takt topic pub /cmd_vel geometry_msgs/msg/Twist '{linear: {x: 0.2}}' --rate 10\n");
 }
+const Command registered("topic", "The topics of a DDS domain, ROS 2's too", set_up);
 
+}  // namespace
 }  // namespace takt::tools
