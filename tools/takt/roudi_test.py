@@ -50,6 +50,20 @@ def start(number, *options):
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
+# Serves until the first question, and ends instead of an answer.
+MORTAL_ROUDI = """#!/usr/bin/env python3
+import fcntl, socket
+open("/proc/self/comm", "w").write("iox-roudi")
+lock = open("/tmp/iox-unique-roudi.lock", "w")
+fcntl.flock(lock, fcntl.LOCK_EX)
+open("/dev/shm/iceoryx_mgmt", "w")
+server = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+server.bind("/tmp/roudi")
+print("RouDi is ready for clients", flush=True)
+server.recv(4096)
+"""
+
+
 def eventually(condition):
     limit = time.monotonic() + 60
     while not condition() and time.monotonic() < limit:
@@ -93,4 +107,16 @@ for ending, step in ((signal.SIGTERM, 0.03), (signal.SIGHUP, 0.1), (signal.SIGKI
         gone = eventually(lambda: not left_behind())
         check(f"{ending.name} {moment * step:.2f} s after the start leaves nothing behind", gone,
               left_behind())
+
+# The keeper's question to it was left behind, a file.
+path = os.path.join(folder.name, "iox-roudi")
+with open(path, "w") as file:
+    file.write(MORTAL_ROUDI)
+os.chmod(path, 0o755)
+environment["PATH"] = folder.name + ":" + environment["PATH"]
+run = start(0)
+said = run.communicate(timeout=100)[0]
+check("a RouDi that dies while it is asked is an error",
+      run.returncode == 2 and "RouDi does not start" in said, run.returncode, said)
+check("and leaves nothing behind", not left_behind(), left_behind())
 finish()
