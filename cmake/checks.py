@@ -2,6 +2,7 @@
 
 SPDX-License-Identifier: Apache-2.0
 """
+import glob
 import os
 import shutil
 import subprocess
@@ -30,6 +31,27 @@ def finish():
 
 def roudi_runs():
     return subprocess.run(["pidof", "iox-roudi"], stdout=subprocess.DEVNULL).returncode == 0
+
+
+def children_of(pid):
+    try:
+        return [int(child) for path in glob.glob(f"/proc/{pid}/task/*/children")
+                for child in open(path).read().split()]
+    except OSError:  # it has ended
+        return []
+
+
+def is_keeper(pid):
+    """Of RouDi, for a `takt run`."""
+    try:
+        return open(f"/proc/{pid}/comm").read() == "takt_roudi\n"
+    except OSError:
+        return False
+
+
+def roudi_of(run):
+    """The one that this `takt run` has started: none or one."""
+    return [roudi for child in children_of(run) if is_keeper(child) for roudi in children_of(child)]
 
 
 def skip_without_shared_memory():

@@ -9,6 +9,7 @@
 #include <deque>
 #include <fstream>
 #include <future>
+#include <unordered_map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -619,14 +620,17 @@ void Container::assign() {
           {.name = executor.name, .type = "chain_aware", .threads = {executor.name}});
     }
   }
+  std::unordered_map<const Node*, ComponentDescription*> unassigned;
   for (const auto& loaded : components_) {
-    ComponentDescription& component = loaded->description;
-    if (!component.executor.empty()) continue;
-    for (const Plan::Callback& callback : plan_.callbacks) {
-      if (callback.node != loaded->node() || callback.executor.empty()) continue;
-      std::string& executor = component.callback_groups[callback.entity->group()->name()].executor;
-      if (executor.empty()) executor = callback.executor;
-    }
+    if (loaded->description.executor.empty())
+      unassigned[loaded->node().get()] = &loaded->description;
+  }
+  for (const Plan::Callback& callback : plan_.callbacks) {
+    const auto component = unassigned.find(callback.node.get());
+    if (component == unassigned.end() || callback.executor.empty()) continue;
+    std::string& executor =
+        component->second->callback_groups[callback.entity->group()->name()].executor;
+    if (executor.empty()) executor = callback.executor;
   }
 }
 
@@ -640,13 +644,14 @@ void Container::place_components() {
 // What executors name: callbacks that they have.
 void Container::check_listed_callbacks() {
   for (const ExecutorDescription& executor : description_.executors) {
+    std::vector<std::string> listed = executor.order;
+    if (!executor.trigger.one.empty()) listed.push_back(executor.trigger.one);
+    if (listed.empty()) continue;
     std::vector<std::string> names;
     for (const Plan::Callback& callback : plan_.callbacks) {
       if (executor_of(*callback.node, *callback.entity->group()) != executor.name) continue;
       names.push_back(to_string(Chain::Step{callback.node, callback.entity->name()}).substr(1));
     }
-    std::vector<std::string> listed = executor.order;
-    if (!executor.trigger.one.empty()) listed.push_back(executor.trigger.one);
     for (const std::string& name : listed) {
       const std::string wanted = name.starts_with('/') ? name.substr(1) : name;
       if (std::find(names.begin(), names.end(), wanted) != names.end()) continue;
@@ -1088,11 +1093,13 @@ ProcessResult Container::result() const {
   result.pss_kb = pss_kb_;
   result.allocations_counted = allocations_are_counted();
   for (const auto& running : executors_) {
-    for (auto& statistics : running->executor->statistics()) {
-      if (running->is_own) break;
-      result.callbacks.push_back({running->name, std::move(statistics)});
+    std::vector<CallbackStatistics> callbacks = running->executor->statistics();
+    if (callbacks.empty()) continue;  // the default executor, unused
+    if (running->is_own) callbacks.clear();
+    result.callbacks.reserve(result.callbacks.size() + callbacks.size());
+    for (auto& callback : callbacks) {
+      result.callbacks.push_back({running->name, std::move(callback)});
     }
-    if (running->executor->statistics().empty()) continue;  // the default executor, unused
     for (auto& statistics : running->executor->thread_statistics()) {
       if (!running->is_own) {
         result.allocations_while_spinning += statistics.counters.allocations;

@@ -20,7 +20,11 @@ void SubscriptionBase::detach() noexcept {
 void SubscriptionBase::retire() noexcept {
   leave();
   Entity::retire();
-  remote_.reset();  // after the callback, which asks it for the ends outside when it answers
+  // After the callback, which asks it for the ends outside when it answers.
+  if (own_remote_ == nullptr) return;
+  remote_.store(nullptr);
+  wait_for_readers();
+  own_remote_.reset();
 }
 
 bool SubscriptionBase::front(Arrival& arrival) const noexcept {
@@ -40,7 +44,9 @@ void SubscriptionBase::announce_if_ready() noexcept {
 
 void SubscriptionBase::start() {
   if (participant_ == nullptr || !participant_->serves_own_process()) join();
-  if (participant_ != nullptr) remote_ = participant_->create_reader(*this);
+  if (participant_ == nullptr) return;
+  own_remote_ = participant_->create_reader(*this);
+  remote_.store(own_remote_.get());
 }
 
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {

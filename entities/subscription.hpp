@@ -4,6 +4,7 @@
 #define TAKT_ENTITIES_SUBSCRIPTION_HPP_
 
 #include <array>
+#include <atomic>
 #include <concepts>
 #include <cstddef>
 #include <cstdlib>
@@ -44,13 +45,13 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   Report report() const override {
     return {.topic = topic(),
             .expected = expected(),
-            .from_outside = remote_ != nullptr ? remote_->received() : 0,
+            .from_outside = ask_outside(&RemoteReader::received),
             .dropped = lost()};
   }
   std::uint64_t lost() const noexcept override { return dropped() + malformed_; }
   /// Publishers in other processes.
   std::size_t outside_publisher_count() const noexcept {
-    return remote_ != nullptr ? remote_->writer_count() : 0;
+    return ask_outside(&RemoteReader::writer_count);
   }
   /// From here on messages arrive.
   void start();
@@ -70,9 +71,17 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
 
  private:
   MessageBlock* decode_received(MessageBlock& received) noexcept;
+  /// The end outside may go meanwhile: a callback may drop what another one answers for.
+  template <class Number>
+  Number ask_outside(Number (RemoteReader::*question)() const noexcept) const noexcept {
+    const ReadSection section;
+    const RemoteReader* const remote = remote_.load();
+    return remote != nullptr ? (remote->*question)() : 0;
+  }
 
   const std::shared_ptr<Participant> participant_;
-  std::unique_ptr<RemoteReader> remote_;
+  std::unique_ptr<RemoteReader> own_remote_;
+  std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for whoever asks
   std::atomic<std::uint64_t> malformed_{0};
 };
 

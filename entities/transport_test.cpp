@@ -318,6 +318,27 @@ TEST_F(TwoParticipants, AMessageOfTheWrongLengthIsDroppedAndCounted) {
   EXPECT_EQ(subscription->report().dropped, 1u);
 }
 
+// Cyclone said "Bad Parameter", and of whatever came next too.
+TEST(Participant, SaysHowManyEndsItTakes) {
+  DdsOptions options;
+  options.domain = test_domain();
+  options.ros_graph = RosGraph::off;
+  const auto participant = Participant::create(options);
+  Node node("node", {.participant = participant});
+  std::vector<std::shared_ptr<void>> ends;
+  try {
+    for (int i = 0; i < 10'000; ++i) {
+      ends.push_back(node.create_publisher<Labelled>("many", 1));
+    }
+    FAIL() << "10,000 are more than Cyclone counts";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("8100 publishers and subscriptions on DDS at the most"));
+  }
+  EXPECT_EQ(participant->endpoints().size(), 8100u);
+  ends.pop_back();
+  EXPECT_NO_THROW(node.create_publisher<Labelled>("many", 1));
+}
+
 // Random bytes, and bytes that begin as RTPS does, on the ports of the domain.
 TEST_F(TwoParticipants, SurvivesHostileDatagrams) {
   Peer peer;

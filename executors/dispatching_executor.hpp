@@ -149,7 +149,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
   void take_out(Record& record) noexcept;
-  void forget_at_rest() noexcept;
+  void forget_at_rest(const std::vector<Record*>& records) noexcept;
   void hand_plan_over();
   void hand_removal_over() noexcept;
   std::unique_ptr<ReadyPlan> make_plan(const ReadyPlan* earlier) const;

@@ -337,7 +337,7 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     at_rest = !spinning_.load();
     for (Record* record : records) take_out(*record);
     if (at_rest) {
-      forget_at_rest();
+      forget_at_rest(records);
     } else {
       hand_removal_over();
     }
@@ -393,8 +393,8 @@ void DispatchingExecutor::take_out(Record& record) noexcept {
 
 // With control_mutex_ held, while nobody spins: nobody executes. The ready set forgets the records
 // at the next spin, or when they are many: so taking n callbacks down costs O(n log n).
-void DispatchingExecutor::forget_at_rest() noexcept {
-  for (CallbackRecord* record : changes_.removed) {
+void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) noexcept {
+  for (Record* record : records) {
     record->removed = true;
     record->gone.store(1);
     record->gone.notify_all();

@@ -176,6 +176,7 @@ void ReadySet::push_judged(CallbackRecord& record) noexcept {
 
 // What was announced goes to the scheduler, and timers whose time has changed are armed anew.
 void ReadySet::drain_inbox() noexcept {
+  ReadyCallback* changed = nullptr;
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
     if (record->is_timer()) {
@@ -184,8 +185,8 @@ void ReadySet::drain_inbox() noexcept {
       const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
       record->changed.store(false);
       if (is_idle) {
-        disarm(*record);
-        arm(*record);
+        record->begins_anew = true;
+        record->next = std::exchange(changed, record);
       }
     } else if (record->held.load(std::memory_order_relaxed)) {
       record->drained = true;
@@ -198,6 +199,7 @@ void ReadySet::drain_inbox() noexcept {
     }
     record = next;
   }
+  if (changed != nullptr) arm_anew(changed);
 }
 
 // Looks take turns with as many dispatches as fill the time between them, so far.
@@ -232,13 +234,15 @@ void ReadySet::arm(CallbackRecord& record) noexcept {
   std::push_heap(timers_.begin(), timers_.end(), due_later);
 }
 
-// Linear, for a timer is rarely cancelled, reset or removed while it waits.
-void ReadySet::disarm(CallbackRecord& record) noexcept {
-  const auto armed = std::find_if(timers_.begin(), timers_.end(),
-                                  [&](const auto& timer) { return timer.second == &record; });
-  if (armed == timers_.end()) return;
-  timers_.erase(armed);
+// All at once: one by one, n timers that begin together would cost n².
+void ReadySet::arm_anew(ReadyCallback* first) noexcept {
+  std::erase_if(timers_, [](const auto& timer) { return timer.second->begins_anew; });
   std::make_heap(timers_.begin(), timers_.end(), due_later);
+  while (first != nullptr) {
+    auto& record = static_cast<CallbackRecord&>(*std::exchange(first, first->next));
+    record.begins_anew = false;
+    arm(record);
+  }
 }
 
 void ReadySet::restore_deferred() noexcept {

@@ -81,6 +81,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   // the last message was taken (exclusive groups: when its callback has returned). Written
   // serialised; read by pending(), and by who waits to free a removed record.
   std::atomic<bool> held{false};
+  bool begins_anew = false;            // a timer, while it is armed with others
   bool drained = false;                // `queued`, and out of the inbox: settling answers it
   bool announced_again = false;        // from a callback of the only worker, while it was held
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
@@ -282,7 +283,7 @@ class ReadySet {
   void release_due_timers() noexcept;
   void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
-  void disarm(CallbackRecord& record) noexcept;
+  void arm_anew(ReadyCallback* first) noexcept;
 
   const Readiness readiness_;
   // Where there are no polling points, what arrives now belongs to the window after the one that

@@ -286,6 +286,11 @@ std::uint64_t random_number() {
 // iceoryx's listener takes 127 readers of a process, and Cyclone does not survive one more.
 constexpr std::size_t kMostSharedReaders = 120;
 
+// Cyclone 0.10.2 counts the children of a participant in 14 bits, and an end of ours is two of
+// them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
+// longer.
+constexpr std::size_t kMostEnds = 8'100;
+
 // So long others need to hear of a writer that is new, or of a participant. What comes by shared
 // memory from somebody unknown Cyclone 0.10.2 loses, and its memory with it.
 constexpr auto kHearsayTime = std::chrono::milliseconds(100);
@@ -409,6 +414,16 @@ class CycloneParticipant final : public Participant,
     if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
   }
 
+  /// Throws Error when there is no room for one more end.
+  void check_room() const {
+    const std::lock_guard lock(mutex_);
+    if (endpoints_.size() < kMostEnds) return;
+    throw Error(fmt::format("a process has {} publishers and subscriptions on DDS at the most, "
+                            "services and clients counted twice",
+                            kMostEnds),
+                "give some components a container of their own, or leave `dds` out if they talk to "
+                "nobody outside");
+  }
   /// Why the messages of an endpoint do not go by shared memory; empty: they do.
   std::string why_udp(const Endpoint& endpoint, bool is_writer) const {
     if (!why_no_shared_memory_.empty()) return why_no_shared_memory_;
@@ -718,6 +733,7 @@ class WriterEnd final : public RemoteWriter {
 std::unique_ptr<RemoteWriter> CycloneParticipant::create_writer(
     const Endpoint& endpoint, std::shared_ptr<EndpointEvents> events) {
   put_away(nullptr);
+  check_room();
   return std::make_unique<WriterEnd>(
       std::make_unique<CycloneWriter>(*this, endpoint, std::move(events)));
 }
@@ -888,6 +904,7 @@ class ReaderEnd final : public RemoteReader {
 
 std::unique_ptr<RemoteReader> CycloneParticipant::create_reader(IntraProcessReader& reader) {
   put_away(nullptr);
+  check_room();
   return std::make_unique<ReaderEnd>(std::make_unique<CycloneReader>(*this, reader));
 }
 

@@ -112,12 +112,13 @@ void remove_files() {
        {kRoudiSocket, "/tmp/roudi.lock", kRoudiLock, kRoudiManagement, segment.c_str()}) {
     unlink(file);
   }
-  // Of clients that could not say goodbye: "iceoryx_rt_PID_TIME".
+  // Of clients that could not say goodbye, "iceoryx_rt_PID_TIME", and the keeper's own question to
+  // a RouDi that has died instead of an answer, "iceoryx_rt_PID_takt".
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator("/tmp", ignored)) {
     int pid = 0;
     if (std::sscanf(entry.path().filename().c_str(), "iceoryx_rt_%d_", &pid) == 1 &&
-        kill(pid, 0) != 0 && errno == ESRCH) {
+        (pid == getpid() || (kill(pid, 0) != 0 && errno == ESRCH))) {
       unlink(entry.path().c_str());
     }
   }

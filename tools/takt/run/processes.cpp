@@ -499,7 +499,10 @@ class Children {
         throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
                                              name_of_signal(signal), child.name));
       }
-      if (Clock::steady().now() > limit_) kill(child.pid, SIGKILL);
+      if (Clock::steady().now() > limit_) {
+        kill(child.pid, SIGKILL);
+        bound_end();  // for the others, who can end by themselves now
+      }
       pump(1s);
     }
   }

@@ -2,7 +2,7 @@
 """Processes that talk by shared memory are killed in the middle of it, and RouDi too: each run ends all
 the same, what is started again runs, and nothing is left behind.
 
-usage: kills_test.py TAKT SECONDS
+usage: kills_test.py TAKT WITNESS_LIBRARY SECONDS
 """
 # SPDX-License-Identifier: Apache-2.0
 import glob
@@ -15,7 +15,8 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+from checks import (check, children_of, environment, finish, is_keeper, roudi_of,  # noqa: E402
+                    roudi_runs, skip_without_shared_memory)
 
 SENDER = """
   - name: sender{0}
@@ -34,22 +35,13 @@ RECEIVER = """
         parameters: {{subscriptions.topic: [/data], subscriptions.fixed_bytes: [1000]}}
 """
 
-takt, seconds = sys.argv[1:]
+takt, library, seconds = sys.argv[1:]
 skip_without_shared_memory()
 random.seed(1)
 
 
-def children(process):
-    """Of its children, the containers: its keeper of RouDi has a name of its own."""
-    found = []
-    for path in glob.glob("/proc/[0-9]*/stat"):
-        try:
-            name, fields = open(path).read().rsplit(")", 1)
-        except OSError:
-            continue
-        if int(fields.split()[1]) == process and not name.endswith("(takt_roudi"):
-            found.append(int(name.split()[0]))
-    return found
+def containers_of(run):
+    return [child for child in children_of(run) if not is_keeper(child)]
 
 
 def kill(pid):
@@ -79,12 +71,10 @@ with tempfile.TemporaryDirectory() as folder:
         stop = time.monotonic() + 6
         while time.monotonic() < stop and run.poll() is None:
             time.sleep(random.random() / 2)
-            if random.random() < 0.2 and roudi_runs():
+            if random.random() < 0.2 and (found := roudi_of(run.pid)):
                 roudi_deaths += 1
-                for pid in subprocess.run(["pidof", "iox-roudi"], capture_output=True,
-                                          text=True).stdout.split():
-                    kill(int(pid))
-            elif found := children(run.pid):
+                kill(found[0])
+            elif found := containers_of(run.pid):
                 deaths += 1
                 kill(random.choice(found))
         run.send_signal(signal.SIGINT)
@@ -93,7 +83,7 @@ with tempfile.TemporaryDirectory() as folder:
         except subprocess.TimeoutExpired:
             log.seek(0)
             check("each run ends", False, log.read()[-4000:])
-            for pid in children(run.pid) + [run.pid]:
+            for pid in containers_of(run.pid) + [run.pid]:
                 kill(pid)
         limit = time.monotonic() + 30
         while left_behind() and time.monotonic() < limit:
@@ -101,6 +91,21 @@ with tempfile.TemporaryDirectory() as folder:
         if left_behind():
             check("a run leaves nothing behind", False, left_behind())
             break
+
+    # One that hangs in shared memory is not waited for longer than 30 s. Stopped, it hangs too.
+    with open(system, "a") as file:
+        file.write("      - {component: Witness, library: " + os.path.abspath(library) + "}\n")
+    run = subprocess.Popen([takt, "run", system], env=dict(environment, WITNESS=folder),
+                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    limit = time.monotonic() + 60
+    while not os.path.exists(os.path.join(folder, "witness.ticks")) and time.monotonic() < limit:
+        time.sleep(0.02)  # it runs: before, nobody hangs
+    os.kill(containers_of(run.pid)[0], signal.SIGSTOP)
+    run.send_signal(signal.SIGINT)
+    said = run.communicate(timeout=100)[1]
+    check("a process that does not answer is killed at the end", run.returncode != 0
+          and "process 'sender1' was ended by signal 9" in said, run.returncode, said)
+    check("and no other", "it does not end" not in said, said)
 check(f"{runs} runs have ended though {deaths} of their processes were killed, and RouDi "
       f"{roudi_deaths} times", runs > 0 and deaths > 0)
 finish()

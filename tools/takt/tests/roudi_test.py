@@ -2,7 +2,7 @@
 """RouDi as takt run starts it: several runs share one, it ends with the last, and its files go with
 it however that ends.
 
-usage: roudi_test.py TAKT
+usage: roudi_test.py TAKT WITNESS_LIBRARY
 """
 # SPDX-License-Identifier: Apache-2.0
 import glob
@@ -15,7 +15,8 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+from checks import (check, environment, finish, roudi_of, roudi_runs,  # noqa: E402
+                    skip_without_shared_memory)
 
 SYSTEM = """
 dds: {shared_memory: require, domain: DOMAIN}
@@ -30,24 +31,41 @@ containers:
       - component: takt::Workload
         name: subscriber
         parameters: {subscriptions.topic: [/data], subscriptions.fixed_bytes: [1000]}
+      - {component: Witness, library: LIBRARY}
 """
 
-takt, = sys.argv[1:]
+takt, library = (os.path.abspath(path) for path in sys.argv[1:])
 skip_without_shared_memory()
 folder = tempfile.TemporaryDirectory()
+environment["WITNESS"] = folder.name
 domain = int(environment["ROS_DOMAIN_ID"])
 
 
 def system(number):
     path = os.path.join(folder.name, f"{number}.yaml")
     with open(path, "w") as file:
-        file.write(SYSTEM.replace("DOMAIN", str((domain + number) % 230)))
+        file.write(SYSTEM.replace("DOMAIN", str((domain + number) % 230))
+                   .replace("LIBRARY", library))
     return path
 
 
 def start(number, *options):
     return subprocess.Popen([takt, "run", system(number), *options], env=environment,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+# Serves until the first question, and ends instead of an answer.
+MORTAL_ROUDI = """#!/usr/bin/env python3
+import fcntl, socket
+open("/proc/self/comm", "w").write("iox-roudi")
+lock = open("/tmp/iox-unique-roudi.lock", "w")
+fcntl.flock(lock, fcntl.LOCK_EX)
+open("/dev/shm/iceoryx_mgmt", "w")
+server = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+server.bind("/tmp/roudi")
+print("RouDi is ready for clients", flush=True)
+server.recv(4096)
+"""
 
 
 def eventually(condition):
@@ -93,4 +111,28 @@ for ending, step in ((signal.SIGTERM, 0.03), (signal.SIGHUP, 0.1), (signal.SIGKI
         gone = eventually(lambda: not left_behind())
         check(f"{ending.name} {moment * step:.2f} s after the start leaves nothing behind", gone,
               left_behind())
+
+# Its clients wait for its answer when they end: not for ever.
+ticks = os.path.join(folder.name, "witness.ticks")
+os.remove(ticks)  # of earlier runs
+run = start(0)
+eventually(lambda: os.path.exists(ticks))  # it runs
+os.kill(roudi_of(run.pid)[0], signal.SIGSTOP)
+run.send_signal(signal.SIGINT)
+said = run.communicate(timeout=100)[0]
+check("a run ends though RouDi is stopped", run.returncode == 0, run.returncode, said)
+check("whose processes say that they do not wait", said.count("ends without a goodbye") == 2, said)
+check("it leaves nothing behind", eventually(lambda: not left_behind()), left_behind())
+
+# The keeper's question to it was left behind, a file.
+path = os.path.join(folder.name, "iox-roudi")
+with open(path, "w") as file:
+    file.write(MORTAL_ROUDI)
+os.chmod(path, 0o755)
+environment["PATH"] = folder.name + ":" + environment["PATH"]
+run = start(0)
+said = run.communicate(timeout=100)[0]
+check("a RouDi that dies while it is asked is an error",
+      run.returncode == 2 and "RouDi does not start" in said, run.returncode, said)
+check("and leaves nothing behind", not left_behind(), left_behind())
 finish()
