@@ -339,6 +339,7 @@ class Children {
   /// Until the time is up, a signal comes, or none is left. One that ends meanwhile is started
   /// again, as its description says; the others go on, however long its constructors take.
   void watch(Nanoseconds duration) {
+    has_run_ = true;
     const Progress progress(duration);
     for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
       TimePoint next = kNever;
@@ -494,7 +495,8 @@ class Children {
   json hear(Child& child) {
     for (;;) {
       if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
-      if (child.has_ended) throw Error(end_of(child));
+      if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
+      if (child.has_ended) throw Error(end_of(child));  // the file may be wrong
       if (const int signal = signals_.take(); signal != 0) {
         throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
                                              name_of_signal(signal), child.name));
@@ -609,7 +611,7 @@ class Children {
   TimePoint limit_ = kNever;
   std::vector<std::unique_ptr<Child>> children_;
   std::vector<std::string> deaths_;
-  bool is_ending_ = false;
+  bool has_run_ = false, is_ending_ = false;
 };
 
 /// Calls `pair(writer, reader, its process)` for each end that writes and each that reads the same
