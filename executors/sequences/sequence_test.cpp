@@ -17,7 +17,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr int kPrograms = 200;  // each takes twenty times as long
 constexpr const char* kRapidcheck = "seed=15 max_success=50";
 #else
-constexpr int kPrograms = 3000;
+constexpr int kPrograms = 1500;
 constexpr const char* kRapidcheck = "seed=15 max_success=500";
 #endif
 
