@@ -69,7 +69,8 @@ bool register_component(std::string name, std::string description, ComponentRegi
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_component_) = ::takt::register_component( \
       #Class, ::std::string(__VA_ARGS__),                                                \
       [](const ::takt::NodeOptions& options) {                                           \
-        return std::make_unique<::takt::Component>(std::make_shared<Class>(options));    \
+        return std::make_unique<::takt::Component>(                                      \
+            ::takt::Component{std::make_shared<Class>(options)});                        \
       },                                                                                 \
       TAKT_VERSION);                                                                     \
   }

@@ -169,13 +169,13 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
     // What lies in this process, in pieces that follow each other here.
     std::vector<std::vector<Chain::Step>> pieces;
     bool follows = false;
-    for (const auto& [node_name, callback] : described.path) {
+    for (const auto& step : described.path) {  // clang 14 captures no structured bindings
       const auto node = std::find_if(nodes.begin(), nodes.end(), [&](const auto& candidate) {
-        return candidate->fully_qualified_name() == node_name;
+        return candidate->fully_qualified_name() == step.first;
       });
       if (node != nodes.end()) {
         if (!follows) pieces.emplace_back();
-        pieces.back().emplace_back(*node, callback);
+        pieces.back().emplace_back(*node, step.second);
       }
       follows = node != nodes.end();
     }

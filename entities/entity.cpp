@@ -51,14 +51,22 @@ void Entity::retire() noexcept {
   leave_owner();
 }
 
+// Another thread may be removing it, with its node or group: that has to end here too.
 void Entity::leave_owner() noexcept {
   Sink* owner = nullptr;
+  Sink* earlier = nullptr;
   {
     const std::lock_guard lock(ownership_mutex());
     owner = std::exchange(owner_, nullptr);
-    if (owner != nullptr) owner->expect_remove();
+    if (owner != nullptr) {
+      owner->expect_remove();
+    } else if (earlier_owner_ != nullptr) {
+      earlier = earlier_owner_;
+      earlier->expect_wait();
+    }
   }
   if (owner != nullptr) owner->remove();
+  if (earlier != nullptr) earlier->wait_for_removal();
 }
 
 PiMutex& ownership_mutex() noexcept {

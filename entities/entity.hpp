@@ -29,6 +29,11 @@ class Sink : public ArrivalListener {
   virtual void remove() noexcept = 0;
   /// Announces a remove(), so that the sink lives until then. Called with ownership_mutex held.
   virtual void expect_remove() noexcept = 0;
+  /// Somebody else removes already: announces a wait_for_removal(), so that the sink lives until
+  /// then. Called with ownership_mutex held.
+  virtual void expect_wait() noexcept {}
+  /// Blocks as remove() does.
+  virtual void wait_for_removal() noexcept {}
   /// Whether messages need their publish time.
   virtual bool wants_time() const noexcept { return true; }
 
@@ -191,6 +196,10 @@ class Entity {
   /// so that of two who let an entity go at the same time only one does the work.
   void set_owner(Sink* owner) noexcept { owner_ = owner; }
   Sink* owner() const noexcept { return owner_; }
+  /// Who has been its owner, and may still be in its callback; until another one, or nullptr, is
+  /// set. With ownership_mutex held.
+  void set_earlier_owner(Sink* owner) noexcept { earlier_owner_ = owner; }
+  Sink* earlier_owner() const noexcept { return earlier_owner_; }
 
   /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
   void leave_owner() noexcept;
@@ -216,8 +225,10 @@ class Entity {
   CallbackParameters parameters_;
   std::vector<ChainStep> chain_steps_;
   std::atomic<Sink*> sink_{nullptr};
-  Sink* owner_ = nullptr;    // guarded by ownership_mutex
-  bool is_retired_ = false;  // the same
+  // Guarded by ownership_mutex.
+  Sink* owner_ = nullptr;
+  Sink* earlier_owner_ = nullptr;
+  bool is_retired_ = false;
 };
 
 /// Guards who owns which entity, over the whole process: taken for a few instructions when

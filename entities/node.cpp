@@ -53,7 +53,8 @@ std::map<Object*, CallbackParameters> after(
     const std::map<std::string, CallbackParameters, std::less<>>& changes,
     const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
   std::map<Object*, CallbackParameters> result;
-  for (const auto& [name, parameters] : changes) {
+  for (const auto& change : changes) {  // clang 14 captures no structured bindings
+    const std::string& name = change.first;
     const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
       return candidate->name() == name;
     });
@@ -63,7 +64,7 @@ std::map<Object*, CallbackParameters> after(
       throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),
                   suggest(name, names));
     }
-    result[object->get()] = parameters.or_else((*object)->parameters());
+    result[object->get()] = change.second.or_else((*object)->parameters());
   }
   return result;
 }

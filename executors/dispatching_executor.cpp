@@ -449,7 +449,8 @@ TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
     };
     {
       const std::lock_guard lock(control_mutex_);
-      for (const auto& [id, record] : records_) {
+      for (const auto& entry : records_) {  // clang 14 captures no structured bindings
+        const auto& record = entry.second;
         Supervision& supervision = *record->supervision;
         if (has_missed(*record, supervision.waiting) ||
             std::any_of(supervision.running.begin(), supervision.running.end(),

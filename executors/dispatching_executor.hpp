@@ -145,7 +145,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
                       const Node& node) noexcept;
-  static void wait_until_gone(const Record& record) noexcept;
+  void wait_until_gone(const Record& record) noexcept;
+  void removal_is_over(std::size_t count) noexcept;
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
   void take_out(Record& record) noexcept;
@@ -193,6 +194,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
       take_plan_over();
   }
   void take_plan_over() noexcept;
+  void plan_has_moved() noexcept;
   void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
@@ -243,8 +245,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
-  std::atomic<std::size_t> watched_{0};    // file descriptors
-  Inbox<ReadyPlan> used_plans_;            // installed; hold what they replaced
+  // Handed over or installed so often: a worker that waits, in a callback, for somebody's removal
+  // sleeps on it.
+  std::atomic<std::uint32_t> plans_moved_{0};
+  std::atomic<std::size_t> watched_{0};  // file descriptors
+  Inbox<ReadyPlan> used_plans_;          // installed; hold what they replaced
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
@@ -269,7 +274,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
 struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
+  ~Record() { let_entity_go(); }
   DispatchingExecutor& executor;
+  std::atomic<int> waiting{0};  // threads that wait until it is gone
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // what the next plan brings
   bool is_handed_over = false;                                // to the ready set, by a plan
@@ -288,7 +295,34 @@ struct DispatchingExecutor::Record final : CallbackRecord {
     if (executor.ready_.announce_change(*this)) executor.wake();
   }
   void remove() noexcept override { executor.remove({this}); }
-  void expect_remove() noexcept override { executor.expected_removals_.fetch_add(1); }
+  void expect_remove() noexcept override {
+    executor.expected_removals_.fetch_add(1);
+    entity->set_earlier_owner(this);
+  }
+  void expect_wait() noexcept override {
+    executor.expected_removals_.fetch_add(1);
+    waiting.fetch_add(1);
+  }
+  void wait_for_removal() noexcept override {
+    DispatchingExecutor& waits_for_us = executor;
+    waits_for_us.wait_until_gone(*this);
+    waiting.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.removal_is_over(1);
+  }
+  /// True: and nobody comes to wait from here on.
+  bool is_awaited_by_nobody() noexcept {
+    const std::lock_guard ownership(ownership_mutex());
+    if (waiting.load() != 0) return false;
+    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    return true;
+  }
+  /// As the record does at its end.
+  std::shared_ptr<Entity> let_entity_go() noexcept {
+    if (entity == nullptr) return nullptr;
+    const std::lock_guard ownership(ownership_mutex());
+    if (entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    return std::move(entity);
+  }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };
 

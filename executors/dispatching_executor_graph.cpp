@@ -314,13 +314,30 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
   const std::lock_guard ownership(ownership_mutex());
   if (record.entity->owner() != &record) return false;  // its remover is on the way
   record.entity->set_owner(nullptr);
-  expected_removals_.fetch_add(1);
+  record.expect_remove();
   return true;
 }
 
-// In its own callback the removal is complete when that returns.
+// In its own callback the removal is complete when that returns. A worker that waits, in another
+// callback, is perhaps the only one who can install the plan, which its remover hands over when it
+// has come so far.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
+  if (worker_of_ == this || spinner_.load() == std::this_thread::get_id()) {
+    for (;;) {
+      const std::uint32_t seen = plans_moved_.load();
+      lock();
+      install_plan();
+      const bool is_out = record.removed || record.gone.load() != 0 || runs_here(record);
+      unlock();
+      if (is_out) break;
+      plans_moved_.wait(seen);
+    }
+  }
   if (!runs_here(record)) record.gone.wait(0);
+}
+
+void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
+  if (expected_removals_.fetch_sub(count) == count) expected_removals_.notify_all();
 }
 
 // 1. The records leave the list, so that the next plan does not know them. Their file descriptors
@@ -342,11 +359,6 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
       hand_removal_over();
     }
   }
-  if (worker_of_ == this || spinner_.load() == std::this_thread::get_id()) {
-    lock();
-    install_plan();
-    unlock();
-  }
   for (const Record* record : records) wait_until_gone(*record);
   for (Record* record : records) record->entity->detach();
   // What the user's callbacks hold goes without the lock: it may be another entity of ours.
@@ -358,15 +370,13 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
       record->detached = true;
       if (!at_rest) continue;
       remember_statistics_of(*record);
-      released.push_back(std::move(record->entity));
+      released.push_back(record->let_entity_go());
     }
     if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
   }
   released.clear();
   gone.clear();
-  if (expected_removals_.fetch_sub(records.size()) == records.size()) {
-    expected_removals_.notify_all();
-  }
+  removal_is_over(records.size());
 }
 
 // With control_mutex_ held.
@@ -540,7 +550,13 @@ void DispatchingExecutor::configure(ReadyPlan& plan) const {
 
 void DispatchingExecutor::send(std::unique_ptr<ReadyPlan> plan) noexcept {
   plan_.store(plan.release());
+  plan_has_moved();
   wake();
+}
+
+void DispatchingExecutor::plan_has_moved() noexcept {
+  plans_moved_.fetch_add(1);
+  plans_moved_.notify_all();
 }
 
 // Serialised with dispatch: by a worker under the lock, or while nobody spins.
@@ -549,6 +565,7 @@ void DispatchingExecutor::take_plan_over() noexcept {
     ready_.install(*plan);
     if (let_ != nullptr) let_->taken.swap(plan->room);
     used_plans_.push(*plan);
+    plan_has_moved();
   }
 }
 
@@ -562,7 +579,8 @@ DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
   Records gone;
   for (auto& record : removed_records_) {
     if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
-        !record->queued.load() && !record->held.load() && !record->changed.load()) {
+        !record->queued.load() && !record->held.load() && !record->changed.load() &&
+        record->is_awaited_by_nobody()) {
       if (record->entity != nullptr) remember_statistics_of(*record);
       gone.push_back(std::move(record));
     }

@@ -41,6 +41,12 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options)
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(const Node& node,
                                                                 const CallbackGroup* group) const {
   const std::lock_guard lock(mutex_);
+  return find_child(node, group);
+}
+
+// With the mutex held.
+std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
+    const Node& node, const CallbackGroup* group) const {
   const auto child = std::find_if(children_.begin(), children_.end(), [&](const auto& candidate) {
     return candidate->node.lock().get() == &node && candidate->group.lock().get() == group;
   });
@@ -63,9 +69,21 @@ static void take_over(const CallbackParameters& parameters, ThreadAttributes& th
 template <class Add>
 void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
                            const std::shared_ptr<CallbackGroup>& group, Add&& to_child) {
-  std::shared_ptr<Child> child = find(*node, group.get());
+  std::shared_ptr<Child> child;
+  {
+    const std::lock_guard lock(mutex_);
+    child = find_child(*node, group.get());
+    if (child != nullptr) ++child->adding;
+  }
   if (child != nullptr) {
+    const auto end = [this](Child* to) {
+      const std::lock_guard lock(mutex_);
+      --to->adding;
+      ++to->added;
+    };
+    const std::unique_ptr<Child, decltype(end)> adding(child.get(), end);
     to_child(child->executor);
+    start(*child);
   } else {
     const std::lock_guard lock(mutex_);
     ExecutorOptions options = options_;
@@ -87,7 +105,7 @@ void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
     to_child(child->executor);
     children_.push_back(child);
   }
-  start(child);
+  start(*child);
   wake();
 }
 
@@ -155,16 +173,18 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   if (!is_per_group()) {
     const std::shared_ptr<Child> child = find(*node, nullptr);
     if (child == nullptr) refuse_stranger(*node);
+    const std::uint64_t before = added(*child);
     child->executor.remove_node(node);
-    return remove(child);
+    return remove(child, before);
   }
   if (!node->belongs_to(this)) refuse_stranger(*node);
   node->remove_listener(*this);
   for (const auto& child : children()) {
     const auto group = child->group.lock();
     if (child->node.lock() != node) continue;
+    const std::uint64_t before = added(*child);
     if (group != nullptr) child->executor.remove_callback_group(group, node);
-    remove(child);
+    remove(child, before);
   }
   node->release(this);
 }
@@ -181,15 +201,28 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
   }
 }
 
-// It has nothing to run any more. In its own callback, on its thread or the caller's, it has not
-// ended; it then ends with the executor.
-void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
+std::uint64_t IsolatedExecutor::added(const Child& child) const noexcept {
+  const std::lock_guard lock(mutex_);
+  return child.added;
+}
+
+// It has nothing to run any more, unless somebody has added something since `added_before` was
+// read. In its own callback, on its thread or the caller's, it has not ended; it then ends with the
+// executor.
+void IsolatedExecutor::remove(const std::shared_ptr<Child>& child,
+                              std::uint64_t added_before) noexcept {
   if (child->runs_on.load() == std::this_thread::get_id()) return;
+  const auto is_used = [&] { return child->adding != 0 || child->added != added_before; };
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_used()) return;
+  }
   const std::lock_guard joining(child->joining);  // until it is gone: nobody starts it again
-  end_thread(*child);
+  join(*child);
   const std::lock_guard lock(mutex_);
   const auto known = std::find(children_.begin(), children_.end(), child);
   if (known == children_.end()) return;  // somebody else has removed it too
+  if (is_used()) return run_in_thread(*child);
   try {
     for (const auto& thread : child->executor.thread_statistics()) {
       add_thread(past_threads_, thread);
@@ -197,6 +230,7 @@ void IsolatedExecutor::remove(const std::shared_ptr<Child>& child) noexcept {
     if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
     children_.erase(known);
+    child->is_gone = true;
   } catch (const Error&) {  // it is in a callback
   }
 }
@@ -205,21 +239,23 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
                                              const std::shared_ptr<Node>& node) {
   const std::shared_ptr<Child> child = find(*node, is_per_group() ? group.get() : nullptr);
   if (child == nullptr) refuse_stranger(*node);
+  const std::uint64_t before = added(*child);
   child->executor.remove_callback_group(group, node);
-  if (is_per_group()) remove(child);
+  if (is_per_group()) remove(child, before);
 }
 
-// Starts the child's thread, if children have threads now, this one has none yet, and it has not
-// been removed meanwhile.
-void IsolatedExecutor::start(const std::shared_ptr<Child>& child) {
-  if (child->runs_on.load() == std::this_thread::get_id()) return;  // who ends it may wait for us
-  const std::lock_guard joining(child->joining);
+// Starts the child's thread, if children have threads now and this one has none yet.
+void IsolatedExecutor::start(Child& child) {
+  if (child.runs_on.load() == std::this_thread::get_id()) return;  // who joins it may wait for us
+  const std::lock_guard joining(child.joining);
   const std::lock_guard lock(mutex_);
-  if (!runs_children_ || child->thread.joinable() ||
-      std::find(children_.begin(), children_.end(), child) == children_.end()) {
-    return;
-  }
-  child->thread = std::thread([this, &child = *child, handler = handler_] {
+  run_in_thread(child);
+}
+
+// With both mutexes held.
+void IsolatedExecutor::run_in_thread(Child& child) {
+  if (!runs_children_ || child.is_gone || child.thread.joinable()) return;
+  child.thread = std::thread([this, &child, handler = handler_] {
     child.runs_on.store(std::this_thread::get_id());
     try {
       child.executor.spin(handler);
@@ -234,8 +270,14 @@ void IsolatedExecutor::start(const std::shared_ptr<Child>& child) {
   });
 }
 
-// With `joining` held, so that whoever comes second waits for the same end.
-void IsolatedExecutor::end_thread(Child& child) noexcept {
+// Whoever comes second waits for the same end.
+void IsolatedExecutor::stop(Child& child) noexcept {
+  const std::lock_guard joining(child.joining);
+  join(child);
+}
+
+// With `joining` held.
+void IsolatedExecutor::join(Child& child) noexcept {
   if (!child.thread.joinable()) return;
   child.executor.cancel();
   child.thread.join();
@@ -260,7 +302,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
     const std::lock_guard lock(mutex_);
     handler_ = handler;
   }
-  for (const auto& child : children()) start(child);
+  for (const auto& child : children()) start(*child);
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
     has_news_.store(false);
@@ -274,10 +316,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
     if (child->runs_on.load() != std::thread::id()) child->executor.cancel();
   }
   backend_->leave(0);
-  for (const auto& child : children()) {
-    const std::lock_guard joining(child->joining);
-    end_thread(*child);
-  }
+  for (const auto& child : children()) stop(*child);
   const std::lock_guard lock(mutex_);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }

@@ -72,6 +72,11 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::atomic<std::thread::id> runs_on{};
     std::mutex joining;  // taken before the executor's mutex_; guards thread
     std::thread thread;
+    // Guarded by the executor's mutex_. Who removes what the child has keeps the child when
+    // somebody adds something to it, or has done so meanwhile.
+    int adding = 0;
+    std::uint64_t added = 0;
+    bool is_gone = false;
   };
   class Spin;
 
@@ -81,13 +86,17 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   bool is_per_group() const noexcept { return options_.per == Isolation::group; }
   [[noreturn]] void refuse_stranger(const Node& node) const;
   std::shared_ptr<Child> find(const Node& node, const CallbackGroup* group) const;
+  std::shared_ptr<Child> find_child(const Node& node, const CallbackGroup* group) const;
   template <class Add>
   void add(const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group,
            Add&& to_child);
-  void remove(const std::shared_ptr<Child>& child) noexcept;
+  std::uint64_t added(const Child& child) const noexcept;
+  void remove(const std::shared_ptr<Child>& child, std::uint64_t added_before) noexcept;
   std::vector<std::shared_ptr<Child>> children() const;
-  void start(const std::shared_ptr<Child>& child);
-  static void end_thread(Child& child) noexcept;
+  void start(Child& child);
+  void run_in_thread(Child& child);
+  static void stop(Child& child) noexcept;
+  static void join(Child& child) noexcept;
   bool run_one();
   template <class Done>
   void run_on_caller(TimePoint limit, bool once, Done&& done);

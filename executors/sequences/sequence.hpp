@@ -27,6 +27,13 @@ namespace takt::sequences {
 /// - spin_once, spin_some and spin_until_future_complete end in time, however busy the callbacks
 ///   are, and a timer that is due runs though others keep the executor busy;
 /// - an exception leaves the spin in which it was thrown;
+/// - a call ends once, by its own answer or when its time is up, and a service that answers does;
+///   a goal ends once, for its client as for its server, which both are told;
+/// - a coroutine that was dropped does not go on, one that has slept enough does;
+/// - managed callbacks of a node that is not active rest; transitions end as their callbacks;
+/// - a parameter that is refused keeps its value;
+/// - a timer that is not held runs as often as time says, one that is held does not;
+/// - after all that, no entity, group or node is left;
 /// - a scheduler is given only callbacks that it was configured for, each once at a time.
 std::string run(std::span<const std::uint8_t> bytes);
 

@@ -1,0 +1,151 @@
+// Services and clients.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/sequences/world.hpp"
+
+namespace takt::sequences {
+namespace {
+
+constexpr std::size_t kMostCalls = 4, kMostOwed = 8;
+constexpr std::array<Nanoseconds, 4> kTimeouts{0ms, 1ms, 10ms, 1s};
+// The clock moves a little between what the library and the model read.
+constexpr Nanoseconds kSlack = 1ms;
+
+}  // namespace
+
+void World::make_service() {
+  const int topic = next() % 2;
+  const std::uint8_t way = next() % 3;
+  make_part([&](Place& place, const PartPtr& part, const std::string&) {
+    part->topic = topic;
+    part->answers_at_once = way == 0;
+    const auto make = [&](auto callback) {
+      part->service = place.node->create_service<Twice>(kServices[topic], std::move(callback),
+                                                        part->group->group);
+    };
+    if (way == 0) {
+      make([this, part](const Twice::Request& request, Twice::Response& response) {
+        response.value = 2 * request.value;
+        ran(part);
+      });
+    } else if (way == 1) {
+      make([this, part](const Twice::Request& request, RequestId id) {
+        if (part->owed.size() < kMostOwed) part->owed.emplace_back(id, request.value);
+        ran(part);
+      });
+    } else {
+      make([this, part](const Twice::Request& request, Twice::Response& response) -> Task<> {
+        ran(part);
+        response.value = 2 * request.value;
+        return task(part, /*what=*/0);
+      });
+    }
+  });
+}
+
+void World::make_client() {
+  const int topic = next() % 2;
+  const Nanoseconds timeout = kTimeouts[next() % kTimeouts.size()];
+  make_part([&](Place& place, const PartPtr& part, const std::string&) {
+    part->topic = topic;
+    part->timeout = timeout;
+    part->client = place.node->create_client<Twice>(
+        kServices[topic], {.calls_in_flight = kMostCalls, .timeout = timeout}, part->group->group);
+  });
+}
+
+std::shared_ptr<Call> World::begin_call(Part& client) {
+  auto call = std::make_shared<Call>();
+  call->number = ++named_;
+  if (client.timeout != 0ms) call->deadline = later(clock_.now(), client.timeout);
+  return call;
+}
+
+void World::sent(const PartPtr& client, const std::shared_ptr<Call>& call) {
+  client->calls.push_back(call);
+  for (const PartPtr& part : parts_) {
+    if (part->service == nullptr || part->topic != client->topic) continue;
+    ++part->published;
+    if (part->answers_at_once) call->services.push_back(part);
+  }
+}
+
+// Whatever its callback does then.
+void World::answered(const PartPtr& client, Call& call, const Twice::Response* response) {
+  demand(call.answers++ == 0, "a call was answered twice");
+  std::erase_if(client->calls, [&](const auto& known) { return known.get() == &call; });
+  if (response != nullptr) {
+    demand(response->value == 2 * call.number, "a call got the answer of another");
+  } else {
+    demand(call.deadline <= clock_.now(), "a call ended without an answer before its time");
+  }
+}
+
+void World::send_request() {
+  const PartPtr client = any_with(&Part::client);
+  if (client == nullptr) return;
+  const bool drops = next() % 4 == 0;
+  const auto call = begin_call(*client);
+  attempt([&] {
+    client->client->async_send_request(
+        {call->number}, [this, client, call, drops](const Twice::Response* response) {
+          const Inside inside = enter(client);
+          answered(client, *call, response);
+          if (drops) let_go(client);
+          act(client);
+        });
+    sent(client, call);
+  });
+}
+
+void World::wait_for_answer() {
+  const PartPtr client = any_with(&Part::client);
+  if (client == nullptr) return;
+  const auto call = begin_call(*client);
+  std::optional<Future<Client<Twice>::Answer>> future;
+  attempt([&] {
+    future = client->client->async_send_request({call->number});
+    sent(client, call);
+  });
+  if (!future) return;
+  call->is_awaited = true;  // until the model has looked
+  FutureReturnCode code{};
+  const bool is_whole =
+      spin([&] { code = executor_->spin_until_future_complete(*future, kLimits[2]); });
+  if (is_whole) {
+    demand((code == FutureReturnCode::SUCCESS) == future->ready(),
+           "a spin told of a future what is not so");
+  }
+  // Nobody looks at it later.
+  if (!future->ready()) return;
+  const auto& answer = future->get();
+  answered(client, *call, answer ? &*answer : nullptr);
+}
+
+void World::respond() {
+  const PartPtr service = any_with(&Part::service);
+  if (service == nullptr || service->owed.empty()) return;
+  const auto [id, number] = service->owed.front();
+  service->owed.erase(service->owed.begin());
+  service->service->send_response(id, {2 * number});
+}
+
+// Of a client that is in the executor, after a whole spin.
+void World::check_calls(const Part& client, TimePoint begin) {
+  const std::size_t in_flight = client.client->calls_in_flight();
+  std::size_t open = 0;
+  for (const auto& call : client.calls) {
+    if (!call->is_awaited) ++open;
+    if (call->is_awaited) continue;
+    demand(are_held_ || later(call->deadline, kSlack) > begin, "a call did not end in its time");
+    for (const auto& weak : call->services) {
+      const PartPtr service = weak.lock();
+      const bool owes = service != nullptr && is_in_executor(*service) && !service->has_thrown &&
+                        service->service->lost() == 0 && client.client->lost() == 0;
+      demand(!owes, "a call was not answered by a service that answers");
+    }
+  }
+  demand(in_flight >= open && in_flight <= client.calls.size(),
+         "a client has other calls in flight than were sent and not answered");
+}
+
+}  // namespace takt::sequences

@@ -1,0 +1,138 @@
+// Spins, and what must hold after them.
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include "takt/executors/sequences/world.hpp"
+
+namespace takt::sequences {
+
+void World::spin_briefly() {
+  const Nanoseconds limit = kLimits[next() % kLimits.size()];
+  const bool is_busy = next() % 2 == 0;
+  make_busy(is_busy);
+  if (limit == Nanoseconds::max() || next() % 2 == 0) {
+    spin([&] { executor_->spin_some(limit); });
+  } else if (limit == Nanoseconds::zero()) {
+    spin([&] { executor_->spin_once(limit); });
+    demand(runs_ <= 1, "spin_once ran several callbacks");
+  } else {
+    spin([&] { executor_->spin_all(limit); });
+  }
+  make_busy(false);
+}
+
+void World::spin_until() {
+  const Nanoseconds limit = kLimits[1 + next() % 3];
+  Promise<int> promise;
+  promise_ = &promise;
+  // Its callbacks make it ready, or never; then the time ends it.
+  until_done_ = limit == Nanoseconds::max() || next() % 2 == 0 ? 3 : 0;
+  make_busy(true);
+  FutureReturnCode code{};
+  const bool is_awaited = until_done_ != 0;
+  const bool is_whole =
+      spin([&] { code = executor_->spin_until_future_complete(promise.get_future(), limit); });
+  if (is_whole && are_equal_ && is_awaited && limit == Nanoseconds::max()) {
+    demand(code == FutureReturnCode::SUCCESS, "a future came, and was not waited for");
+  }
+  until_done_ = 0;
+  make_busy(false);
+}
+
+void World::make_busy(bool is_busy) {
+  busy_left_ = is_busy ? kMostRuns / 2 : 0;
+  if (is_busy) busy_->trigger();
+}
+
+void World::release_timers(bool released) {
+  executor_->release_timers(released);
+  are_held_ = !released;
+  is_quiet_ = false;
+}
+
+// Timers stand still while others are busy; then they go on.
+void World::hold_and_release() {
+  calls_in_callbacks_ = 0;
+  release_timers(false);
+  make_busy(true);
+  spin([&] { executor_->spin_all(1ms); });
+  release_timers(true);
+  const bool is_whole = spin([&] { executor_->spin_all(20ms); });
+  make_busy(false);
+  if (!is_whole || !are_equal_) return;
+  for (const auto& part : parts_) {
+    if (!part->timer || !is_in_executor(*part) || part->is_cancelled) continue;
+    demand(clock_.now() - 10ms < *part->timer->next_release(),
+           "a due timer did not run, while others kept the executor busy");
+  }
+}
+
+void World::settle() {
+  make_busy(false);
+  const TimePoint begin = clock_.now();
+  if (!spin([&] { executor_->spin_all(); })) return;
+  is_quiet_ = are_held_;
+  for (const auto& part : parts_) {
+    if (is_in_executor(*part)) check_settled(*part, begin);
+  }
+  for (const auto& goal : goals_) check_goal(*goal);
+  if (const char* complaint = witness.complaint) demand(false, complaint);
+}
+
+void World::check_settled(const Part& part, TimePoint begin) {
+  if (part.timer && !are_held_) check_timer(part, begin);
+  if (!are_held_ && is_active(part)) {
+    demand(part.sleeps_until > begin, "spin_all left a coroutine that has slept enough");
+  }
+  if (part.guard) demand(part.guard->ready_count() == 0, "spin_all left a guard condition");
+  if (part.client) check_calls(part, begin);
+  const SubscriptionBase* receives = part.subscription.get();
+  if (part.service) receives = part.service.get();
+  if (receives == nullptr) return;
+  demand(receives->ready_count() == 0, "spin_all left a message");
+  if (part.is_in_task || !is_active(part)) return;  // messages wait
+  demand(part.received + receives->lost() == part.published,
+         "delivered + dropped is not what was published");
+}
+
+void World::check_timer(const Part& part, TimePoint begin) {
+  const TimePoint release = *part.timer->next_release();
+  demand(release > begin, "spin_all left a due timer");
+  if (part.is_managed || part.is_cancelled || part.is_for_ever) return;
+  const auto releases = (release - part.phase) / part.timer->period();
+  demand(part.received + part.timer->missed() - part.releases_before ==
+             static_cast<std::uint64_t>(releases),
+         "a timer did not run as often as time says");
+}
+
+// While callbacks publish to it and trigger it.
+void World::remove_from_another_thread() {
+  Place* const place = any(places_);
+  if (place == nullptr) return;
+  calls_in_callbacks_ = 0;
+  std::atomic<bool> is_removed{false};
+  std::thread remover([&] {
+    attempt([&] { executor_->remove_node(place->node); });
+    is_removed = true;
+  });
+  while (!is_removed && broken_ == nullptr) {
+    busy_left_ = 3;
+    touches_ = true;
+    busy_->trigger();
+    spin([&] { executor_->spin_some(); });
+  }
+  touches_ = false;
+  remover.join();
+  touch_all();
+  spin([&] { executor_->spin_some(); });
+  make_busy(false);
+}
+
+void World::touch_all() {
+  for (std::size_t topic = 0; topic < publishers_.size(); ++topic) publish(topic);
+  for (const auto& part : parts_) {
+    if (part->guard) part->guard->trigger();
+  }
+}
+
+}  // namespace takt::sequences

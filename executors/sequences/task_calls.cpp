@@ -1,0 +1,114 @@
+// Callbacks that are coroutines.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/sequences/world.hpp"
+
+namespace takt::sequences {
+
+void World::make_task() {
+  const std::uint8_t what = next();
+  const int topic = next() % 2;
+  const bool is_timer = next() % 2 == 0;
+  make_part([&](Place& place, const PartPtr& part, const std::string& name) {
+    part->is_managed = place.lifecycle != nullptr;
+    const auto& group = part->group->group;
+    // It may throw before it is a coroutine.
+    const auto on_release = [this, part, what]() -> Task<> {
+      ran(part);
+      return task(part, what);
+    };
+    const auto on_message = [this, part, what](const Number&) -> Task<> {
+      ran(part);
+      return task(part, what);
+    };
+    if (is_timer) {
+      part->timer = place.lifecycle != nullptr
+                        ? place.lifecycle->create_timer(name, kPeriods[0], on_release, group)
+                        : place.node->create_timer(name, kPeriods[0], on_release, group);
+      return begin_phase(*part);
+    }
+    part->topic = topic;
+    if (place.lifecycle != nullptr) {
+      part->subscription =
+          place.lifecycle->create_subscription<Number>(kTopics[topic], 2, on_message, group);
+    } else {
+      part->subscription =
+          place.node->create_subscription<Number>(kTopics[topic], 2, on_message, group);
+    }
+  });
+}
+
+void World::make_receiver() {
+  const int topic = next() % 2;
+  make_part([&](Place& place, const PartPtr& part, const std::string&) {
+    part->receiver = place.node->create_receiver<Number>(kTopics[topic], 2, part->group->group);
+  });
+}
+
+// One to three steps; between them it waits. Its part is the callback's.
+Task<> World::task(PartPtr part, std::uint8_t what) {
+  struct InTask {
+    explicit InTask(Part& of) noexcept : part(of) { part.is_in_task = true; }
+    ~InTask() {
+      part.is_in_task = false;
+      part.sleeps_until = kNever;
+    }
+    Part& part;
+  } const in_task(*part);
+  for (int left = 1 + what % 3; left > 0; --left) {
+    what /= 4;
+    co_await step(part, what);
+    const Inside inside = enter(part);
+    act(part);
+  }
+}
+
+Task<> World::step(PartPtr part, std::uint8_t what) {
+  switch (what % 4) {
+    case 0:
+      part->sleeps_until = later(clock_.now(), 1ms);
+      co_await sleep_for(1ms);
+      part->sleeps_until = kNever;
+      break;
+    case 1:
+      co_await await_answer();
+      break;
+    case 2:
+      co_await await_message();
+      break;
+    default:
+      break;  // it is there at once
+  }
+}
+
+Task<> World::await_answer() {
+  const PartPtr client = any_with(&Part::client);
+  if (client == nullptr) co_return;
+  const auto call = begin_call(*client);
+  call->is_awaited = true;
+  // Wherever it waits when it is dropped.
+  struct Ends {
+    ~Ends() { std::erase(client->calls, call); }
+    const PartPtr& client;
+    const std::shared_ptr<Call>& call;
+  };
+  const Ends ends{client, call};
+  const Twice::Request request{call->number};
+  if (client->client->calls_in_flight() == client->client->qos().depth) co_return;
+  sent(client, call);
+  const auto answer = co_await client->client->call(request);
+  if (answer) {
+    answered(client, *call, &*answer);
+  } else {
+    demand(client->is_dropped || call->deadline <= clock_.now(),
+           "an awaited call ended without an answer before its time");
+  }
+}
+
+Task<> World::await_message() {
+  const PartPtr receiver = any_with(&Part::receiver);
+  if (receiver == nullptr) co_return;
+  const auto message = co_await receiver->receiver->receive();
+  demand(static_cast<bool>(message), "a coroutine went on without the message it awaited");
+}
+
+}  // namespace takt::sequences
