@@ -230,6 +230,22 @@ TEST_P(ConformanceSpin, AHandlerMayLetAnExceptionEndTheSpin) {
   EXPECT_THROW(executor->spin([](const FailedCallback&) { return false; }), std::runtime_error);
 }
 
+// `isolated` gave threads to what was added after a spin that a cancel had ended before it began.
+TEST_P(ConformanceSpin, NothingRunsAfterASpinThatWasCancelledBefore) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is added after the first spin";
+  const auto executor = make(Clock::steady());
+  executor->cancel();
+  executor->spin();
+  const auto node = make_node(Clock::steady());
+  std::thread::id ran_on;
+  const auto guard =
+      node->create_guard_condition("guard", [&] { ran_on = std::this_thread::get_id(); });
+  guard->trigger();
+  executor->add_node(node);
+  executor->spin_some();
+  EXPECT_EQ(ran_on, std::this_thread::get_id());
+}
+
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceSpin);
 
 }  // namespace

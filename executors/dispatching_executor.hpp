@@ -147,6 +147,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
                       const Node& node) noexcept;
   void wait_until_gone(const Record& record) noexcept;
   void removal_is_over(std::size_t count) noexcept;
+  void let_nobody_wait() noexcept;
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
   void take_out(Record& record) noexcept;
@@ -313,15 +314,19 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   bool is_awaited_by_nobody() noexcept {
     const std::lock_guard ownership(ownership_mutex());
     if (waiting.load() != 0) return false;
-    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    forget_earlier_owner();
     return true;
   }
   /// As the record does at its end.
   std::shared_ptr<Entity> let_entity_go() noexcept {
     if (entity == nullptr) return nullptr;
     const std::lock_guard ownership(ownership_mutex());
-    if (entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    forget_earlier_owner();
     return std::move(entity);
+  }
+  /// With ownership_mutex held.
+  void forget_earlier_owner() noexcept {
+    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
   }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };

@@ -44,7 +44,7 @@ DispatchingExecutor::~DispatchingExecutor() {
     }
   }
   remove(mine);
-  for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
+  let_nobody_wait();
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
       for (const auto& group : node->groups()) group->release(&listener_);
@@ -53,6 +53,19 @@ DispatchingExecutor::~DispatchingExecutor() {
   }
   delete plan_.load();
   take_what_is_gone();
+}
+
+// When all have ended who remove, or wait for a removal, nobody begins to wait any more: whose
+// handle is dropped later finds no record.
+void DispatchingExecutor::let_nobody_wait() noexcept {
+  for (;;) {
+    for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
+    const std::lock_guard lock(control_mutex_);
+    const std::lock_guard ownership(ownership_mutex());
+    if (expected_removals_.load() != 0) continue;
+    for (const auto& record : removed_records_) record->forget_earlier_owner();
+    return;
+  }
 }
 
 // ---- Adding and removing: control threads ----
@@ -327,7 +340,7 @@ void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
       const std::uint32_t seen = plans_moved_.load();
       lock();
       install_plan();
-      const bool is_out = record.removed || record.gone.load() != 0 || runs_here(record);
+      const bool is_out = record.removed || record.gone.load() != 0;
       unlock();
       if (is_out) break;
       plans_moved_.wait(seen);

@@ -10,12 +10,15 @@ namespace takt {
 /// Between begin and end of a spin, of whatever kind, this is the only one.
 class IsolatedExecutor::Spin {
  public:
-  explicit Spin(IsolatedExecutor& executor, bool runs_children = false) : executor_(executor) {
+  /// `handler`: of those that run on threads of their own; nullptr: they run on the caller.
+  explicit Spin(IsolatedExecutor& executor, const ExceptionHandler* handler = nullptr)
+      : executor_(executor) {
     const std::lock_guard lock(executor_.mutex_);
     if (executor_.spinning_.exchange(true)) {
       throw Error("executor '" + executor_.options_.name + "' is spinning already");
     }
-    executor_.runs_children_ = runs_children;
+    executor_.runs_children_ = handler != nullptr;
+    if (handler != nullptr) executor_.handler_ = *handler;
   }
   ~Spin() {
     executor_.backend_->leave(0);
@@ -278,10 +281,11 @@ void IsolatedExecutor::stop(Child& child) noexcept {
 
 // With `joining` held.
 void IsolatedExecutor::join(Child& child) noexcept {
-  if (!child.thread.joinable()) return;
-  child.executor.cancel();
-  child.thread.join();
-  child.executor.forget_cancel();
+  if (child.thread.joinable()) {
+    child.executor.cancel();
+    child.thread.join();
+  }
+  child.executor.forget_cancel();  // the end of spin may have cancelled it meanwhile
 }
 
 // ---- Spinning ----
@@ -296,13 +300,10 @@ void IsolatedExecutor::cancel() noexcept {
 }
 
 void IsolatedExecutor::spin(const ExceptionHandler& handler) {
-  const Spin spin(*this, true);
-  if (cancelled_.load()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    handler_ = handler;
+  const Spin spin(*this, &handler);
+  if (!cancelled_.load()) {
+    for (const auto& child : children()) start(*child);
   }
-  for (const auto& child : children()) start(*child);
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
     has_news_.store(false);
