@@ -58,6 +58,7 @@ Task<> World::task(PartPtr part, std::uint8_t what) {
     what /= 4;
     co_await step(part, what);
     const Inside inside = enter(part);
+    --runs_;  // where the step did not wait, the same execution goes on
     act(part);
   }
 }
