@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/entities/peer_process_test.hpp"
 #include "takt/executors/executor.hpp"
 
 #include "Shapes.h"
@@ -108,10 +109,11 @@ TEST_F(IdlcType, ReadsTheBytesOfOursAndWritesTheSame) {
 /// How old the first message of a plain Cyclone writer is to us, whose clock is ten seconds behind.
 /// `told`: the writer's user data.
 Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told) {
-  const int domain = 98;
+  const int domain = test_domain();
   NodeOptions options;
-  options.participant =
-      Participant::create({.domain = domain, .synchronized_clocks = clocks_are_synchronized});
+  options.participant = Participant::create({.domain = domain,
+                                             .synchronized_clocks = clocks_are_synchronized,
+                                             .shared_memory = SharedMemory::off});
   const auto node = std::make_shared<Node>("node", options);
   const auto executor = executors().make("events", {});
   Promise<bool> arrived;
