@@ -2,6 +2,7 @@
 #include "takt/containers/one_sided_topics.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>

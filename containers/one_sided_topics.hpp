@@ -3,11 +3,9 @@
 #ifndef TAKT_CONTAINERS_ONE_SIDED_TOPICS_HPP_
 #define TAKT_CONTAINERS_ONE_SIDED_TOPICS_HPP_
 
-#include <map>
 #include <string>
 #include <vector>
 
-#include "takt/containers/system_description.hpp"
 #include "takt/transport/participant.hpp"
 
 namespace takt {

@@ -5,6 +5,7 @@
 
 #include "takt/entities/action_client.hpp"
 #include "takt/entities/action_server.hpp"
+#include "takt/entities/outside_test.hpp"
 #include "takt/executors/conformance_test.hpp"
 
 namespace takt::conformance {
@@ -173,49 +174,6 @@ TEST_P(ConformanceLifetime, AReplyThatNobodyHasAskedForChangesNothing) {
   EXPECT_NO_THROW(executor_->spin_all());
   EXPECT_THAT(trace_, ElementsAre("42"));
 }
-
-/// Another process that calls a service, as far as the service sees.
-class Outside : public Participant {
- public:
-  std::atomic<bool> is_asked{false}, is_inside{false}, is_gone{false}, went_inside{false};
-
-  std::unique_ptr<RemoteWriter> create_writer(const Endpoint&,
-                                              std::shared_ptr<EndpointEvents>) override {
-    return nullptr;
-  }
-  std::unique_ptr<RemoteReader> create_reader(IntraProcessReader&) override {
-    return std::make_unique<Callers>(*this);
-  }
-  bool serves_own_process() const noexcept override { return false; }
-  const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
-  std::vector<EndpointState> endpoints() const override { return {}; }
-  void add_node(const std::string&) override {}
-  void remove_node(const std::string&) override {}
-  Graph graph() override { return {}; }
-  const std::vector<ThreadState>& threads() const noexcept override { return threads_; }
-
- private:
-  struct Callers : RemoteReader {
-    explicit Callers(Outside& of) : outside(of) {}
-    ~Callers() override {
-      outside.went_inside.store(outside.is_inside.load());
-      outside.is_gone.store(true);
-    }
-    // Gives the thread that drops the service some time to destroy this.
-    std::size_t writer_count() const noexcept override {
-      Outside& of = outside;
-      of.is_inside.store(true);
-      of.is_asked.store(true);
-      for (int i = 0; i < 100 && !of.is_gone.load(); ++i) std::this_thread::sleep_for(100us);
-      of.is_inside.store(false);
-      return 0;
-    }
-    std::uint64_t received() const noexcept override { return 0; }
-    Outside& outside;
-  };
-  const std::string nothing_;
-  const std::vector<ThreadState> threads_;
-};
 
 TEST_P(ConformanceLifetime, AServiceThatAnotherThreadDropsAnswersFirst) {
   if (is_frozen()) GTEST_SKIP() << "a static executor lets nothing go";

@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, children_of, environment, finish  # noqa: E402
 
 takt = sys.argv[1]
 
@@ -26,13 +26,12 @@ WORKLOAD = """
 """
 
 
-def children_of(process):
+def both_children_of(process):
     """The children in the order of their making."""
-    tasks = f"/proc/{process.pid}/task/{process.pid}/children"
     for _ in range(500):
-        pids = [int(pid) for pid in open(tasks).read().split()]
+        pids = children_of(process.pid)
         if len(pids) >= 2:
-            return pids
+            break
         time.sleep(0.01)
     return pids
 
@@ -52,7 +51,7 @@ def run(restart, act, seconds="3s", file=None):
                                    env=environment, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
         time.sleep(1.6)
-        act(process, children_of(process))
+        act(process, both_children_of(process))
         said = process.communicate(timeout=60)
         runs = json.load(open(result))["runs"] if os.path.exists(result) else None
         return process.returncode, said[1], runs
@@ -77,7 +76,7 @@ check("with its components", runs is not None and any(
 
 def kill_again_and_again(process, pids):
     for _ in range(3):
-        os.kill(children_of(process)[-1], signal.SIGKILL)
+        os.kill(both_children_of(process)[-1], signal.SIGKILL)
         time.sleep(0.4)
 
 
