@@ -19,14 +19,10 @@ enum class CallbackGroupType {
 };
 
 /// A set of callbacks with one rule about running at the same time. An entity points to its
-/// group; the group knows no entities. It belongs to one executor at a time.
+/// group; the group knows no entities. It belongs to one executor at a time, which keeps an
+/// `Exclusion` for it.
 ///
-/// Exclusion is state of the group, not of a wait set: a callback that cannot run now is parked
-/// here, in a scheduler of the executor's type, and leaving the group hands back only the first
-/// of them. So a busy group costs no wake-ups, and the order is kept.
-///
-/// Thread safety: name and type never change; the rest is for the executor, which serialises it.
-/// Real-time: admit and leave cost one push or pop of the scheduler.
+/// Thread safety: parameters are set before an executor has the group; the rest from any thread.
 class CallbackGroup {
  public:
   CallbackGroup(std::string name, CallbackGroupType type, bool automatically_add_to_executor = true)
@@ -54,6 +50,26 @@ class CallbackGroup {
   void release(const void* owner) noexcept;
   bool belongs_to(const void* owner) const noexcept { return owner_.load() == owner; }
 
+ private:
+  const std::string name_;
+  const CallbackGroupType type_;
+  const bool automatically_add_to_executor_;
+  CallbackParameters parameters_;
+  std::atomic<const void*> owner_{nullptr};
+};
+
+/// What an executor keeps of a group: whether one of its callbacks runs, and those that wait until
+/// it has. A callback that cannot run now is parked here, in a scheduler of the executor's type,
+/// and leaving the group hands back only the first of them. So a busy group costs no wake-ups, and
+/// the order is kept. It goes with the last of the group's callbacks that the executor knows, so
+/// that an executor that forgets a group late does not touch what the next one keeps of it.
+///
+/// Thread safety: none; the executor serialises it.
+/// Real-time: admit and leave cost one push or pop of the scheduler.
+class Exclusion {
+ public:
+  explicit Exclusion(CallbackGroupType type) : type_(type) {}
+
   /// Empties the parking place: what was parked, linked by `next`, in its order.
   ReadyCallback* take_parked() noexcept {
     ReadyCallback* first = nullptr;
@@ -64,7 +80,7 @@ class CallbackGroup {
     }
     return first;
   }
-  /// Gives the group, whose parking place is empty, another one. The old one is returned.
+  /// Gives it, whose parking place is empty, another one. The old one is returned.
   std::unique_ptr<Scheduler> set_parking(std::unique_ptr<Scheduler> parking) noexcept {
     return std::exchange(parking_, std::move(parking));
   }
@@ -95,11 +111,7 @@ class CallbackGroup {
   }
 
  private:
-  const std::string name_;
   const CallbackGroupType type_;
-  const bool automatically_add_to_executor_;
-  CallbackParameters parameters_;
-  std::atomic<const void*> owner_{nullptr};
   bool busy_ = false;
   std::size_t parked_ = 0;
   std::unique_ptr<Scheduler> parking_;

@@ -13,11 +13,11 @@
 namespace takt {
 namespace {
 
-class CallbackGroupTest : public testing::Test {
+class ExclusionTest : public testing::Test {
  protected:
   static constexpr std::size_t kCallbacks = 4;
 
-  CallbackGroupTest() : infos_(kCallbacks), callbacks_(kCallbacks) {
+  ExclusionTest() : infos_(kCallbacks), callbacks_(kCallbacks) {
     for (std::size_t i = 0; i < kCallbacks; ++i) {
       infos_[i].id = static_cast<CallbackId>(i);
       infos_[i].registration = static_cast<std::uint32_t>(i);
@@ -26,7 +26,6 @@ class CallbackGroupTest : public testing::Test {
       callbacks_[i].sequence = i + 1;
     }
     exclusive_.set_parking(scheduler("fifo"));
-    reentrant_.set_parking(scheduler("fifo"));
   }
   std::unique_ptr<Scheduler> scheduler(std::string_view name) const {
     auto result = schedulers().make(name);
@@ -36,47 +35,51 @@ class CallbackGroupTest : public testing::Test {
 
   std::vector<CallbackInfo> infos_;
   std::vector<ReadyCallback> callbacks_;
-  CallbackGroup exclusive_{"exclusive", CallbackGroupType::MutuallyExclusive};
-  CallbackGroup reentrant_{"reentrant", CallbackGroupType::Reentrant, false};
+  Exclusion exclusive_{CallbackGroupType::MutuallyExclusive};
 };
 
-TEST_F(CallbackGroupTest, KeepsItsNameTypeAndParameters) {
-  EXPECT_EQ(exclusive_.name(), "exclusive");
-  EXPECT_EQ(exclusive_.type(), CallbackGroupType::MutuallyExclusive);
-  EXPECT_TRUE(exclusive_.automatically_add_to_executor());
-  EXPECT_FALSE(reentrant_.automatically_add_to_executor());
-  EXPECT_FALSE(exclusive_.parameters().priority.has_value());
-  exclusive_.set_parameters({.priority = 7, .deadline = Nanoseconds(9)});
-  EXPECT_EQ(exclusive_.parameters().priority, 7);
-  EXPECT_EQ(exclusive_.parameters().deadline, Nanoseconds(9));
+TEST(CallbackGroupTest, KeepsItsNameTypeAndParameters) {
+  CallbackGroup group("exclusive", CallbackGroupType::MutuallyExclusive);
+  EXPECT_EQ(group.name(), "exclusive");
+  EXPECT_EQ(group.type(), CallbackGroupType::MutuallyExclusive);
+  EXPECT_TRUE(group.automatically_add_to_executor());
+  EXPECT_FALSE(group.parameters().priority.has_value());
+  group.set_parameters({.priority = 7, .deadline = Nanoseconds(9)});
+  EXPECT_EQ(group.parameters().priority, 7);
+  EXPECT_EQ(group.parameters().deadline, Nanoseconds(9));
+  const CallbackGroup by_hand("reentrant", CallbackGroupType::Reentrant, false);
+  EXPECT_FALSE(by_hand.automatically_add_to_executor());
 }
 
-TEST_F(CallbackGroupTest, BelongsToOneOwnerAtATime) {
+TEST(CallbackGroupTest, BelongsToOneOwnerAtATime) {
+  CallbackGroup group("group", CallbackGroupType::MutuallyExclusive);
   const int first = 0, second = 0;
-  EXPECT_TRUE(exclusive_.claim(&first));
-  EXPECT_TRUE(exclusive_.belongs_to(&first));
-  EXPECT_FALSE(exclusive_.claim(&second));
-  EXPECT_FALSE(exclusive_.claim(&first));
-  exclusive_.release(&second);  // not its to release
-  EXPECT_TRUE(exclusive_.belongs_to(&first));
-  exclusive_.release(&first);
-  EXPECT_FALSE(exclusive_.belongs_to(&first));
-  EXPECT_TRUE(exclusive_.claim(&second));
+  EXPECT_TRUE(group.claim(&first));
+  EXPECT_TRUE(group.belongs_to(&first));
+  EXPECT_FALSE(group.claim(&second));
+  EXPECT_FALSE(group.claim(&first));
+  group.release(&second);  // not its to release
+  EXPECT_TRUE(group.belongs_to(&first));
+  group.release(&first);
+  EXPECT_FALSE(group.belongs_to(&first));
+  EXPECT_TRUE(group.claim(&second));
 }
 
-TEST_F(CallbackGroupTest, MutuallyExclusiveGroupAdmitsOneCallbackAtATime) {
+TEST_F(ExclusionTest, MutuallyExclusiveGroupAdmitsOneCallbackAtATime) {
   EXPECT_TRUE(exclusive_.admit(callbacks_[0]));
   EXPECT_FALSE(exclusive_.admit(callbacks_[1]));
   EXPECT_FALSE(exclusive_.admit(callbacks_[2]));
 }
 
-TEST_F(CallbackGroupTest, ReentrantGroupAdmitsAllCallbacks) {
-  for (ReadyCallback& callback : callbacks_) EXPECT_TRUE(reentrant_.admit(callback));
-  EXPECT_TRUE(reentrant_.admit(callbacks_[0]));  // the same one, a second time
-  for (std::size_t i = 0; i < kCallbacks; ++i) EXPECT_EQ(reentrant_.leave(), nullptr);
+TEST_F(ExclusionTest, ReentrantGroupAdmitsAllCallbacks) {
+  Exclusion reentrant(CallbackGroupType::Reentrant);
+  reentrant.set_parking(scheduler("fifo"));
+  for (ReadyCallback& callback : callbacks_) EXPECT_TRUE(reentrant.admit(callback));
+  EXPECT_TRUE(reentrant.admit(callbacks_[0]));  // the same one, a second time
+  for (std::size_t i = 0; i < kCallbacks; ++i) EXPECT_EQ(reentrant.leave(), nullptr);
 }
 
-TEST_F(CallbackGroupTest, HandsBackOneParkedCallbackForEachThatLeaves) {
+TEST_F(ExclusionTest, HandsBackOneParkedCallbackForEachThatLeaves) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {3u, 1u, 2u}) EXPECT_FALSE(exclusive_.admit(callbacks_[i]));
   // The first of them in the order of the scheduler, which is the order of arrival here.
@@ -88,7 +91,7 @@ TEST_F(CallbackGroupTest, HandsBackOneParkedCallbackForEachThatLeaves) {
   EXPECT_TRUE(exclusive_.admit(callbacks_[0]));
 }
 
-TEST_F(CallbackGroupTest, ParksAHandedBackCallbackAgainWhenAnotherWasFaster) {
+TEST_F(ExclusionTest, ParksAHandedBackCallbackAgainWhenAnotherWasFaster) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   ASSERT_FALSE(exclusive_.admit(callbacks_[1]));
   ASSERT_EQ(exclusive_.leave(), &callbacks_[1]);
@@ -97,7 +100,7 @@ TEST_F(CallbackGroupTest, ParksAHandedBackCallbackAgainWhenAnotherWasFaster) {
   EXPECT_EQ(exclusive_.leave(), &callbacks_[1]);
 }
 
-TEST_F(CallbackGroupTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
+TEST_F(ExclusionTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   ASSERT_FALSE(exclusive_.admit(callbacks_[1]));
   ASSERT_FALSE(exclusive_.admit(callbacks_[2]));
@@ -107,14 +110,14 @@ TEST_F(CallbackGroupTest, HandsBackTheNextWhenTheFirstIsThrownAway) {
   EXPECT_EQ(exclusive_.unpark(), nullptr);
 }
 
-TEST_F(CallbackGroupTest, ParksInTheOrderOfItsScheduler) {
+TEST_F(ExclusionTest, ParksInTheOrderOfItsScheduler) {
   exclusive_.set_parking(scheduler("fixed_priority"));
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u, 3u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
   EXPECT_EQ(exclusive_.leave(), &callbacks_[3]);
 }
 
-TEST_F(CallbackGroupTest, TakesWhatIsParkedAlongToANewParkingPlace) {
+TEST_F(ExclusionTest, TakesWhatIsParkedAlongToANewParkingPlace) {
   ASSERT_TRUE(exclusive_.admit(callbacks_[0]));
   for (std::size_t i : {1u, 2u}) ASSERT_FALSE(exclusive_.admit(callbacks_[i]));
   ReadyCallback* parked = exclusive_.take_parked();
@@ -131,7 +134,7 @@ TEST_F(CallbackGroupTest, TakesWhatIsParkedAlongToANewParkingPlace) {
   EXPECT_EQ(exclusive_.unpark(), nullptr);
 }
 
-TEST_F(CallbackGroupTest, AdmitsAndLeavesWithoutAllocating) {
+TEST_F(ExclusionTest, AdmitsAndLeavesWithoutAllocating) {
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
   const RealtimeScope scope;
   bool admitted = exclusive_.admit(callbacks_[0]);

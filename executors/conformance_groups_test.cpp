@@ -105,6 +105,51 @@ TEST_P(ConformanceGroups, ABusyExclusiveGroupLosesNothingAndWakesNobody) {
   spin.stop();
 }
 
+// An executor forgets callbacks that were removed at rest late: it took the place where the next
+// executor's callbacks of the group waited.
+TEST_P(ConformanceGroups, WhatAnEarlierExecutorKeptOfAGroupIsNoneOfTheNextOnes) {
+  if (is_frozen()) GTEST_SKIP() << "static: nothing is removed after the first spin";
+  const auto order_after = [this](const std::string& scheduler_before) {
+    ManualClock clock;
+    const auto node = make_node(clock);
+    const auto larger = make_node(clock, "larger");
+    std::vector<std::shared_ptr<GuardCondition>> others;
+    for (int i = 0; i < 5; ++i) {
+      others.push_back(larger->create_guard_condition("other_" + std::to_string(i), [] {}));
+    }
+    std::unique_ptr<Executor> before;
+    std::vector<std::string> trace;
+    const auto low = node->create_guard_condition("low", [&] { trace.push_back("low"); });
+    const auto high = node->create_guard_condition("high", [&] { trace.push_back("high"); });
+    node->set_callback_parameters({.callbacks = {{"high", {.priority = 2, .deadline = 1ms}}}});
+    const auto first = node->create_guard_condition("first", [&] {
+      low->trigger();
+      high->trigger();
+      clock.work(1ms);  // another worker parks both
+      before.reset();
+      trace.push_back("first");
+    });
+    if (!scheduler_before.empty()) {
+      before = make({.scheduler = scheduler_before, .clock = &clock});
+      before->add_node(node);
+      before->add_node(larger);  // so few callbacks less are not worth a new scheduler
+      before->spin_some();
+      before->remove_node(node);
+    }
+    const auto executor = make(clock);
+    executor->add_node(node);
+    const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+    clock.settle();
+    first->trigger();
+    clock.advance(10ms);
+    return trace;
+  };
+  const std::vector<std::string> undisturbed = order_after("");
+  ASSERT_EQ(undisturbed.size(), 3u);
+  EXPECT_EQ(order_after("fifo"), undisturbed);
+  EXPECT_EQ(order_after("fixed_priority"), undisturbed);
+}
+
 // ---- Queues ----
 
 // #2771, #3213: queues of events grew without bound while their messages were overwritten.

@@ -301,7 +301,7 @@ bool DispatchingExecutor::run_period() noexcept {
       record.let_go();
       continue;
     }
-    record.group->admit(record);
+    record.exclusion->admit(record);
     ready_.begin(record);
     execute(record, execution.as_picked, execution.is_judged, execution.slot, execution.is_taken,
             &let_->outputs);

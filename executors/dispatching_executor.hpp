@@ -110,6 +110,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
     DispatchingExecutor& executor;
   };
 
+  struct KnownGroup {
+    std::uint32_t id;
+    std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
+  };
+
   /// A callback whose input is taken, and which has still to run.
   struct Execution {
     Execution(CallbackRecord* of, const ReadyCallback& picked, bool judged)
@@ -264,7 +269,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
-  std::unordered_map<const void*, std::uint32_t> group_ids_, node_ids_;
+  std::unordered_map<const CallbackGroup*, KnownGroup> groups_;
+  std::unordered_map<const Node*, std::uint32_t> node_ids_;
   std::vector<std::weak_ptr<Node>> nodes_;
   std::vector<ThreadStatistics> thread_statistics_;
   std::vector<TraceRing> traces_;  // one for each worker, or none

@@ -13,10 +13,6 @@
 namespace takt {
 namespace {
 
-std::uint32_t id_of(std::unordered_map<const void*, std::uint32_t>& ids, const void* object) {
-  return ids.try_emplace(object, static_cast<std::uint32_t>(ids.size())).first->second;
-}
-
 // Whether the calling thread is inside the callback, however deep.
 bool runs_here(const CallbackRecord& record) noexcept {
   for (const Dispatch* dispatch = Dispatch::current(); dispatch != nullptr;
@@ -158,6 +154,17 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->entity = entity;
   record->group = entity->group();
   record->node = node.fully_qualified_name();
+  const auto known_node =
+      node_ids_.try_emplace(&node, static_cast<std::uint32_t>(node_ids_.size()));
+  KnownGroup& group = groups_
+                          .try_emplace(record->group.get(),
+                                       KnownGroup{static_cast<std::uint32_t>(groups_.size()), {}})
+                          .first->second;
+  record->exclusion = group.exclusion.lock();
+  if (record->exclusion == nullptr) {
+    record->exclusion = std::make_shared<Exclusion>(record->group->type());
+    group.exclusion = record->exclusion;
+  }
   const CallbackParameters parameters = node.callback_parameters(*entity);
   record->supervision = std::make_shared<Supervision>(threads_.size());
   record->supervision->node = record->node;
@@ -172,8 +179,8 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->wanted.info = {.id = next_callback_id_,
                          .kind = entity->kind(),
                          .registration = place + (listed == order.end() ? next_callback_id_ : 0),
-                         .group = id_of(group_ids_, record->group.get()),
-                         .node = id_of(node_ids_, &node)};
+                         .group = group.id,
+                         .node = known_node.first->second};
   record->settings = record->wanted = settings(*record, node);
   ++next_callback_id_;
   {
@@ -522,9 +529,10 @@ std::unique_ptr<ReadyPlan> DispatchingExecutor::make_plan(const ReadyPlan* earli
   }
   std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(plan->removed));
   std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(plan->changed));
-  std::unordered_set<CallbackGroup*> groups;
+  std::unordered_set<Exclusion*> known;
   const auto park = [&](const CallbackRecord& record) {
-    if (groups.insert(record.group.get()).second) plan->parking.push_back({record.group.get(), {}});
+    Exclusion* const exclusion = record.exclusion.get();
+    if (known.insert(exclusion).second) plan->parking.push_back({exclusion, {}});
   };
   // A group whose last callback goes gets an empty parking place instead of the one with its
   // records.
@@ -548,16 +556,16 @@ std::unique_ptr<ReadyPlan> DispatchingExecutor::make_plan(const ReadyPlan* earli
 // Gives the plan schedulers that know all callbacks.
 void DispatchingExecutor::configure(ReadyPlan& plan) const {
   std::vector<CallbackInfo> infos;
-  std::unordered_map<const CallbackGroup*, std::vector<CallbackInfo>> members;
+  std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
   for (const auto& [id, record] : records_) {
     infos.push_back(record->wanted.info);
-    members[record->group.get()].push_back(record->wanted.info);
+    members[record->exclusion.get()].push_back(record->wanted.info);
   }
   plan.scheduler = schedulers().make(scheduler_);
   plan.scheduler->configure(infos);
   for (auto& parking : plan.parking) {
     parking.scheduler = schedulers().make(scheduler_);
-    parking.scheduler->configure(members[parking.group]);
+    parking.scheduler->configure(members[parking.exclusion]);
   }
 }
 

@@ -86,7 +86,7 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     *end = callback;
     end = &callback->next;
   }
-  for (auto& parking : plan.parking) parking.parked = parking.group->take_parked();
+  for (auto& parking : plan.parking) parking.parked = parking.exclusion->take_parked();
 
   for (CallbackRecord* record : plan.removed) record->removed = true;
   for (CallbackRecord* record : plan.added) set(*record, record->settings);
@@ -108,10 +108,10 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
-  for (auto& [group, scheduler, parked] : plan.parking) {
-    if (scheduler != nullptr) scheduler = group->set_parking(std::move(scheduler));
-    for_those_who_stay(parked, [to = group](CallbackRecord& record) { to->park(record); });
-    hand_back(group->unpark());  // the one that was handed back before may have been removed
+  for (auto& [exclusion, scheduler, parked] : plan.parking) {
+    if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
+    for_those_who_stay(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
+    hand_back(exclusion->unpark());  // the one that was handed back before may have been removed
   }
   plan.timers.clear();
   for (const auto& timer : timers_) {  // within what was reserved

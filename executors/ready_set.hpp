@@ -68,6 +68,7 @@ struct Supervision {
 struct CallbackRecord : ReadyCallback, Sink {
   std::shared_ptr<Entity> entity;
   std::shared_ptr<CallbackGroup> group;
+  std::shared_ptr<Exclusion> exclusion;  // one for all of the group
   CallbackSettings settings;
   CallbackInfo demoted_info;  // as settings.info, and less urgent than all others
   bool is_demoted = false;
@@ -151,7 +152,7 @@ class Trigger {
 /// replaces goes back in the same object to be freed by a control thread.
 struct ReadyPlan {
   struct Parking {
-    CallbackGroup* group;
+    Exclusion* exclusion;
     std::unique_ptr<Scheduler> scheduler;
     ReadyCallback* parked = nullptr;  // while the one takes the place of the other
   };
@@ -366,7 +367,7 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
   while (CallbackRecord* record = pick(limits)) {
     if (record->sequence > limits.last_sequence) {
       record->next = std::exchange(deferred_, record);
-    } else if (record->group->admit(*record)) {
+    } else if (record->exclusion->admit(*record)) {
       begin(*record);
       return record;
     }
@@ -415,7 +416,7 @@ inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
   const bool is_gone = record.removed && executing == 0;
   if (!record.is_reentrant()) settle(record, more);
-  hand_back(record.group->leave());
+  hand_back(record.exclusion->leave());
   // Release: pairs with the load in pending(); what the callback published is visible.
   record.executing.store(executing, std::memory_order_release);
   if (is_gone) [[unlikely]] {
