@@ -17,7 +17,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/parameter_service.hpp"
-#include "takt/sched/memory_lock.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
 
 namespace takt {
 namespace {

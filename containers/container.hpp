@@ -15,16 +15,16 @@
 #include "takt/base/simulated_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
+#include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
 #include "takt/containers/one_sided_topics.hpp"
-#include "takt/containers/plan.hpp"
+#include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
-#include "takt/containers/system_description.hpp"
-#include "takt/entities/rosout.hpp"
-#include "takt/entities/time_source.hpp"
-#include "takt/executors/watchdog.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
+#include "takt/executors/engine/watchdog.hpp"
+#include "takt/ros2/rosout.hpp"
+#include "takt/ros2/time_source.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
 
 namespace takt {
 

@@ -13,8 +13,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/rt_tests/ddsperf.hpp"
-#include "takt/rt_tests/process_pair.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/measuring/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
 
 using namespace takt;

@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
 #include "takt/transport/local_topics.hpp"
-#include "takt/transport/participant.hpp"
+#include "takt/transport/dds/participant.hpp"
 
 namespace takt {
 

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/pool.hpp"
+#include "takt/base/lockfree/pool.hpp"
 
 namespace takt {
 

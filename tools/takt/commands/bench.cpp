@@ -11,12 +11,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "takt/containers/duration.hpp"
+#include "takt/containers/configuration/duration.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/rt_tests/ddsperf.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/rt_tests/rounds.hpp"
-#include "takt/transport/shared_memory.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
+#include "takt/transport/shared_memory/shared_memory.hpp"
 
 #include "commands.hpp"
 #include "embedded.hpp"

@@ -24,7 +24,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "run/channel.hpp"

@@ -1,0 +1,69 @@
+// A publisher in a child process, whose messages are measured here.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_MEASURING_PROCESS_PAIR_HPP_
+#define TAKT_MEASURING_PROCESS_PAIR_HPP_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <sys/types.h>
+
+#include "takt/executors/executor.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/transport/dds/participant.hpp"
+
+namespace takt::rt {
+
+struct Stamp {
+  std::int64_t sent_ns = 0;
+  std::vector<std::uint8_t> payload;
+};
+TAKT_MESSAGE(Stamp, "rt_tests/msg/Stamp", sent_ns, payload);
+
+/// A node that publishes each 500 µs, and one that listens, under executors of their own or a
+/// common one.
+class Pair {
+ public:
+  Pair(std::shared_ptr<Participant> participant, std::size_t payload_bytes);
+  void talk(Executor& executor);
+  /// Cancels the executor when so many have come.
+  void listen(Executor& executor, std::uint64_t messages);
+
+  Histogram latency;  // from publish to the start of the callback
+  std::shared_ptr<Publisher<Stamp>> publisher;
+
+ private:
+  std::shared_ptr<Node> talker_, listener_;
+  std::shared_ptr<Subscription<Stamp>> subscription_;
+  std::shared_ptr<Timer> timer_;
+  Stamp stamp_;
+};
+
+/// `events` on one thread.
+std::unique_ptr<Executor> executor_on(const ThreadAttributes& thread);
+
+/// Made before this process has threads; the listener is this process, under SCHED_FIFO 80, and the
+/// talker the child, under 70. Both join the domain with these options.
+class ProcessPair {
+ public:
+  explicit ProcessPair(const DdsOptions& dds, std::size_t payload_bytes = 0);
+  ~ProcessPair();
+  ProcessPair(const ProcessPair&) = delete;
+  ProcessPair& operator=(const ProcessPair&) = delete;
+
+  Histogram run(std::uint64_t messages);
+
+ private:
+  const DdsOptions dds_;
+  const std::size_t payload_bytes_;
+  std::array<int, 2> pipe_{};  // each byte that comes is a round
+  pid_t child_ = 0;
+  std::shared_ptr<Participant> participant_;  // made by the first round
+};
+
+}  // namespace takt::rt
+
+#endif  // TAKT_MEASURING_PROCESS_PAIR_HPP_
