@@ -15,7 +15,6 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/transport/local_topics.hpp"
-#include "takt/transport/dds/participant.hpp"
 
 namespace takt {
 
@@ -188,7 +187,7 @@ bool IntraProcessReader::is_for_us(const MessageBlock& message) const noexcept {
   if (message.payload() != nullptr) {
     std::memcpy(&address, message.payload(), sizeof address);
   } else {  // not decoded yet
-    const auto bytes = static_cast<const ReceivedBlock&>(message).bytes();
+    const auto bytes = message.encoded();
     if (bytes.size() < kCdrHeader.size() + sizeof address)
       return true;  // let the decoder refuse it
     std::memcpy(&address, bytes.data() + kCdrHeader.size(), sizeof address);

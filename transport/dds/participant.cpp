@@ -910,7 +910,7 @@ std::unique_ptr<RemoteReader> CycloneParticipant::create_reader(IntraProcessRead
 
 }  // namespace
 
-std::span<const std::byte> ReceivedBlock::bytes() const noexcept {
+std::span<const std::byte> ReceivedBlock::encoded() const noexcept {
   return sample_ != nullptr ? static_cast<const Serdata*>(sample_)->bytes()
                             : std::span<const std::byte>(copy_.get(), copied_bytes_);
 }

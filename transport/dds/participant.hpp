@@ -100,8 +100,8 @@ class RemoteReader {
 /// for the next one, and the receiver's thread does the receiver's work.
 class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> {
  public:
-  /// Empty when it has a payload, or lies in a chunk that does not say that it is of our type.
-  std::span<const std::byte> bytes() const noexcept;
+  /// Empty, too, when it lies in a chunk that does not say that it is of our type.
+  std::span<const std::byte> encoded() const noexcept override;
   void hold(ddsi_serdata* sample) noexcept { sample_ = sample; }
   /// `held` is counted down when it is released.
   void hold_chunk(ddsi_serdata* sample, const void* payload,
