@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "takt/measuring/load.hpp"
-#include "takt/measuring/process_pair.hpp"
+#include "takt/rt_tests/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"
 

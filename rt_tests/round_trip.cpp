@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "takt/measuring/ddsperf.hpp"
-#include "takt/measuring/process_pair.hpp"
+#include "takt/rt_tests/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
 
 using namespace takt;

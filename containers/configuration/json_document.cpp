@@ -41,9 +41,9 @@ class TrackingIterator {
   const char** position_;
 };
 
-class Handler {
+class JsonHandler {
  public:
-  Handler(std::string_view text, Errors& errors)
+  JsonHandler(std::string_view text, Errors& errors)
       : errors_(errors), builder_(errors), position_(text.data()), counted_(text.data()) {}
 
   const char** position() { return &position_; }
@@ -114,7 +114,7 @@ class Handler {
 Value parse_json(std::string_view text, Errors& errors) {
   // A file that is cut off ends in its last line, not in the empty one after it.
   text = text.substr(0, text.find_last_not_of(" \t\r\n") + 1);
-  Handler handler(text, errors);
+  JsonHandler handler(text, errors);
   nlohmann::json::sax_parse(TrackingIterator(text.data(), handler.position()),
                             TrackingIterator(text.data() + text.size(), handler.position()),
                             &handler);

@@ -66,12 +66,13 @@ Content resolve(const std::string& text) {
 
 // Events, and not yaml-cpp's own tree, which would expand every alias, follow one into the very
 // container that it stands in, and not know the lines of keys.
-class Handler : public YAML::EventHandler {
+class YamlHandler : public YAML::EventHandler {
  public:
   using Mark = YAML::Mark;
   using Anchor = YAML::anchor_t;
 
-  Handler(std::string_view text, Errors& errors) : text_(text), errors_(errors), builder_(errors) {}
+  YamlHandler(std::string_view text, Errors& errors)
+      : text_(text), errors_(errors), builder_(errors) {}
 
   /// After the last document.
   Value take_root() {
@@ -224,7 +225,7 @@ Value parse_yaml(const std::string& text, Errors& errors) {
   // Without a mark at the end, yaml-cpp takes a text in quotes that is cut off for complete.
   const std::string ended = text + "\n...\n";
   std::istringstream stream(ended);
-  Handler handler(ended, errors);
+  YamlHandler handler(ended, errors);
   try {
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(handler)) {

@@ -1,7 +1,7 @@
 // A publisher in a child process, whose messages are measured here.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_MEASURING_PROCESS_PAIR_HPP_
-#define TAKT_MEASURING_PROCESS_PAIR_HPP_
+#ifndef TAKT_RT_TESTS_PROCESS_PAIR_HPP_
+#define TAKT_RT_TESTS_PROCESS_PAIR_HPP_
 
 #include <array>
 #include <cstddef>
@@ -66,4 +66,4 @@ class ProcessPair {
 
 }  // namespace takt::rt
 
-#endif  // TAKT_MEASURING_PROCESS_PAIR_HPP_
+#endif  // TAKT_RT_TESTS_PROCESS_PAIR_HPP_

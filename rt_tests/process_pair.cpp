@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/measuring/process_pair.hpp"
+#include "takt/rt_tests/process_pair.hpp"
 
 #include <csignal>
 #include <thread>
