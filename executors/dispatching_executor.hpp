@@ -6,7 +6,6 @@
 #include <atomic>
 #include <map>
 #include <memory>
-#include <set>
 #include <thread>
 #include <unordered_map>
 #include <vector>
@@ -72,6 +71,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   /// Runs one callback if one is ready.
   bool run_one();
+  /// As remove_callback_group, for those of the groups, and the node if it is meant, that are here.
+  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
+                      bool with_node = false) noexcept;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
@@ -148,9 +150,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void unwatch(Entity& entity) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
-  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
-                      const Node& node) noexcept;
   void wait_until_gone(const Record& record) noexcept;
+  static void detach(Record& record) noexcept;
+  void wait_for_end_of(Record& record) noexcept;
+  std::uint64_t begin_to_leave(const void* what);
+  bool ends_leaving(const void* what, std::uint64_t removal) noexcept;
   void removal_is_over(std::size_t count) noexcept;
   void let_nobody_wait() noexcept;
   bool claim_removal(Record& record) noexcept;
@@ -262,10 +266,13 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
   Records removed_records_;                                // until nobody can touch them
-  std::multiset<const CallbackGroup*> leaving_;            // groups that are being removed
-  PastStatistics past_;                                    // of those that are gone
-  bool is_ending_ = false;                                 // nobody asks for statistics any more
-  ReadyPlan changes_;                                      // only `removed` and `changed`
+  // Groups and nodes that are being removed, by one thread or several, with the number of that
+  // removal: the first thread that is ready ends it for all.
+  std::map<const void*, std::uint64_t> leaving_;
+  std::uint64_t last_leaving_ = 0;
+  PastStatistics past_;     // of those that are gone
+  bool is_ending_ = false;  // nobody asks for statistics any more
+  ReadyPlan changes_;       // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
@@ -283,11 +290,14 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   ~Record() { let_entity_go(); }
   DispatchingExecutor& executor;
-  std::atomic<int> waiting{0};  // threads that wait until it is gone
+  std::atomic<int> users{0};  // threads that remove it, or wait until it is gone
+  // Of those, who comes first detaches the entity, and the others wait until it has: none comes
+  // later, when the entity may have another owner.
+  std::atomic<bool> is_being_detached{false};
+  std::atomic<std::uint32_t> detached{0};  // 1: nobody announces any more
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // what the next plan brings
   bool is_handed_over = false;                                // to the ready set, by a plan
-  bool detached = false;                                      // nobody announces any more
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
   void announce(Arrival arrival) noexcept override {
@@ -303,23 +313,24 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   }
   void remove() noexcept override { executor.remove({this}); }
   void expect_remove() noexcept override {
-    executor.expected_removals_.fetch_add(1);
-    entity->set_earlier_owner(this);
+    expect_wait();
+    entity->add_earlier_owner(*this);
   }
   void expect_wait() noexcept override {
     executor.expected_removals_.fetch_add(1);
-    waiting.fetch_add(1);
+    users.fetch_add(1);
   }
   void wait_for_removal() noexcept override {
     DispatchingExecutor& waits_for_us = executor;
-    waits_for_us.wait_until_gone(*this);
-    waiting.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.wait_for_end_of(*this);
+    users.fetch_sub(1);  // from here on it may be freed
     waits_for_us.removal_is_over(1);
   }
+  bool has_let_go() const noexcept override { return detached.load() != 0; }
   /// True: and nobody comes to wait from here on.
   bool is_awaited_by_nobody() noexcept {
     const std::lock_guard ownership(ownership_mutex());
-    if (waiting.load() != 0) return false;
+    if (users.load() != 0) return false;
     forget_earlier_owner();
     return true;
   }
@@ -332,7 +343,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   }
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
-    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    if (entity != nullptr) entity->forget_earlier_owner(*this);
   }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };

@@ -186,7 +186,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   {
     const std::lock_guard ownership(ownership_mutex());
     // Seen twice, in the node's list and as an added one; or dropped, and not yet destroyed.
-    if (entity->owner() != nullptr || entity->is_retired()) return;
+    if (!entity->is_free() || entity->is_retired()) return;
     entity->set_owner(record.get());
   }
   try {
@@ -279,8 +279,7 @@ void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
                 options_.name + "'");
   }
   node->remove_listener(listener_);
-  release_groups(node->groups(), *node);
-  node->release(&listener_);
+  release_groups(node->groups(), *node, /*with_node=*/true);
 }
 
 void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
@@ -293,20 +292,39 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
   release_groups({group}, *node);
 }
 
+// With control_mutex_ held. The number of the removal that is under way, or begins.
+std::uint64_t DispatchingExecutor::begin_to_leave(const void* what) {
+  const auto [removal, is_new] = leaving_.try_emplace(what, last_leaving_ + 1);
+  if (is_new) ++last_leaving_;
+  return removal->second;
+}
+
+// With control_mutex_ held. False: another thread has ended this removal; what the executor has now
+// was added later.
+bool DispatchingExecutor::ends_leaving(const void* what, std::uint64_t removal) noexcept {
+  const auto known = leaving_.find(what);
+  if (known == leaving_.end() || known->second != removal) return false;
+  leaving_.erase(known);
+  return true;
+}
+
 // All callbacks of these groups, as far as the groups are ours, by one change of the ready set.
 // Those that another thread is removing already are waited for.
 void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
-                                         const Node& node) noexcept {
-  std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
+                                         Node& node, bool with_node) noexcept {
   const auto is_meant = [&](const Record& record) {
     return std::find(groups.begin(), groups.end(), record.group) != groups.end();
   };
-  const auto entities = node.entities();
+  std::vector<std::shared_ptr<Entity>> entities;
   std::vector<Record*> mine;
   Records of_others;
+  std::vector<std::uint64_t> removals;
   {
     const std::lock_guard lock(control_mutex_);
-    for (const auto& group : groups) leaving_.insert(group.get());
+    std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
+    for (const auto& group : groups) removals.push_back(begin_to_leave(group.get()));
+    if (with_node) removals.push_back(begin_to_leave(&node));
+    entities = node.entities();  // from here on nothing is added to the groups
     for (const auto& entity : entities) {
       const auto known = of_entity_.find(entity.get());
       if (known == of_entity_.end() || !is_meant(*known->second)) continue;
@@ -321,12 +339,12 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
     }
   }
   remove(mine);
-  for (const auto& record : of_others) wait_until_gone(*record);
+  for (const auto& record : of_others) wait_for_end_of(*record);
   const std::lock_guard lock(control_mutex_);
-  for (const auto& group : groups) {
-    leaving_.erase(leaving_.find(group.get()));
-    group->release(&listener_);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (ends_leaving(groups[i].get(), removals[i])) groups[i]->release(&listener_);
   }
+  if (with_node && ends_leaving(&node, removals.back())) node.release(&listener_);
 }
 
 // With control_mutex_ held. True: the caller, and nobody else, removes the record.
@@ -356,6 +374,19 @@ void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
   if (!runs_here(record)) record.gone.wait(0);
 }
 
+// Who is preempted here holds up others for that long, and no longer.
+void DispatchingExecutor::detach(Record& record) noexcept {
+  if (record.is_being_detached.exchange(true)) return record.detached.wait(0);
+  record.entity->detach();
+  record.detached.store(1);
+  record.detached.notify_all();
+}
+
+void DispatchingExecutor::wait_for_end_of(Record& record) noexcept {
+  wait_until_gone(record);
+  detach(record);
+}
+
 void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
   if (expected_removals_.fetch_sub(count) == count) expected_removals_.notify_all();
 }
@@ -380,17 +411,18 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     }
   }
   for (const Record* record : records) wait_until_gone(*record);
-  for (Record* record : records) record->entity->detach();
+  for (Record* record : records) detach(*record);
   // What the user's callbacks hold goes without the lock: it may be another entity of ours.
   std::vector<std::shared_ptr<Entity>> released;
   Records gone;
   {
     const std::lock_guard lock(control_mutex_);
     for (Record* record : records) {
-      record->detached = true;
-      if (!at_rest) continue;
-      remember_statistics_of(*record);
-      released.push_back(record->let_entity_go());
+      if (at_rest) {
+        remember_statistics_of(*record);
+        released.push_back(record->let_entity_go());
+      }
+      record->users.fetch_sub(1);  // from here on it may be freed
     }
     if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
   }
@@ -599,7 +631,7 @@ DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
   }
   Records gone;
   for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
+    if (record->gone.load() == 1 && record->forgotten.load() && record->detached.load() == 1 &&
         !record->queued.load() && !record->held.load() && !record->changed.load() &&
         record->is_awaited_by_nobody()) {
       if (record->entity != nullptr) remember_statistics_of(*record);

@@ -186,7 +186,7 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
     const auto group = child->group.lock();
     if (child->node.lock() != node) continue;
     const std::uint64_t before = added(*child);
-    if (group != nullptr) child->executor.remove_callback_group(group, node);
+    if (group != nullptr) child->executor.release_groups({group}, *node);
     remove(child, before);
   }
   node->release(this);
