@@ -74,6 +74,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   /// As remove_callback_group, for those of the groups, and the node if it is meant, that are here.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
+  /// Whether the node, or one of its groups, belongs to it.
+  bool has_part_of(const Node& node) const;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
@@ -146,10 +148,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   TimePoint tell_misses(TimePoint now) noexcept;
   void refuse_when_frozen(const char* what) const;
   void choose_wait_backend();
-  void watch(Entity& entity);
-  void unwatch(Entity& entity) noexcept;
+  void watch(Record& record);
+  void unwatch(Record& record) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
+  void give_up(Record& record) noexcept;
   void wait_until_gone(const Record& record) noexcept;
   static void detach(Record& record) noexcept;
   void wait_for_end_of(Record& record) noexcept;
@@ -204,7 +207,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
       take_plan_over();
   }
   void take_plan_over() noexcept;
-  void plan_has_moved() noexcept;
+  static void install_plans_here() noexcept;
   void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
@@ -217,8 +220,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void rethrow();
 
   // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
-  [[gnu::tls_model(
-      "initial-exec")]] static thread_local constinit const DispatchingExecutor* worker_of_;
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit DispatchingExecutor* worker_of_;
+  // The innermost of its spins; nullptr on the threads of a pool.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
 
   // Which of its workers: 0 is the thread that spins.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
@@ -251,15 +255,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in a spin of whatever kind
-  std::atomic<std::thread::id> spinner_;  // who called it: the only worker where there is one
   std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
-  // Handed over or installed so often: a worker that waits, in a callback, for somebody's removal
-  // sleeps on it.
-  std::atomic<std::uint32_t> plans_moved_{0};
-  std::atomic<std::size_t> watched_{0};  // file descriptors
-  Inbox<ReadyPlan> used_plans_;          // installed; hold what they replaced
+  std::atomic<std::size_t> watched_{0};    // file descriptors
+  Inbox<ReadyPlan> used_plans_;            // installed; hold what they replaced
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
@@ -298,6 +298,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // what the next plan brings
   bool is_handed_over = false;                                // to the ready set, by a plan
+  bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
   void announce(Arrival arrival) noexcept override {
