@@ -405,6 +405,23 @@ TEST_P(Refusal, ByItsWaitBackEndOfWhatIsDroppedMeanwhile) {
   expect_refusal(*executor);
 }
 
+TEST(WaitSetRefusal, OfWhatIsDroppedMeanwhile) {
+  const auto node = std::make_shared<TellingNode>("node");
+  auto guard = node->make("guard");
+  const auto entity = node->find_entity("guard");
+  std::thread dropper;
+  guard->fd = 1 << 20;  // is none
+  guard->on_watch = [&] {
+    dropper = std::thread([&] { guard.reset(); });
+    wait_until_claimed(*entity);
+  };
+  WaitSet set;
+  EXPECT_THROW(set.add(entity), Error);
+  dropper.join();
+  EXPECT_FALSE(entity->is_attached());
+  EXPECT_TRUE(set.wait(0ns).empty());
+}
+
 // Who began to wait for a removal when the executor expected nobody any more used its freed
 // records.
 TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {

@@ -87,9 +87,13 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   try {
     if (const Watch watch = entity->watch(); watch.fd >= 0) backend_->watch(watch);
   } catch (...) {
+    {
+      const std::lock_guard ownership(ownership_mutex());
+      // Who has dropped it meanwhile waits for the mutex, and removes it.
+      if (entity->owner() != members_.back().get()) throw;
+      entity->set_owner(nullptr);
+    }
     entity->detach();
-    const std::lock_guard ownership(ownership_mutex());
-    entity->set_owner(nullptr);
     members_.pop_back();
     throw;
   }
@@ -99,10 +103,8 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
   entity->leave_owner();
 }
 
-// Afterwards its users own it.
+// Afterwards its users own it. It leaves the list first: who adds it may not have attached it yet.
 void WaitSet::expel(Member& member) noexcept {
-  if (const Watch watch = member.entity->watch(); watch.fd >= 0) backend_->unwatch(watch.listener);
-  member.entity->detach();
   {
     const std::lock_guard lock(mutex_);
     const auto known = std::find_if(members_.begin(), members_.end(),
@@ -110,6 +112,8 @@ void WaitSet::expel(Member& member) noexcept {
     [[maybe_unused]] const Member* const users_own_it = known->release();
     members_.erase(known);
   }
+  if (const Watch watch = member.entity->watch(); watch.fd >= 0) backend_->unwatch(watch.listener);
+  member.entity->detach();
   {
     const std::lock_guard ownership(ownership_mutex());
     member.entity->forget_earlier_owner(member);  // from here on nobody begins to wait
