@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/entity.hpp"
 
+#include <algorithm>
 #include <mutex>
+#include <utility>
 
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
@@ -51,22 +53,25 @@ void Entity::retire() noexcept {
   leave_owner();
 }
 
-// Another thread may be removing it, with its node or group: that has to end here too.
+bool Entity::is_free() const noexcept {
+  return owner_ == nullptr && std::all_of(earlier_owners_.begin(), earlier_owners_.end(),
+                                          [](const Sink* sink) { return sink->has_let_go(); });
+}
+
+// Another thread may be removing it, with its node or group, or its callback may have done so and
+// still run: that has to end here too.
 void Entity::leave_owner() noexcept {
   Sink* owner = nullptr;
-  Sink* earlier = nullptr;
+  std::vector<Sink*> earlier;
   {
     const std::lock_guard lock(ownership_mutex());
+    earlier = earlier_owners_;
+    for (Sink* sink : earlier) sink->expect_wait();
     owner = std::exchange(owner_, nullptr);
-    if (owner != nullptr) {
-      owner->expect_remove();
-    } else if (earlier_owner_ != nullptr) {
-      earlier = earlier_owner_;
-      earlier->expect_wait();
-    }
+    if (owner != nullptr) owner->expect_remove();
   }
   if (owner != nullptr) owner->remove();
-  if (earlier != nullptr) earlier->wait_for_removal();
+  for (Sink* sink : earlier) sink->wait_for_removal();
 }
 
 PiMutex& ownership_mutex() noexcept {

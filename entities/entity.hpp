@@ -34,6 +34,8 @@ class Sink : public ArrivalListener {
   virtual void expect_wait() noexcept {}
   /// Blocks as remove() does.
   virtual void wait_for_removal() noexcept {}
+  /// Whether nobody announces to this sink any more. With ownership_mutex held.
+  virtual bool has_let_go() const noexcept { return true; }
   /// Whether messages need their publish time.
   virtual bool wants_time() const noexcept { return true; }
 
@@ -196,10 +198,12 @@ class Entity {
   /// so that of two who let an entity go at the same time only one does the work.
   void set_owner(Sink* owner) noexcept { owner_ = owner; }
   Sink* owner() const noexcept { return owner_; }
-  /// Who has been its owner, and may still be in its callback; until another one, or nullptr, is
-  /// set. With ownership_mutex held.
-  void set_earlier_owner(Sink* owner) noexcept { earlier_owner_ = owner; }
-  Sink* earlier_owner() const noexcept { return earlier_owner_; }
+  /// Whether it can get an owner. With ownership_mutex held.
+  bool is_free() const noexcept;
+  /// Who has been its owner, and may still be in its callback. There may be several: a callback may
+  /// give its own entity to another executor. With ownership_mutex held.
+  void add_earlier_owner(Sink& owner) { earlier_owners_.push_back(&owner); }
+  void forget_earlier_owner(const Sink& owner) noexcept { std::erase(earlier_owners_, &owner); }
 
   /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
   void leave_owner() noexcept;
@@ -227,7 +231,7 @@ class Entity {
   std::atomic<Sink*> sink_{nullptr};
   // Guarded by ownership_mutex.
   Sink* owner_ = nullptr;
-  Sink* earlier_owner_ = nullptr;
+  std::vector<Sink*> earlier_owners_;
   bool is_retired_ = false;
 };
 

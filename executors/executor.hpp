@@ -148,7 +148,11 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// - Callbacks of a mutually exclusive group never run at the same time.
 /// - What is added while it spins runs without delay. What is removed does not run any more when
 ///   remove returns; remove waits for a running callback, except in that very callback, where the
-///   removal is complete when the callback returns.
+///   removal is complete when the callback returns. Dropping a handle does the same. Of callbacks
+///   that remove each other, in a circle of any length, the last one that begins to does not wait:
+///   if it did, none could return. So it must not free what the callback that it removes uses.
+/// - A group that one of its callbacks gives to another executor may run there before that callback
+///   has returned.
 /// - `cancel` is sticky: it ends the spin that runs, or else the next one.
 /// - An exception from a callback leaves spin on the thread that called it, when all threads of the
 ///   executor have stopped; or goes to the handler, and the executor goes on.

@@ -21,6 +21,7 @@ class IsolatedExecutor::Spin {
     if (handler != nullptr) executor_.handler_ = *handler;
   }
   ~Spin() {
+    executor_.remove_those_that_may_go();
     executor_.backend_->leave(0);
     executor_.cancelled_.store(false);
     executor_.spinning_.store(false);
@@ -41,17 +42,20 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options)
 
 // ---- Children ----
 
-std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(const Node& node,
-                                                                const CallbackGroup* group) const {
+std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(
+    const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) const {
   const std::lock_guard lock(mutex_);
   return find_child(node, group);
 }
 
-// With the mutex held.
+// With the mutex held: so no pointer is made that might be the last one, and end a node.
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
-    const Node& node, const CallbackGroup* group) const {
+    const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) const {
+  const auto is_same = [](const auto& a, const auto& b) {
+    return !a.owner_before(b) && !b.owner_before(a);
+  };
   const auto child = std::find_if(children_.begin(), children_.end(), [&](const auto& candidate) {
-    return candidate->node.lock().get() == &node && candidate->group.lock().get() == group;
+    return is_same(candidate->node, node) && is_same(candidate->group, group);
   });
   return child == children_.end() ? nullptr : *child;
 }
@@ -67,48 +71,55 @@ static void take_over(const CallbackParameters& parameters, ThreadAttributes& th
   }
 }
 
+// With the mutex held.
+std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
+    const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) {
+  ExecutorOptions options = options_;
+  options.name = node->name();
+  options.per = Isolation::node;
+  options.threads.clear();
+  ThreadAttributes thread;
+  if (!options_.threads.empty()) {
+    thread = options_.threads[children_.size() % options_.threads.size()];
+  }
+  if (group != nullptr) {
+    if (group != node->default_callback_group()) options.name += "/" + group->name();
+    take_over(group->parameters(), thread);
+  }
+  thread.name = options.name;
+  options.threads.push_back(thread);
+  const auto child = std::make_shared<Child>(*this, options, node, group);
+  child->executor.release_timers(releases_timers_);
+  children_.push_back(child);
+  return child;
+}
+
 // To the child of the node or, if there is one, the group; it is made when there is none, and stays
 // only when it got something.
 template <class Add>
 void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
                            const std::shared_ptr<CallbackGroup>& group, Add&& to_child) {
+  remove_forgotten();
   std::shared_ptr<Child> child;
   {
     const std::lock_guard lock(mutex_);
-    child = find_child(*node, group.get());
-    if (child != nullptr) ++child->adding;
+    child = find_child(node, group);
+    if (child == nullptr) child = make_child(node, group);
+    ++child->adding;
   }
-  if (child != nullptr) {
-    const auto end = [this](Child* to) {
+  const auto end = [this, &child](void*) {
+    {
       const std::lock_guard lock(mutex_);
-      --to->adding;
-      ++to->added;
-    };
-    const std::unique_ptr<Child, decltype(end)> adding(child.get(), end);
-    to_child(child->executor);
-    start(*child);
-  } else {
+      --child->adding;
+    }
+    remove_unless_used(child);
+  };
+  const std::unique_ptr<void, decltype(end)> adding(this, end);
+  to_child(child->executor);
+  {
     const std::lock_guard lock(mutex_);
-    ExecutorOptions options = options_;
-    options.name = node->name();
-    options.per = Isolation::node;
-    options.threads.clear();
-    ThreadAttributes thread;
-    if (!options_.threads.empty()) {
-      thread = options_.threads[children_.size() % options_.threads.size()];
-    }
-    if (group != nullptr) {
-      if (group != node->default_callback_group()) options.name += "/" + group->name();
-      take_over(group->parameters(), thread);
-    }
-    thread.name = options.name;
-    options.threads.push_back(thread);
-    child = std::make_shared<Child>(*this, options, node, group);
-    child->executor.release_timers(releases_timers_);
-    to_child(child->executor);
-    children_.push_back(child);
+    start(*child);
   }
-  start(*child);
   wake();
 }
 
@@ -174,20 +185,18 @@ void IsolatedExecutor::refuse_stranger(const Node& node) const {
 
 void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   if (!is_per_group()) {
-    const std::shared_ptr<Child> child = find(*node, nullptr);
+    const std::shared_ptr<Child> child = find(node, nullptr);
     if (child == nullptr) refuse_stranger(*node);
-    const std::uint64_t before = added(*child);
     child->executor.remove_node(node);
-    return remove(child, before);
+    return remove_unless_used(child);
   }
   if (!node->belongs_to(this)) refuse_stranger(*node);
   node->remove_listener(*this);
   for (const auto& child : children()) {
     const auto group = child->group.lock();
     if (child->node.lock() != node) continue;
-    const std::uint64_t before = added(*child);
-    if (group != nullptr) child->executor.remove_callback_group(group, node);
-    remove(child, before);
+    if (group != nullptr) child->executor.release_groups({group}, *node);
+    remove_unless_used(child);
   }
   node->release(this);
 }
@@ -204,62 +213,77 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
   }
 }
 
-std::uint64_t IsolatedExecutor::added(const Child& child) const noexcept {
-  const std::lock_guard lock(mutex_);
-  return child.added;
+// With the mutex held. `node`: its own, if that is there.
+bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
+  return child.adding != 0 || (node != nullptr && child.executor.has_part_of(*node));
 }
 
-// It has nothing to run any more, unless somebody has added something since `added_before` was
-// read. In its own callback, on its thread or the caller's, it has not ended; it then ends with the
-// executor.
-void IsolatedExecutor::remove(const std::shared_ptr<Child>& child,
-                              std::uint64_t added_before) noexcept {
-  if (child->runs_on.load() == std::this_thread::get_id()) return;
-  const auto is_used = [&] { return child->adding != 0 || child->added != added_before; };
-  {
-    const std::lock_guard lock(mutex_);
-    if (is_used()) return;
+// In a callback nobody waits for the end of a thread, which may be in a callback that waits for
+// this one: the thread is told, and who spins does the rest.
+void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
+  const std::shared_ptr<Node> node = child->node.lock();  // goes after the lock
+  std::unique_lock lock(mutex_);
+  if (child->is_gone || is_used(*child, node.get())) return;
+  const bool has_thread = child->thread.joinable();
+  if (Dispatch::current() == nullptr || (!has_thread && !child->is_joined)) {
+    return end(child, node.get(), lock);
   }
-  const std::lock_guard joining(child->joining);  // until it is gone: nobody starts it again
-  join(*child);
-  const std::lock_guard lock(mutex_);
-  const auto known = std::find(children_.begin(), children_.end(), child);
-  if (known == children_.end()) return;  // somebody else has removed it too
-  if (is_used()) return run_in_thread(*child);
+  child->may_go = true;
+  if (has_thread) child->executor.cancel();
+}
+
+// Those whose node or group was dropped without having been removed.
+void IsolatedExecutor::remove_forgotten() {
+  for (const auto& child : children()) {
+    if (child->node.expired() || (is_per_group() && child->group.expired())) {
+      remove_unless_used(child);
+    }
+  }
+}
+
+// Who has removed them was in a callback.
+void IsolatedExecutor::remove_those_that_may_go() {
+  for (const auto& child : children()) {
+    const std::shared_ptr<Node> node = child->node.lock();
+    std::unique_lock lock(mutex_);
+    if (child->may_go && !child->runs.load()) end(child, node.get(), lock);
+  }
+}
+
+// With the mutex held, which is given up while it waits for the child's thread.
+void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node,
+                           std::unique_lock<std::mutex>& lock) {
+  join(*child, lock);
+  if (child->is_gone) return;  // somebody else has removed it too
+  child->may_go = false;
+  if (is_used(*child, node)) return start(*child);  // again
   try {
     for (const auto& thread : child->executor.thread_statistics()) {
       add_thread(past_threads_, thread);
     }
     if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
-    children_.erase(known);
+    std::erase(children_, child);
     child->is_gone = true;
-  } catch (const Error&) {  // it is in a callback
+  } catch (const Error&) {  // it is in a callback, on the thread that spins
+    child->may_go = true;
   }
 }
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
                                              const std::shared_ptr<Node>& node) {
-  const std::shared_ptr<Child> child = find(*node, is_per_group() ? group.get() : nullptr);
+  const std::shared_ptr<Child> child = find(node, is_per_group() ? group : nullptr);
   if (child == nullptr) refuse_stranger(*node);
-  const std::uint64_t before = added(*child);
   child->executor.remove_callback_group(group, node);
-  if (is_per_group()) remove(child, before);
+  remove_unless_used(child);
 }
 
-// Starts the child's thread, if children have threads now and this one has none yet.
+// With the mutex held. Starts the child's thread, if children have threads now and this one has
+// none; who waits for the end of the last one does so itself.
 void IsolatedExecutor::start(Child& child) {
-  if (child.runs_on.load() == std::this_thread::get_id()) return;  // who joins it may wait for us
-  const std::lock_guard joining(child.joining);
-  const std::lock_guard lock(mutex_);
-  run_in_thread(child);
-}
-
-// With both mutexes held.
-void IsolatedExecutor::run_in_thread(Child& child) {
-  if (!runs_children_ || child.is_gone || child.thread.joinable()) return;
+  if (!runs_children_ || child.is_gone || child.is_joined || child.thread.joinable()) return;
+  child.runs.store(true);
   child.thread = std::thread([this, &child, handler = handler_] {
-    child.runs_on.store(std::this_thread::get_id());
     try {
       child.executor.spin(handler);
     } catch (...) {
@@ -269,21 +293,23 @@ void IsolatedExecutor::run_in_thread(Child& child) {
       }
       cancel();
     }
-    child.runs_on.store({});
+    child.runs.store(false);
+    wake();
   });
 }
 
-// Whoever comes second waits for the same end.
-void IsolatedExecutor::stop(Child& child) noexcept {
-  const std::lock_guard joining(child.joining);
-  join(child);
-}
-
-// With `joining` held.
-void IsolatedExecutor::join(Child& child) noexcept {
+// With the mutex held, which is given up meanwhile. Whoever comes second waits for the same end.
+void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
+  joined_.wait(lock, [&] { return !child.is_joined; });
   if (child.thread.joinable()) {
+    child.is_joined = true;
+    std::thread thread = std::move(child.thread);
     child.executor.cancel();
-    child.thread.join();
+    lock.unlock();
+    thread.join();
+    lock.lock();
+    child.is_joined = false;
+    joined_.notify_all();
   }
   child.executor.forget_cancel();  // the end of spin may have cancelled it meanwhile
 }
@@ -302,11 +328,13 @@ void IsolatedExecutor::cancel() noexcept {
 void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   const Spin spin(*this, &handler);
   if (!cancelled_.load()) {
-    for (const auto& child : children()) start(*child);
+    const std::lock_guard lock(mutex_);
+    for (const auto& child : children_) start(*child);
   }
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
     has_news_.store(false);
+    remove_those_that_may_go();
   }
   {
     const std::lock_guard lock(mutex_);
@@ -314,11 +342,12 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   }
   // All are told before any is waited for. Under a manual clock, give way to those who must end.
   for (const auto& child : children()) {
-    if (child->runs_on.load() != std::thread::id()) child->executor.cancel();
+    if (child->runs.load()) child->executor.cancel();
   }
   backend_->leave(0);
-  for (const auto& child : children()) stop(*child);
-  const std::lock_guard lock(mutex_);
+  const auto all = children();  // they go after the lock
+  std::unique_lock lock(mutex_);
+  for (const auto& child : all) join(*child, lock);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
@@ -409,7 +438,7 @@ bool IsolatedExecutor::is_spinning() const noexcept {
   const std::lock_guard lock(mutex_);
   return spinning_.load() &&
          (!runs_children_ || std::all_of(children_.begin(), children_.end(), [](const auto& child) {
-           return child->executor.is_spinning();
+           return child->may_go || child->executor.is_spinning();
          }));
 }
 

@@ -3,6 +3,7 @@
 #define TAKT_EXECUTORS_ISOLATED_EXECUTOR_HPP_
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -26,7 +27,9 @@ namespace takt {
 /// thread. So threads preempt each other as the callbacks' parameters say: fixed priority, or EDF.
 /// A reentrant group has one thread all the same.
 /// Thread safety and real-time: as Executor. Adding a node or a group while it spins starts a
-/// thread.
+/// thread. It ends when nothing is left that belongs to it: at once, or, if a callback has removed
+/// that, soon. A node or group that was dropped without having been removed ends its thread when
+/// something else is added.
 class IsolatedExecutor final : public Executor, private NodeListener, private Wakeable {
  public:
   explicit IsolatedExecutor(const ExecutorOptions& options = {});
@@ -69,13 +72,12 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
     SingleThreadedExecutor executor;
     Waker waker;
-    std::atomic<std::thread::id> runs_on{};
-    std::mutex joining;  // taken before the executor's mutex_; guards thread
+    std::atomic<bool> runs{false};  // on its thread
+    // Guarded by the executor's mutex_.
     std::thread thread;
-    // Guarded by the executor's mutex_. Who removes what the child has keeps the child when
-    // somebody adds something to it, or has done so meanwhile.
-    int adding = 0;
-    std::uint64_t added = 0;
+    int adding = 0;          // threads that add something to it
+    bool is_joined = false;  // somebody waits for the end of its thread
+    bool may_go = false;     // a callback has removed what it had; who spins looks after it
     bool is_gone = false;
   };
   class Spin;
@@ -85,18 +87,24 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void parameters_changed(Node&) override {}
   bool is_per_group() const noexcept { return options_.per == Isolation::group; }
   [[noreturn]] void refuse_stranger(const Node& node) const;
-  std::shared_ptr<Child> find(const Node& node, const CallbackGroup* group) const;
-  std::shared_ptr<Child> find_child(const Node& node, const CallbackGroup* group) const;
+  std::shared_ptr<Child> find(const std::shared_ptr<Node>& node,
+                              const std::shared_ptr<CallbackGroup>& group) const;
+  std::shared_ptr<Child> find_child(const std::shared_ptr<Node>& node,
+                                    const std::shared_ptr<CallbackGroup>& group) const;
+  std::shared_ptr<Child> make_child(const std::shared_ptr<Node>& node,
+                                    const std::shared_ptr<CallbackGroup>& group);
   template <class Add>
   void add(const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group,
            Add&& to_child);
-  std::uint64_t added(const Child& child) const noexcept;
-  void remove(const std::shared_ptr<Child>& child, std::uint64_t added_before) noexcept;
   std::vector<std::shared_ptr<Child>> children() const;
+  static bool is_used(const Child& child, const Node* node);
+  void remove_unless_used(const std::shared_ptr<Child>& child);
+  void remove_forgotten();
+  void remove_those_that_may_go();
+  void end(const std::shared_ptr<Child>& child, const Node* node,
+           std::unique_lock<std::mutex>& lock);
+  void join(Child& child, std::unique_lock<std::mutex>& lock);
   void start(Child& child);
-  void run_in_thread(Child& child);
-  static void stop(Child& child) noexcept;
-  static void join(Child& child) noexcept;
   bool run_one();
   template <class Done>
   void run_on_caller(TimePoint limit, bool once, Done&& done);
@@ -107,7 +115,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::atomic<bool> spinning_{false}, cancelled_{false}, has_news_{false};
   std::size_t next_turn_ = 0;  // of the children, on the caller's thread
 
-  mutable std::mutex mutex_;  // guards all below; control threads only
+  std::condition_variable joined_;  // a child
+  mutable std::mutex mutex_;        // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
   std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
   PastStatistics past_;                     // of the children that were removed

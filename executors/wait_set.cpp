@@ -19,8 +19,34 @@ struct WaitSet::Member final : Sink {
     if (!wait_set.has_news_.exchange(true)) wait_set.backend_->post();
   }
   bool wants_time() const noexcept override { return false; }
-  void expect_remove() noexcept override { wait_set.expected_removals_.fetch_add(1); }
-  void remove() noexcept override { wait_set.expel(*this); }
+  void expect_remove() noexcept override {
+    expect_wait();
+    entity->add_earlier_owner(*this);
+  }
+  void remove() noexcept override {
+    wait_set.expel(*this);
+    end_use();
+  }
+  void expect_wait() noexcept override {
+    wait_set.expected_removals_.fetch_add(1);
+    users.fetch_add(1);
+  }
+  void wait_for_removal() noexcept override {
+    expelled.wait(0);
+    end_use();
+  }
+  bool has_let_go() const noexcept override { return expelled.load() != 0; }
+
+  std::atomic<std::uint32_t> expelled{0};
+
+ private:
+  // The last user frees it. The set lives until then.
+  void end_use() noexcept {
+    WaitSet& set = wait_set;
+    if (users.fetch_sub(1) == 1) delete this;
+    if (set.expected_removals_.fetch_sub(1) == 1) set.expected_removals_.notify_all();
+  }
+  std::atomic<int> users{0};  // who removes it, and who waits until it is removed
 };
 
 WaitSet::WaitSet(Clock& clock)
@@ -44,7 +70,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   const std::lock_guard lock(mutex_);
   {
     const std::lock_guard ownership(ownership_mutex());
-    if (entity->owner() != nullptr) {
+    if (!entity->is_free()) {
       throw Error("'" + entity->name() + "' belongs to an executor or wait set already",
                   "create it in a callback group with automatically_add_to_executor = false");
     }
@@ -61,9 +87,13 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   try {
     if (const Watch watch = entity->watch(); watch.fd >= 0) backend_->watch(watch);
   } catch (...) {
+    {
+      const std::lock_guard ownership(ownership_mutex());
+      // Who has dropped it meanwhile waits for the mutex, and removes it.
+      if (entity->owner() != members_.back().get()) throw;
+      entity->set_owner(nullptr);
+    }
     entity->detach();
-    const std::lock_guard ownership(ownership_mutex());
-    entity->set_owner(nullptr);
     members_.pop_back();
     throw;
   }
@@ -73,19 +103,23 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
   entity->leave_owner();
 }
 
+// Afterwards its users own it. It leaves the list first: who adds it may not have attached it yet.
 void WaitSet::expel(Member& member) noexcept {
-  if (const Watch watch = member.entity->watch(); watch.fd >= 0) backend_->unwatch(watch.listener);
-  member.entity->detach();
-  std::unique_ptr<Member> gone;  // may hold the last pointer to the entity: goes without the lock
   {
     const std::lock_guard lock(mutex_);
     const auto known = std::find_if(members_.begin(), members_.end(),
                                     [&](const auto& entry) { return entry.get() == &member; });
-    gone = std::move(*known);
+    [[maybe_unused]] const Member* const users_own_it = known->release();
     members_.erase(known);
   }
-  gone.reset();
-  if (expected_removals_.fetch_sub(1) == 1) expected_removals_.notify_all();
+  if (const Watch watch = member.entity->watch(); watch.fd >= 0) backend_->unwatch(watch.listener);
+  member.entity->detach();
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    member.entity->forget_earlier_owner(member);  // from here on nobody begins to wait
+  }
+  member.expelled.store(1);
+  member.expelled.notify_all();
 }
 
 void WaitSet::collect() {

@@ -34,8 +34,11 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
 }  // namespace
 
 // The model is repeated: otherwise this file would call a function for each access.
-[[gnu::tls_model("initial-exec")]] thread_local constinit const DispatchingExecutor*
-    DispatchingExecutor::worker_of_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ =
+    nullptr;
+[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Spin*
+    DispatchingExecutor::spin_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
 [[gnu::tls_model(
@@ -56,8 +59,8 @@ class DispatchingExecutor::Spin {
     if (executor_.has_changes_) executor_.hand_plan_over();
     executor_.spinning_.store(true);
     executor_.was_spun_ = true;
-    executor_.spinner_.store(std::this_thread::get_id());
     outer_ = std::exchange(worker_of_, &executor_);
+    outer_spin_ = std::exchange(spin_of_, this);
     outer_index_ = std::exchange(worker_index_, 0);
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
@@ -74,9 +77,9 @@ class DispatchingExecutor::Spin {
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_plan();
     worker_of_ = outer_;
+    spin_of_ = outer_spin_;
     worker_index_ = outer_index_;
     trace_of_ = outer_trace_;
-    executor_.spinner_.store({});
     executor_.spinning_.store(false);
   }
   Spin(const Spin&) = delete;
@@ -85,9 +88,13 @@ class DispatchingExecutor::Spin {
   /// True when a cancel has come, from before the spin or during it: it is used up now.
   bool take_cancel() noexcept { return executor_.cancelled_.exchange(false); }
 
+  DispatchingExecutor* outer() const noexcept { return outer_; }
+  const Spin* outer_spin() const noexcept { return outer_spin_; }
+
  private:
   DispatchingExecutor& executor_;
-  const DispatchingExecutor* outer_;
+  DispatchingExecutor* outer_;
+  Spin* outer_spin_;
   std::size_t outer_index_;
   TraceRing* outer_trace_;
 };
@@ -240,6 +247,18 @@ void DispatchingExecutor::pass_on() noexcept {
 void DispatchingExecutor::cancel() noexcept {
   cancelled_.store(true);
   wake_all();
+}
+
+// Inside a callback: those of all executors whose callbacks this thread is in.
+void DispatchingExecutor::install_plans_here() noexcept {
+  const Spin* spin = spin_of_;
+  for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
+    executor->lock();
+    executor->install_plan();
+    executor->unlock();
+    executor = spin != nullptr ? spin->outer() : nullptr;
+    if (spin != nullptr) spin = spin->outer_spin();
+  }
 }
 
 // ---- Dispatch ----

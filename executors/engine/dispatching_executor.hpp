@@ -6,7 +6,6 @@
 #include <atomic>
 #include <map>
 #include <memory>
-#include <set>
 #include <thread>
 #include <unordered_map>
 #include <vector>
@@ -72,6 +71,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   /// Runs one callback if one is ready.
   bool run_one();
+  /// As remove_callback_group, for those of the groups, and the node if it is meant, that are here.
+  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
+                      bool with_node = false) noexcept;
+  /// Whether the node, or one of its groups, belongs to it.
+  bool has_part_of(const Node& node) const;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
@@ -144,13 +148,16 @@ class DispatchingExecutor : public Executor, private Wakeable {
   TimePoint tell_misses(TimePoint now) noexcept;
   void refuse_when_frozen(const char* what) const;
   void choose_wait_backend();
-  void watch(Entity& entity);
-  void unwatch(Entity& entity) noexcept;
+  void watch(Record& record);
+  void unwatch(Record& record) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
-  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
-                      const Node& node) noexcept;
+  void give_up(Record& record) noexcept;
   void wait_until_gone(const Record& record) noexcept;
+  static void detach(Record& record) noexcept;
+  void wait_for_end_of(Record& record) noexcept;
+  std::uint64_t begin_to_leave(const void* what);
+  bool ends_leaving(const void* what, std::uint64_t removal) noexcept;
   void removal_is_over(std::size_t count) noexcept;
   void let_nobody_wait() noexcept;
   bool claim_removal(Record& record) noexcept;
@@ -200,7 +207,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
       take_plan_over();
   }
   void take_plan_over() noexcept;
-  void plan_has_moved() noexcept;
+  static void install_plans_here() noexcept;
   void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
@@ -213,8 +220,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void rethrow();
 
   // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
-  [[gnu::tls_model(
-      "initial-exec")]] static thread_local constinit const DispatchingExecutor* worker_of_;
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit DispatchingExecutor* worker_of_;
+  // The innermost of its spins; nullptr on the threads of a pool.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
 
   // Which of its workers: 0 is the thread that spins.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
@@ -247,25 +255,24 @@ class DispatchingExecutor : public Executor, private Wakeable {
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in a spin of whatever kind
-  std::atomic<std::thread::id> spinner_;  // who called it: the only worker where there is one
   std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
-  // Handed over or installed so often: a worker that waits, in a callback, for somebody's removal
-  // sleeps on it.
-  std::atomic<std::uint32_t> plans_moved_{0};
-  std::atomic<std::size_t> watched_{0};  // file descriptors
-  Inbox<ReadyPlan> used_plans_;          // installed; hold what they replaced
+  std::atomic<std::size_t> watched_{0};    // file descriptors
+  Inbox<ReadyPlan> used_plans_;            // installed; hold what they replaced
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
   std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
   Records removed_records_;                                // until nobody can touch them
-  std::multiset<const CallbackGroup*> leaving_;            // groups that are being removed
-  PastStatistics past_;                                    // of those that are gone
-  bool is_ending_ = false;                                 // nobody asks for statistics any more
-  ReadyPlan changes_;                                      // only `removed` and `changed`
+  // Groups and nodes that are being removed, by one thread or several, with the number of that
+  // removal: the first thread that is ready ends it for all.
+  std::map<const void*, std::uint64_t> leaving_;
+  std::uint64_t last_leaving_ = 0;
+  PastStatistics past_;     // of those that are gone
+  bool is_ending_ = false;  // nobody asks for statistics any more
+  ReadyPlan changes_;       // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
@@ -283,11 +290,15 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   ~Record() { let_entity_go(); }
   DispatchingExecutor& executor;
-  std::atomic<int> waiting{0};  // threads that wait until it is gone
+  std::atomic<int> users{0};  // threads that remove it, or wait until it is gone
+  // Of those, who comes first detaches the entity, and the others wait until it has: none comes
+  // later, when the entity may have another owner.
+  std::atomic<bool> is_being_detached{false};
+  std::atomic<std::uint32_t> detached{0};  // 1: nobody announces any more
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // what the next plan brings
   bool is_handed_over = false;                                // to the ready set, by a plan
-  bool detached = false;                                      // nobody announces any more
+  bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
   void announce(Arrival arrival) noexcept override {
@@ -303,23 +314,24 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   }
   void remove() noexcept override { executor.remove({this}); }
   void expect_remove() noexcept override {
-    executor.expected_removals_.fetch_add(1);
-    entity->set_earlier_owner(this);
+    expect_wait();
+    entity->add_earlier_owner(*this);
   }
   void expect_wait() noexcept override {
     executor.expected_removals_.fetch_add(1);
-    waiting.fetch_add(1);
+    users.fetch_add(1);
   }
   void wait_for_removal() noexcept override {
     DispatchingExecutor& waits_for_us = executor;
-    waits_for_us.wait_until_gone(*this);
-    waiting.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.wait_for_end_of(*this);
+    users.fetch_sub(1);  // from here on it may be freed
     waits_for_us.removal_is_over(1);
   }
+  bool has_let_go() const noexcept override { return detached.load() != 0; }
   /// True: and nobody comes to wait from here on.
   bool is_awaited_by_nobody() noexcept {
     const std::lock_guard ownership(ownership_mutex());
-    if (waiting.load() != 0) return false;
+    if (users.load() != 0) return false;
     forget_earlier_owner();
     return true;
   }
@@ -332,7 +344,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   }
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
-    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+    if (entity != nullptr) entity->forget_earlier_owner(*this);
   }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
 };

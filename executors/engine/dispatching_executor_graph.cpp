@@ -8,22 +8,10 @@
 #include <fmt/format.h>
 
 #include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/engine/wait_in_callback.hpp"
 #include "takt/nodes/chain.hpp"
 
 namespace takt {
-namespace {
-
-// Whether the calling thread is inside the callback, however deep.
-bool runs_here(const CallbackRecord& record) noexcept {
-  for (const Dispatch* dispatch = Dispatch::current(); dispatch != nullptr;
-       dispatch = dispatch->outer) {
-    if (record.is_described_by(dispatch->callback)) return true;
-  }
-  return false;
-}
-
-}  // namespace
-
 DispatchingExecutor::~DispatchingExecutor() {
   if (options_.watchdog != nullptr) options_.watchdog->remove(watched_callbacks_);
   for (const auto& weak : nodes_) {
@@ -186,33 +174,32 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   {
     const std::lock_guard ownership(ownership_mutex());
     // Seen twice, in the node's list and as an added one; or dropped, and not yet destroyed.
-    if (entity->owner() != nullptr || entity->is_retired()) return;
+    if (!entity->is_free() || entity->is_retired()) return;
     entity->set_owner(record.get());
   }
+  Record& added = *record;
+  of_entity_.emplace(entity.get(), &added);
+  records_.emplace(added.key(), std::move(record));
   try {
-    watch(*entity);
-  } catch (...) {
-    const std::lock_guard ownership(ownership_mutex());
-    entity->set_owner(nullptr);
-    throw;
-  }
-  Record* const added = record.get();
-  of_entity_.emplace(entity.get(), added);
-  records_.emplace(added->key(), std::move(record));
-  has_changes_ = true;
-  if (!spinning_.load()) return;
-  try {
-    hand_plan_over();
+    watch(added);
+    has_changes_ = true;
+    if (spinning_.load()) hand_plan_over();
   } catch (...) {  // a user's scheduler does not take it: all is as before
-    unwatch(*entity);
-    {
-      const std::lock_guard ownership(ownership_mutex());
-      entity->set_owner(nullptr);
-    }
-    of_entity_.erase(entity.get());
-    records_.erase(added->key());
+    give_up(added);
     throw;
   }
+}
+
+// With control_mutex_ held. Who has dropped the entity meanwhile waits for that mutex, and does the
+// rest of the removal.
+void DispatchingExecutor::give_up(Record& record) noexcept {
+  take_out(record);
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    if (record.entity->owner() != &record) return;
+    record.entity->set_owner(nullptr);
+  }
+  removed_records_.pop_back();
 }
 
 // What the parameters of the callback, and its most critical chain, come to.
@@ -279,8 +266,7 @@ void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
                 options_.name + "'");
   }
   node->remove_listener(listener_);
-  release_groups(node->groups(), *node);
-  node->release(&listener_);
+  release_groups(node->groups(), *node, /*with_node=*/true);
 }
 
 void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
@@ -293,20 +279,39 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
   release_groups({group}, *node);
 }
 
+// With control_mutex_ held. The number of the removal that is under way, or begins.
+std::uint64_t DispatchingExecutor::begin_to_leave(const void* what) {
+  const auto [removal, is_new] = leaving_.try_emplace(what, last_leaving_ + 1);
+  if (is_new) ++last_leaving_;
+  return removal->second;
+}
+
+// With control_mutex_ held. False: another thread has ended this removal; what the executor has now
+// was added later.
+bool DispatchingExecutor::ends_leaving(const void* what, std::uint64_t removal) noexcept {
+  const auto known = leaving_.find(what);
+  if (known == leaving_.end() || known->second != removal) return false;
+  leaving_.erase(known);
+  return true;
+}
+
 // All callbacks of these groups, as far as the groups are ours, by one change of the ready set.
 // Those that another thread is removing already are waited for.
 void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
-                                         const Node& node) noexcept {
-  std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
+                                         Node& node, bool with_node) noexcept {
   const auto is_meant = [&](const Record& record) {
     return std::find(groups.begin(), groups.end(), record.group) != groups.end();
   };
-  const auto entities = node.entities();
+  std::vector<std::shared_ptr<Entity>> entities;
   std::vector<Record*> mine;
   Records of_others;
+  std::vector<std::uint64_t> removals;
   {
     const std::lock_guard lock(control_mutex_);
-    for (const auto& group : groups) leaving_.insert(group.get());
+    std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
+    for (const auto& group : groups) removals.push_back(begin_to_leave(group.get()));
+    if (with_node) removals.push_back(begin_to_leave(&node));
+    entities = node.entities();  // from here on nothing is added to the groups
     for (const auto& entity : entities) {
       const auto known = of_entity_.find(entity.get());
       if (known == of_entity_.end() || !is_meant(*known->second)) continue;
@@ -321,12 +326,19 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
     }
   }
   remove(mine);
-  for (const auto& record : of_others) wait_until_gone(*record);
+  for (const auto& record : of_others) wait_for_end_of(*record);
   const std::lock_guard lock(control_mutex_);
-  for (const auto& group : groups) {
-    leaving_.erase(leaving_.find(group.get()));
-    group->release(&listener_);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (ends_leaving(groups[i].get(), removals[i])) groups[i]->release(&listener_);
   }
+  if (with_node && ends_leaving(&node, removals.back())) node.release(&listener_);
+}
+
+bool DispatchingExecutor::has_part_of(const Node& node) const {
+  const auto groups = node.groups();
+  return node.belongs_to(&listener_) ||
+         std::any_of(groups.begin(), groups.end(),
+                     [this](const auto& group) { return group->belongs_to(&listener_); });
 }
 
 // With control_mutex_ held. True: the caller, and nobody else, removes the record.
@@ -338,22 +350,31 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
   return true;
 }
 
-// In its own callback the removal is complete when that returns. A worker that waits, in another
-// callback, is perhaps the only one who can install the plan, which its remover hands over when it
-// has come so far.
+// In its own callback the removal is complete when that returns; and of callbacks that remove each
+// other one must not wait. Who waits in a callback is perhaps the only one who can install a plan
+// that somebody else waits for: its own executor's, or that of a callback further out.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
-  if (worker_of_ == this || spinner_.load() == std::this_thread::get_id()) {
-    for (;;) {
-      const std::uint32_t seen = plans_moved_.load();
-      lock();
-      install_plan();
-      const bool is_out = record.removed || record.gone.load() != 0;
-      unlock();
-      if (is_out) break;
-      plans_moved_.wait(seen);
-    }
+  if (worker_of_ == nullptr) return record.gone.wait(0);
+  const WaitInCallback wait(record);
+  for (;;) {
+    const std::uint32_t seen = WaitInCallback::moves();
+    install_plans_here();
+    if (record.gone.load() != 0 || (wait.is_for_itself() && record.forgotten.load())) return;
+    WaitInCallback::wait_for_move(seen);
   }
-  if (!runs_here(record)) record.gone.wait(0);
+}
+
+// Who is preempted here holds up others for that long, and no longer.
+void DispatchingExecutor::detach(Record& record) noexcept {
+  if (record.is_being_detached.exchange(true)) return record.detached.wait(0);
+  record.entity->detach();
+  record.detached.store(1);
+  record.detached.notify_all();
+}
+
+void DispatchingExecutor::wait_for_end_of(Record& record) noexcept {
+  wait_until_gone(record);
+  detach(record);
 }
 
 void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
@@ -380,17 +401,18 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     }
   }
   for (const Record* record : records) wait_until_gone(*record);
-  for (Record* record : records) record->entity->detach();
+  for (Record* record : records) detach(*record);
   // What the user's callbacks hold goes without the lock: it may be another entity of ours.
   std::vector<std::shared_ptr<Entity>> released;
   Records gone;
   {
     const std::lock_guard lock(control_mutex_);
     for (Record* record : records) {
-      record->detached = true;
-      if (!at_rest) continue;
-      remember_statistics_of(*record);
-      released.push_back(record->let_entity_go());
+      if (at_rest) {
+        remember_statistics_of(*record);
+        released.push_back(record->let_entity_go());
+      }
+      record->users.fetch_sub(1);  // from here on it may be freed
     }
     if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
   }
@@ -407,9 +429,10 @@ void DispatchingExecutor::remember_statistics_of(const Record& record) {
 
 // With control_mutex_ held.
 void DispatchingExecutor::take_out(Record& record) noexcept {
-  unwatch(*record.entity);
-  of_entity_.erase(record.entity.get());
   const auto entry = records_.find(record.key());
+  if (entry == records_.end()) return;  // see give_up
+  unwatch(record);
+  of_entity_.erase(record.entity.get());
   removed_records_.push_back(std::move(entry->second));
   records_.erase(entry);
   if (record.is_handed_over) {
@@ -417,7 +440,7 @@ void DispatchingExecutor::take_out(Record& record) noexcept {
     has_changes_ = true;
   } else {
     record.forgotten.store(true);
-    record.gone.store(1);
+    record.has_gone();
   }
 }
 
@@ -426,8 +449,7 @@ void DispatchingExecutor::take_out(Record& record) noexcept {
 void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) noexcept {
   for (Record* record : records) {
     record->removed = true;
-    record->gone.store(1);
-    record->gone.notify_all();
+    record->has_gone();
   }
   if (changes_.removed.size() <= records_.size()) return;
   try {
@@ -446,33 +468,35 @@ void DispatchingExecutor::choose_wait_backend() {
   backend_ =
       make_wait_backend(options_.wait, *options_.clock, threads_.size(), has_file_descriptors);
   try {
-    for (const auto& [id, record] : records_) watch(*record->entity);
+    for (const auto& [id, record] : records_) watch(*record);
   } catch (...) {
     backend_.reset();
     watched_.store(0);
+    for (const auto& [id, record] : records_) record->is_watched = false;
     throw;
   }
 }
 
 // Before the first spin may have chosen the back end nothing can be watched; then it is done there.
-void DispatchingExecutor::watch(Entity& entity) {
-  const Watch watch = entity.watch();
+void DispatchingExecutor::watch(Record& record) {
+  const Watch watch = record.entity->watch();
   if (watch.fd < 0 || backend_ == nullptr) return;
   if (!backend_->serves_file_descriptors()) {
     const bool is_auto = options_.wait == kAutoWait;
-    throw Error(fmt::format("executor '{}' waits by '{}', which cannot serve file descriptor '{}'",
-                            options_.name, is_auto ? "futex" : options_.wait, entity.name()),
-                is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
-                        : "choose `wait: epoll`, or leave it out");
+    throw Error(
+        fmt::format("executor '{}' waits by '{}', which cannot serve file descriptor '{}'",
+                    options_.name, is_auto ? "futex" : options_.wait, record.entity->name()),
+        is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
+                : "choose `wait: epoll`, or leave it out");
   }
   backend_->watch(watch);
+  record.is_watched = true;
   watched_.fetch_add(1);
 }
 
-void DispatchingExecutor::unwatch(Entity& entity) noexcept {
-  const Watch watch = entity.watch();
-  if (watch.fd < 0 || backend_ == nullptr) return;
-  backend_->unwatch(watch.listener);
+void DispatchingExecutor::unwatch(Record& record) noexcept {
+  if (!std::exchange(record.is_watched, false)) return;
+  backend_->unwatch(record.entity->watch().listener);
   watched_.fetch_sub(1);
 }
 
@@ -571,13 +595,8 @@ void DispatchingExecutor::configure(ReadyPlan& plan) const {
 
 void DispatchingExecutor::send(std::unique_ptr<ReadyPlan> plan) noexcept {
   plan_.store(plan.release());
-  plan_has_moved();
+  WaitInCallback::something_has_moved();
   wake();
-}
-
-void DispatchingExecutor::plan_has_moved() noexcept {
-  plans_moved_.fetch_add(1);
-  plans_moved_.notify_all();
 }
 
 // Serialised with dispatch: by a worker under the lock, or while nobody spins.
@@ -586,7 +605,7 @@ void DispatchingExecutor::take_plan_over() noexcept {
     ready_.install(*plan);
     if (let_ != nullptr) let_->taken.swap(plan->room);
     used_plans_.push(*plan);
-    plan_has_moved();
+    WaitInCallback::something_has_moved();
   }
 }
 
@@ -599,7 +618,7 @@ DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
   }
   Records gone;
   for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
+    if (record->gone.load() == 1 && record->forgotten.load() && record->detached.load() == 1 &&
         !record->queued.load() && !record->held.load() && !record->changed.load() &&
         record->is_awaited_by_nobody()) {
       if (record->entity != nullptr) remember_statistics_of(*record);

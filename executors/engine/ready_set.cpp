@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/executors/engine/wait_in_callback.hpp"
 
 namespace takt {
 namespace {
@@ -21,6 +22,12 @@ bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settin
          settings.info.budget != Nanoseconds::zero() ||
          settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
          !record.entity->chain_steps().empty();
+}
+
+void CallbackRecord::has_gone() noexcept {
+  gone.store(1);
+  gone.notify_all();
+  WaitInCallback::something_has_moved();
 }
 
 void Trigger::set(std::vector<CallbackRecord*>& callbacks,
@@ -138,10 +145,7 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
   }
   for (CallbackRecord* record : plan.removed) {
     record->forgotten.store(true);
-    if (record->executing.load() == 0) {
-      record->gone.store(1);
-      record->gone.notify_all();
-    }
+    if (record->executing.load() == 0) record->has_gone();
   }
 }
 

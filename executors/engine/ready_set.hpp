@@ -104,6 +104,8 @@ struct CallbackRecord : ReadyCallback, Sink {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
+  /// It is removed and does not execute. The last touch of who says so.
+  [[gnu::cold, gnu::noinline]] void has_gone() noexcept;
   /// The last touch of a removed record: whoever waits to free it may do so.
   void let_go() noexcept {
     if (drained) queued.store(false);
@@ -419,10 +421,8 @@ inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   hand_back(record.exclusion->leave());
   // Release: pairs with the load in pending(); what the callback published is visible.
   record.executing.store(executing, std::memory_order_release);
-  if (is_gone) [[unlikely]] {
-    record.gone.store(1);
-    record.gone.notify_all();
-  }
+  if (is_gone) [[unlikely]]
+    record.has_gone();
 }
 
 }  // namespace takt

@@ -1,0 +1,83 @@
+// Tests of what `isolated` has beyond the conformance suite: its threads come and go.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/isolated_executor.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include "takt/executors/conformance/conformance.hpp"
+
+namespace takt::conformance {
+namespace {
+
+/// How many threads of this process have names that begin so.
+int threads_called(const std::string& prefix) {
+  int count = 0;
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::ifstream file(thread.path() / "comm");
+    std::string name;
+    if (std::getline(file, name) && name.starts_with(prefix)) ++count;
+  }
+  return count;
+}
+
+class IsolatedThreads : public testing::TestWithParam<Isolation> {
+ protected:
+  IsolatedThreads() {
+    executor_ = std::make_unique<IsolatedExecutor>(ExecutorOptions{.per = GetParam()});
+    executor_->add_node(stays_);
+  }
+  static bool has_thread() { return threads_called("goes") != 0; }
+  std::shared_ptr<CallbackGroup> make_group() {
+    return node_->create_callback_group("group", CallbackGroupType::MutuallyExclusive, false);
+  }
+
+  std::unique_ptr<Executor> executor_;
+  const std::shared_ptr<Node> stays_ = std::make_shared<Node>("stays");
+  const std::shared_ptr<Node> node_ = std::make_shared<Node>("goes");
+};
+
+TEST_P(IsolatedThreads, GoWithTheirLastGroup) {
+  const auto group = make_group();
+  const auto guard = node_->create_guard_condition(
+      "guard", [] {}, group);
+  const SpinThread spin(*executor_);
+  executor_->add_callback_group(group, node_);
+  ASSERT_TRUE(eventually(has_thread));
+  executor_->remove_callback_group(group, node_);
+  EXPECT_FALSE(has_thread());
+}
+
+TEST_P(IsolatedThreads, GoWhenTheirOwnCallbackHasRemovedWhatTheyHad) {
+  const auto guard = node_->create_guard_condition("guard", [&] { executor_->remove_node(node_); });
+  executor_->add_node(node_);
+  const SpinThread spin(*executor_);
+  ASSERT_TRUE(eventually(has_thread));
+  guard->trigger();
+  EXPECT_TRUE(eventually([] { return !has_thread(); }));
+  EXPECT_TRUE(eventually([&] { return executor_->is_spinning(); }));
+}
+
+// A lifecycle component that makes its group in on_configure and drops it in on_cleanup got one
+// thread more each time.
+TEST_P(IsolatedThreads, GoWithAGroupThatIsDropped) {
+  const SpinThread spin(*executor_);
+  ASSERT_TRUE(eventually([&] { return executor_->is_spinning(); }));
+  for (int round = 0; round < 5; ++round) {
+    auto node = std::make_shared<Node>("goes");
+    auto group = node->create_callback_group("group", CallbackGroupType::MutuallyExclusive);
+    auto guard = node->create_guard_condition(
+        "guard", [] {}, group);
+    executor_->add_node(node);
+    ASSERT_TRUE(eventually(has_thread));
+    EXPECT_EQ(threads_called("goes"), 1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Per, IsolatedThreads, testing::Values(Isolation::node, Isolation::group),
+                         [](const auto& per) {
+                           return per.param == Isolation::node ? "node" : "group";
+                         });
+
+}  // namespace
+}  // namespace takt::conformance
