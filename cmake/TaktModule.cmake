@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How the parts of Takt are declared. See docs/architecture.md for who may include whom.
 
 # takt_module(NAME executors USES entities sched base SOURCES a.cpp b.cpp [LIBRARIES yaml-cpp])

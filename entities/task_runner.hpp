@@ -139,7 +139,8 @@ class Sleep {
   void await_suspend(std::coroutine_handle<Promise> coroutine) noexcept {
     waiting_.suspend(coroutine);
     TaskRunner& runner = *waiting_.runner;
-    runner.resume_at(waiting_, until_ == TimePoint{} ? later(runner.clock().now(), duration_) : until_);
+    runner.resume_at(waiting_,
+                     until_ == TimePoint{} ? later(runner.clock().now(), duration_) : until_);
   }
   void await_resume() const noexcept {}
 

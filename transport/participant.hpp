@@ -157,8 +157,8 @@ struct EndpointState {
 /// decoded, and what Cyclone warns of, are counted and logged once a second at the most.
 class Participant {
  public:
-  /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says of
-  /// it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: who
+  /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says
+  /// of it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: who
   /// writes before its reader knows of it is not heard.
   static std::shared_ptr<Participant> create(const DdsOptions& options);
   virtual ~Participant() = default;
