@@ -6,7 +6,9 @@
 #include <exception>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -49,64 +51,96 @@ void wait_for_matches(const Container& container, const json& wanted) {
   }
 }
 
+/// A container that does what the parent says.
+class Child {
+ public:
+  Child(const SystemDescription& system, ContainerOverrides overrides, Channel& parent)
+      : parent_(parent),
+        container_(system, with_guard(std::move(overrides))),
+        serves_itself_(system.dds && system.dds->serves_own_process) {}
+
+  /// Until the parent is gone. Throws what a callback threw.
+  void run() {
+    parent_.send(state());
+    for (;;) {
+      if (!wait_for_command()) continue;
+      const std::optional<json> command = parent_.receive();
+      if (!command) return;
+      parent_.send(answer_to(*command));
+    }
+  }
+
+ private:
+  ContainerOverrides with_guard(ContainerOverrides overrides) {
+    overrides.on_making = [this](std::string_view component) { guard_.making(component); };
+    return overrides;
+  }
+
+  json state() const {
+    return {{"endpoints", endpoints_json(container_)},
+            {"nodes", nodes_json(container_)},
+            {"serves_itself", serves_itself_}};
+  }
+
+  /// False: something else has come. Throws what a callback threw.
+  bool wait_for_command() {
+    std::array<pollfd, 2> events{{{parent_.fd(), POLLIN, 0}, {failed_, POLLIN, 0}}};
+    const TimePoint now = Clock::steady().now();
+    if (now >= check_) {
+      container_.check_matches();
+      check_ = kNever;
+    }
+    const timespec time = to_timespec(check_ - now);
+    ppoll(events.data(), events.size(), check_ == kNever ? nullptr : &time, nullptr);
+    if (events[1].revents != 0) {
+      guard_.ends(0);
+      container_.hold();
+      container_.stop();  // throws
+    }
+    return events[0].revents != 0;
+  }
+
+  json answer_to(const json& command) {
+    const std::string& word = command.at("do").get_ref<const std::string&>();
+    json answer = json::object();
+    if (word == "match") {
+      wait_for_matches(container_, command.at("wanted"));
+    } else if (word == "start") {
+      container_.start([failed = failed_] { eventfd_write(failed, 1); });
+    } else if (word == "release") {
+      container_.release();
+      check_ = Clock::steady().now() + kDiscoveryTime;
+    } else if (word == "hold") {
+      check_ = kNever;
+      guard_.ends(0);
+      container_.hold();
+    } else if (word == "status") {
+      answer = state();
+      answer["pending"] = container_.pending();
+    } else if (word == "shut_down") {
+      container_.shut_down();
+    } else if (word == "stop") {
+      container_.stop();
+      answer = {{"result", process_json(container_.result())}};
+    }
+    return answer;
+  }
+
+  Channel& parent_;
+  const int failed_ = eventfd(0, EFD_CLOEXEC);  // one of our executors has failed
+  EndGuard guard_;                              // the parent looks after the beginning
+  Container container_;
+  const bool serves_itself_;
+  TimePoint check_ = kNever;
+};
+
 }  // namespace
 
 int serve(const SystemDescription& system, ContainerOverrides overrides, int socket) {
   Channel parent(socket);
   try {
-    const int failed = eventfd(0, EFD_CLOEXEC);
-    EndGuard guard;  // the parent looks after the beginning
-    overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
-    Container container(system, overrides);
-    const bool serves_itself = system.dds && system.dds->serves_own_process;
-    const auto ends = [&]() -> json {
-      return {{"endpoints", endpoints_json(container)},
-              {"nodes", nodes_json(container)},
-              {"serves_itself", serves_itself}};
-    };
-    parent.send(ends());
-    TimePoint check = kNever;
-    for (;;) {
-      std::array<pollfd, 2> news{{{parent.fd(), POLLIN, 0}, {failed, POLLIN, 0}}};
-      const TimePoint now = Clock::steady().now();
-      if (now >= check) {
-        container.check_matches();
-        check = kNever;
-      }
-      const timespec time = to_timespec(check - now);
-      ppoll(news.data(), news.size(), check == kNever ? nullptr : &time, nullptr);
-      if (news[1].revents != 0) {
-        guard.ends(0);
-        container.hold();
-        container.stop();  // throws what the callback threw
-      }
-      if (news[0].revents == 0) continue;
-      const std::optional<json> command = parent.receive();
-      if (!command) return 0;
-      const std::string& word = command->at("do").get_ref<const std::string&>();
-      json answer = json::object();
-      if (word == "match") {
-        wait_for_matches(container, command->at("wanted"));
-      } else if (word == "start") {
-        container.start([failed] { eventfd_write(failed, 1); });
-      } else if (word == "release") {
-        container.release();
-        check = Clock::steady().now() + kDiscoveryTime;
-      } else if (word == "hold") {
-        check = kNever;
-        guard.ends(0);
-        container.hold();
-      } else if (word == "status") {
-        answer = ends();
-        answer["pending"] = container.pending();
-      } else if (word == "shut_down") {
-        container.shut_down();
-      } else if (word == "stop") {
-        container.stop();
-        answer = {{"result", process_json(container.result())}};
-      }
-      parent.send(answer);
-    }
+    Child(system, std::move(overrides), parent).run();
+    return 0;
   } catch (const std::exception& error) {
     Logger::instance().flush();
     parent.send({{"error", error.what()}});

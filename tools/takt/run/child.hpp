@@ -12,8 +12,8 @@ namespace takt::tools {
 /// Then processes that run have found each other.
 inline constexpr std::chrono::seconds kDiscoveryTime(10);
 
-/// The child's whole life. It does what the parent says, and ends when the parent is gone, or when
-/// one of its executors has failed.
+/// The child's whole life. It does what the parent says by the socket, and ends when the parent is
+/// gone, or when one of its executors has failed. Returns its exit status.
 int serve(const SystemDescription& system, ContainerOverrides overrides, int socket);
 
 }  // namespace takt::tools

@@ -6,6 +6,8 @@
 namespace takt::tools {
 namespace {
 
+using nlohmann::json;
+
 /// Calls `pair(writer, reader, its process)` for each end that writes and each that reads the same
 /// topic by DDS.
 template <class Pair>
@@ -83,6 +85,29 @@ bool all_is_served(const std::vector<json>& processes, const Countable& is_count
     }
   }
   return true;
+}
+
+void complete_callbacks(json& callbacks, const json& endpoints,
+                        const std::vector<std::uint64_t>& sent, const Ends& ends,
+                        const Countable& is_countable) {
+  std::vector<bool> used(endpoints.size(), false);
+  for (json& callback : callbacks) {
+    if (callback.at("kind") != "subscription") continue;
+    for (std::size_t i = 0; i < endpoints.size(); ++i) {
+      if (used[i] || endpoints[i].at("is_writer") ||
+          endpoints[i].at("topic") != callback.at("topic")) {
+        continue;
+      }
+      used[i] = true;
+      if (!is_countable(ends, endpoints[i].at("topic"))) break;
+      const auto number = [&](const char* key) { return callback.at(key).get<std::uint64_t>(); };
+      const std::uint64_t expected = number("expected") - number("from_outside") + sent[i];
+      const std::uint64_t served = number("received") + number("dropped");
+      callback["expected"] = expected;
+      callback["lost"] = expected > served ? expected - served : 0;
+      break;
+    }
+  }
 }
 
 bool uses_shared_memory(const std::vector<json>& processes) {

@@ -106,7 +106,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   children.watch(duration);
   if (uses_shared_memory(made)) children.bound_end();
   children.ask("hold");
-  const Countable is_countable(children, ends_of(made));
+  const Countable is_countable(ends_of(made), [&] { return children.are_complete(); });
   const std::vector<json> states = drain(children, is_countable);
   const Ends ends = ends_of(states);
   const auto sent = count_sent(states);
@@ -120,8 +120,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   }
   for (std::size_t i = 0; i < answers.size(); ++i) {
     json one = answers[i].at("result");
-    complete(one.at("callbacks"), states[i].at("endpoints"), sent[i],
-             [&](const std::string& topic) { return is_countable(ends, topic); });
+    complete_callbacks(one.at("callbacks"), states[i].at("endpoints"), sent[i], ends, is_countable);
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
     for (const char* list :
