@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "takt/base/error.hpp"
-#include "takt/base/read_section.hpp"
+#include "takt/base/lockfree/read_section.hpp"
 
 namespace takt {
 

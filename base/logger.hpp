@@ -15,8 +15,8 @@
 
 #include <fmt/format.h>
 
-#include "takt/base/inbox.hpp"
-#include "takt/base/pool.hpp"
+#include "takt/base/lockfree/inbox.hpp"
+#include "takt/base/lockfree/pool.hpp"
 
 namespace takt {
 

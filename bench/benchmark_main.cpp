@@ -4,7 +4,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 int main(int argc, char** argv) {
   takt::rt::guard_output();

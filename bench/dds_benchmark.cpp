@@ -16,10 +16,10 @@
 #include <unistd.h>
 
 #include "takt/base/histogram.hpp"
-#include "takt/entities/node.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/transport/cyclone_type.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/transport/dds/cyclone_type.hpp"
 
 namespace takt {
 namespace {

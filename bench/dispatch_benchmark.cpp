@@ -10,12 +10,12 @@
 
 #include <benchmark/benchmark.h>
 
-#include "takt/base/inbox.hpp"
-#include "takt/base/keep_last_ring.hpp"
-#include "takt/base/pool.hpp"
-#include "takt/base/sequence.hpp"
-#include "takt/entities/node.hpp"
+#include "takt/base/lockfree/inbox.hpp"
+#include "takt/base/lockfree/keep_last_ring.hpp"
+#include "takt/base/lockfree/pool.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

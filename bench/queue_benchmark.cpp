@@ -6,9 +6,9 @@
 #include <boost/lockfree/queue.hpp>
 #include <boost/lockfree/spsc_queue.hpp>
 
-#include "takt/base/inbox.hpp"
-#include "takt/base/keep_last_ring.hpp"
-#include "takt/base/pool.hpp"
+#include "takt/base/lockfree/inbox.hpp"
+#include "takt/base/lockfree/keep_last_ring.hpp"
+#include "takt/base/lockfree/pool.hpp"
 
 namespace takt {
 namespace {

@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #include "takt/base/histogram.hpp"
-#include "takt/entities/node.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 namespace {

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # How the parts of Takt are declared. See docs/architecture.md for who may include whom.
 
-# takt_module(NAME executors USES entities sched base SOURCES a.cpp b.cpp [LIBRARIES yaml-cpp])
+# takt_module(NAME executors USES entities sched base [FOLDERS engine] SOURCES a.cpp engine/b.cpp
+#             [LIBRARIES yaml-cpp])
 #
 # A folder of the library. Its compiler sees the headers of the modules that it names, as
 # <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
-# folder belongs to the program NAME_test.
+# folder, and in those of its folders that it names, belongs to the program NAME_test.
 function(takt_module)
-  cmake_parse_arguments(ARG "" "NAME" "USES;SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
   set(folder ${CMAKE_CURRENT_SOURCE_DIR})
   set(link ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt/${ARG_NAME})
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt)
@@ -24,11 +25,18 @@ function(takt_module)
   target_include_directories(
     takt PUBLIC $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include/${ARG_NAME}>)
 
-  file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp)
+  list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
+  file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
   if(tests)
     takt_test(${ARG_NAME}_test ${tests})
   endif()
 endfunction()
+
+# What tests of several modules share, as <takt/testing/...>.
+add_library(takt_testing INTERFACE)
+file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/testing/takt)
+file(CREATE_LINK ${PROJECT_SOURCE_DIR}/testing ${PROJECT_BINARY_DIR}/include/testing/takt/testing SYMBOLIC)
+target_include_directories(takt_testing INTERFACE ${PROJECT_BINARY_DIR}/include/testing)
 
 # takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program. It is one test for ctest, as to
 # start a process for each of its cases would take longer than the cases.
@@ -38,7 +46,7 @@ function(takt_test name)
   endif()
   add_executable(${name} ${ARGN})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
-                                        GTest::gtest_main GTest::gmock)
+                                        takt_testing GTest::gtest_main GTest::gmock)
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
   set_tests_properties(${name} PROPERTIES TIMEOUT 900)
 endfunction()

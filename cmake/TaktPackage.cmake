@@ -14,17 +14,17 @@ install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INC
 install(TARGETS takt_try_library RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
 install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder})
 
-# Headers in folders of a module are the module's own.
 foreach(module ${takt_modules})
-  file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${module}/*.hpp)
+  file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS ${module}/*.hpp)
   # These are for files of the library; most need Cyclone's headers.
-  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(bounded_end|cyclone_entity|cyclone_type|\
-graph_reader|loopback_sockets|node_announcer|refused_chunks|roudi_probe|topic_watch|\
-writer_clocks|writer_sequences)\\.hpp$")
-  install(FILES ${headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${module})
+  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|container_parts|\
+cyclone_endpoint|cyclone_entity|cyclone_participant|cyclone_type|domain|graph_reader|loopback_sockets|manual|node_announcer|reactor|refused_chunks|\
+roudi_probe|topic_watch|writer_clocks|writer_sequences)\\.hpp$")
+  foreach(header ${headers})
+    cmake_path(GET header PARENT_PATH folder)
+    install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${folder})
+  endforeach()
 endforeach()
-install(DIRECTORY transport/messages DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/transport
-        FILES_MATCHING PATTERN *.hpp)
 
 # find_package(takt). Before 1.0 each minor version may break its users.
 include(CMakePackageConfigHelpers)
@@ -35,9 +35,9 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/taktConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(EXPORT taktTargets NAMESPACE takt:: DESTINATION ${package_folder})
 install(FILES ${PROJECT_BINARY_DIR}/taktConfig.cmake ${PROJECT_BINARY_DIR}/taktConfigVersion.cmake
-              cmake/TaktComponent.cmake transport/idl/TaktMessages.cmake
+              cmake/TaktComponent.cmake messages/idl/TaktMessages.cmake
         DESTINATION ${package_folder})
-install(PROGRAMS transport/idl/takt_messages.py DESTINATION ${package_folder})
+install(PROGRAMS messages/idl/takt_messages.py DESTINATION ${package_folder})
 
 # pkg-config.
 cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX

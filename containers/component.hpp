@@ -9,7 +9,7 @@
 
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
-#include "takt/entities/node.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 

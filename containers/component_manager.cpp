@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
+#include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/parameter_service.hpp"
-#include "takt/containers/system_reader.hpp"
-#include "takt/entities/lifecycle_services.hpp"
-#include "takt/entities/parameter_services.hpp"
+#include "takt/ros2/lifecycle_services.hpp"
+#include "takt/ros2/parameter_services.hpp"
 
 namespace takt {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "takt/containers/system_description.hpp"
-#include "takt/entities/node.hpp"
-#include "takt/transport/messages/composition_interfaces.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 

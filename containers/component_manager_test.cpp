@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/containers/configuration_file_test.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
 
 namespace takt {
 namespace {

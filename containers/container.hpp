@@ -15,18 +15,20 @@
 #include "takt/base/simulated_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
+#include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
 #include "takt/containers/one_sided_topics.hpp"
-#include "takt/containers/plan.hpp"
+#include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
-#include "takt/containers/system_description.hpp"
-#include "takt/entities/rosout.hpp"
-#include "takt/entities/time_source.hpp"
-#include "takt/executors/watchdog.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
+#include "takt/executors/engine/watchdog.hpp"
+#include "takt/ros2/rosout.hpp"
+#include "takt/ros2/time_source.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
 
 namespace takt {
+
+class Loaders;
 
 /// What the command line says over the file.
 struct ContainerOverrides {
@@ -123,18 +125,21 @@ class Container {
  private:
   struct RunningExecutor;
   struct Loaded;
-  class Loaders;
   using Errors = std::vector<std::string>;
 
   void make_components();
   std::unique_ptr<Component> construct(const ComponentDescription& component,
                                        const NodeOptions& options) const;
   std::shared_ptr<Loaded> make(const ComponentDescription& component, Errors& errors) const;
+  void choose_executors(ComponentDescription& component) const;
+  void admit(const std::shared_ptr<Loaded>& loaded);
   void check_topics();
   void require_matches(const std::vector<OneSidedTopic>& topics);
   void make_chains();
   void assign();
   void make_executors();
+  void make_executor(const ExecutorDescription& executor);
+  bool needs_default_executor() const;
   void place_components();
   void make_manager();
   void make_lifecycle();
@@ -157,6 +162,8 @@ class Container {
   double capacity_of(const ExecutorDescription& executor) const;
   bool handle(const FailedCallback& failed);
   bool drain();
+  void begin_counting();
+  void end_counting();
 
   SystemDescription description_;  // completed by what is assigned
   const ContainerOverrides overrides_;

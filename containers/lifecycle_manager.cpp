@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "takt/base/logger.hpp"
-#include "takt/transport/messages/lifecycle_msgs.hpp"
+#include "takt/messages/packages/lifecycle_msgs.hpp"
 
 namespace takt {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "takt/containers/system_description.hpp"
-#include "takt/entities/lifecycle_node.hpp"
-#include "takt/entities/node.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 

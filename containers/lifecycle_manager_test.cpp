@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/manual_clock.hpp"
-#include "takt/entities/lifecycle_services.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/ros2/lifecycle_services.hpp"
 
 namespace takt::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "takt/containers/system_description.hpp"
+#include "takt/containers/configuration/system_description.hpp"
 
 namespace takt {
 

@@ -11,8 +11,8 @@
 
 #include "takt/base/library.hpp"
 #include "takt/containers/container.hpp"
-#include "takt/entities/lifecycle_node.hpp"
-#include "takt/transport/messages/lifecycle_msgs.hpp"
+#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt::test {
 namespace {

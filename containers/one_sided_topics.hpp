@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "takt/transport/participant.hpp"
+#include "takt/transport/dds/participant.hpp"
 
 namespace takt {
 

@@ -7,7 +7,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/container.hpp"
-#include "takt/entities/peer_process_test.hpp"
+#include "takt/testing/peer_process.hpp"
 
 namespace takt::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "takt/entities/node.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "takt/entities/chain.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/nodes/chain.hpp"
 
 namespace takt {
 

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/containers/configuration_file_test.hpp"
+#include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/executors/executor.hpp"
 
 namespace takt {

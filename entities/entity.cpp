@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "takt/base/error.hpp"
-#include "takt/base/read_section.hpp"
+#include "takt/base/lockfree/read_section.hpp"
 
 namespace takt {
 

@@ -12,9 +12,9 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
 
 namespace takt {
 namespace {

@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
+#include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
-#include "takt/transport/participant.hpp"
 
 namespace takt {
 

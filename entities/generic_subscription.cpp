@@ -15,7 +15,7 @@ void GenericSubscription::execute(Slot& slot) {
   const HeldMessage held(slot.message);
   const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
   if (slot.message->payload() == nullptr) {
-    return callback_(static_cast<const ReceivedBlock&>(*slot.message).bytes(), info);
+    return callback_(slot.message->encoded(), info);
   }
   // Taken for as long as the callback runs, as it may spin an executor with others of our kind.
   static thread_local ByteBuffer spare;

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/entities/node.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

@@ -1,17 +1,16 @@
 // ROS 2's graph: what processes tell each other of their nodes, and how it looks on the wire.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/transport/graph.hpp"
+#include "takt/transport/dds/graph.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/entities/action_client.hpp"
-#include "takt/entities/action_server.hpp"
-#include "takt/entities/node.hpp"
-#include "takt/transport/messages/rmw_dds_common.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
-
-#include "peer_process_test.hpp"
+#include "takt/messages/packages/rmw_dds_common.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/ros2/action_client.hpp"
+#include "takt/ros2/action_server.hpp"
+#include "takt/testing/peer_process.hpp"
 
 namespace takt {
 namespace {

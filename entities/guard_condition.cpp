@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/guard_condition.hpp"
 
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
 

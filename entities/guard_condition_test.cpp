@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/manual_clock.hpp"
-#include "takt/base/read_section.hpp"
 #include "takt/base/realtime_scope.hpp"
 
 namespace takt {

@@ -10,8 +10,8 @@
 
 #include "takt/entities/entity.hpp"
 #include "takt/entities/staged_outputs.hpp"
+#include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
-#include "takt/transport/participant.hpp"
 
 namespace takt {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "takt/base/read_section.hpp"
+#include "takt/base/lockfree/read_section.hpp"
 #include "takt/entities/guard_condition.hpp"
 #include "takt/entities/timer.hpp"
 #include "takt/transport/endpoint_events.hpp"

@@ -11,7 +11,7 @@
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
-#include "takt/entities/node.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

@@ -6,9 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "takt/entities/node.hpp"
-
-#include "outside_test.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/testing/outside.hpp"
 
 namespace takt {
 namespace {

@@ -9,8 +9,8 @@
 #include <memory>
 #include <string>
 
-#include "takt/transport/message_type.hpp"
-#include "takt/transport/participant.hpp"
+#include "takt/messages/message_type.hpp"
+#include "takt/transport/dds/participant.hpp"
 #include "takt/transport/qos.hpp"
 
 namespace takt {

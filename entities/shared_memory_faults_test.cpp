@@ -5,7 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include "shared_memory_test.hpp"
+#include "takt/testing/shared_memory.hpp"
 
 namespace takt {
 namespace {

@@ -18,7 +18,7 @@
 #include <sstream>
 #include <thread>
 
-#include "transport_messages_test.hpp"
+#include "takt/testing/transport_messages.hpp"
 
 namespace takt {
 namespace {

@@ -1,7 +1,7 @@
 // Between processes by shared memory. A machine has one RouDi, and a process can use one in its
 // life; so each test starts its own, and all that use it are processes of their own.
 // SPDX-License-Identifier: Apache-2.0
-#include "shared_memory_test.hpp"
+#include "takt/testing/shared_memory.hpp"
 
 #include <filesystem>
 #include <memory>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
-#include "takt/transport/participant.hpp"
 
 namespace takt {
 

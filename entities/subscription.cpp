@@ -50,7 +50,7 @@ void SubscriptionBase::start() {
 }
 
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
-  const auto bytes = static_cast<ReceivedBlock&>(received).bytes();
+  const auto bytes = received.encoded();
   MessageBlock* message = decode(bytes);
   if (message != nullptr) {
     message->envelope = received.envelope;

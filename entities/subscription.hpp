@@ -12,12 +12,12 @@
 #include <string>
 #include <utility>
 
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/task_runner.hpp"
+#include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
-#include "takt/transport/participant.hpp"
 
 namespace takt {
 

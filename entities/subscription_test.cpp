@@ -15,7 +15,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
-#include "takt/entities/node.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

@@ -7,8 +7,8 @@
 #include <mutex>
 #include <new>
 
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
 namespace {

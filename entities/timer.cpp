@@ -2,8 +2,8 @@
 #include "takt/entities/timer.hpp"
 
 #include "takt/base/error.hpp"
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
 

@@ -14,8 +14,8 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/manual_clock.hpp"
-#include "takt/base/read_section.hpp"
 #include "takt/base/realtime_scope.hpp"
 
 namespace takt {

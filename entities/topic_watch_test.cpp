@@ -6,10 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/logger.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
-#include "takt/transport/participant.hpp"
-
-#include "peer_process_test.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/testing/peer_process.hpp"
+#include "takt/transport/dds/participant.hpp"
 
 namespace takt {
 namespace {

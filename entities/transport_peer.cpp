@@ -8,7 +8,7 @@
 #include <map>
 #include <sstream>
 
-#include "transport_messages_test.hpp"
+#include "takt/testing/transport_messages.hpp"
 
 int main() {
   using takt::Labelled;

@@ -13,8 +13,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "peer_process_test.hpp"
-#include "transport_messages_test.hpp"
+#include "takt/testing/peer_process.hpp"
+#include "takt/testing/transport_messages.hpp"
 
 namespace takt {
 namespace {

@@ -2,7 +2,7 @@
 #ifndef TAKT_EXECUTORS_EVENTS_EXECUTOR_HPP_
 #define TAKT_EXECUTORS_EVENTS_EXECUTOR_HPP_
 
-#include "takt/executors/dispatching_executor.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
 

@@ -17,9 +17,9 @@
 #include "takt/base/histogram.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
-#include "takt/entities/node.hpp"
-#include "takt/executors/trace_ring.hpp"
-#include "takt/sched/thread_attributes.hpp"
+#include "takt/executors/engine/trace_ring.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
 

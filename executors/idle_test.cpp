@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "takt/executors/executor.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "takt/executors/executor.hpp"
 #include "takt/executors/single_threaded_executor.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 

@@ -3,7 +3,7 @@
 #include <tuple>
 #include <vector>
 
-#include "takt/executors/conformance_test.hpp"
+#include "takt/executors/conformance/conformance.hpp"
 
 namespace takt::conformance {
 namespace {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/triggered_executor.hpp"
 
-#include "takt/executors/conformance_test.hpp"
+#include "takt/executors/conformance/conformance.hpp"
 #include "takt/executors/single_threaded_executor.hpp"
 
 namespace takt::conformance {

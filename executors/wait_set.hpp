@@ -9,7 +9,7 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/entities/entity.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 

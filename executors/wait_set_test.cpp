@@ -11,8 +11,8 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
-#include "takt/entities/node.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt {
 namespace {

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
-#include "takt/sched/thread_attributes.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
 

@@ -6,7 +6,7 @@
 
 #include "takt/rt_tests/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
 
 using namespace takt;
 

@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "takt/rt_tests/load.hpp"
+#include "takt/measuring/load.hpp"
 #include "takt/rt_tests/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
 
 using namespace takt;
 

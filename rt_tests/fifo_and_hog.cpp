@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "takt/rt_tests/cyclic.hpp"
-#include "takt/rt_tests/load.hpp"
+#include "takt/measuring/cyclic.hpp"
+#include "takt/measuring/load.hpp"
 #include "takt/rt_tests/rt_test.hpp"
 
 using namespace takt;

@@ -6,7 +6,7 @@
 
 #include "takt/executors/executor.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/memory_lock.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
 
 using namespace takt;
 using namespace std::chrono_literals;

@@ -9,7 +9,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/realtime_thread.hpp"
+#include "takt/sched/threads/realtime_thread.hpp"
 
 using namespace takt;
 using namespace std::chrono_literals;

@@ -11,9 +11,9 @@
 
 #include <sys/types.h>
 
-#include "takt/entities/node.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/transport/participant.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/transport/dds/participant.hpp"
 
 namespace takt::rt {
 

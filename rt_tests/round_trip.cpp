@@ -13,7 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/rt_tests/ddsperf.hpp"
+#include "takt/measuring/ddsperf.hpp"
 #include "takt/rt_tests/process_pair.hpp"
 #include "takt/rt_tests/rt_test.hpp"
 

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/clock.hpp"
-#include "takt/rt_tests/machine.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/machine.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::rt {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "takt/rt_tests/rounds.hpp"
-#include "takt/sched/thread_attributes.hpp"
+#include "takt/measuring/rounds.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt::rt {
 

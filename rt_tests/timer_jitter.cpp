@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "takt/executors/executor.hpp"
-#include "takt/rt_tests/cyclic.hpp"
+#include "takt/measuring/cyclic.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
-#include "takt/sched/memory_lock.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
 
 using namespace takt;
 using namespace std::chrono_literals;

@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 
 #include "takt/executors/executor.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/rt_tests/rt_test.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
-#include "takt/sched/realtime_thread.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
+#include "takt/sched/threads/realtime_thread.hpp"
 
 using namespace takt;
 using namespace std::chrono_literals;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/endpoint_events.hpp"
 
-#include "takt/base/read_section.hpp"
+#include "takt/base/lockfree/read_section.hpp"
 
 namespace takt {
 

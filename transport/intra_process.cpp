@@ -10,12 +10,11 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
 #include "takt/transport/local_topics.hpp"
-#include "takt/transport/participant.hpp"
 
 namespace takt {
 
@@ -188,7 +187,7 @@ bool IntraProcessReader::is_for_us(const MessageBlock& message) const noexcept {
   if (message.payload() != nullptr) {
     std::memcpy(&address, message.payload(), sizeof address);
   } else {  // not decoded yet
-    const auto bytes = static_cast<const ReceivedBlock&>(message).bytes();
+    const auto bytes = message.encoded();
     if (bytes.size() < kCdrHeader.size() + sizeof address)
       return true;  // let the decoder refuse it
     std::memcpy(&address, bytes.data() + kCdrHeader.size(), sizeof address);

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/keep_last_ring.hpp"
+#include "takt/base/lockfree/keep_last_ring.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/messages/message_type.hpp"
 #include "takt/transport/endpoint_events.hpp"
 #include "takt/transport/message_block.hpp"
-#include "takt/transport/message_type.hpp"
 #include "takt/transport/qos.hpp"
 
 namespace takt {

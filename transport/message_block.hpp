@@ -6,9 +6,10 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/pool.hpp"
+#include "takt/base/lockfree/pool.hpp"
 
 namespace takt {
 
@@ -52,7 +53,10 @@ class alignas(64) MessageBlock {
  public:
   Envelope envelope;
 
+  /// nullptr: it has come as bytes that nobody has decoded yet, see `encoded`.
   const void* payload() const noexcept { return payload_; }
+  /// CDR with its header, where there is no payload.
+  virtual std::span<const std::byte> encoded() const noexcept { return {}; }
 
   void set_references(std::uint32_t count) noexcept {
     references_.store(count, std::memory_order_relaxed);  // published by the ring's swap

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/base/keep_last_ring.hpp"
+#include "takt/base/lockfree/keep_last_ring.hpp"
 
 namespace takt {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
-#include "takt/base/keep_last_ring.hpp"
+#include "takt/base/lockfree/keep_last_ring.hpp"
 
 namespace takt {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "takt/entities/node.hpp"
 #include "takt/executors/wait_set.hpp"
+#include "takt/nodes/node.hpp"
 
 struct Wheel {
   int ticks = 0;

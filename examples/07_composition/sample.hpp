@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "takt/transport/message_type.hpp"
+#include "takt/messages/message_type.hpp"
 
 namespace pipeline {
 

@@ -3,8 +3,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "takt/entities/action_client.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/ros2/action_client.hpp"
 
 #include "navigate.hpp"
 

@@ -3,8 +3,8 @@
 #ifndef TAKT_EXAMPLES_NAVIGATE_HPP_
 #define TAKT_EXAMPLES_NAVIGATE_HPP_
 
-#include "takt/transport/messages/geometry_msgs.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
+#include "takt/messages/packages/geometry_msgs.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
 
 struct Navigate {
   struct Goal {

@@ -1,7 +1,7 @@
 // An action server as a component: drives a metre a second towards the goal.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
-#include "takt/entities/action_server.hpp"
+#include "takt/ros2/action_server.hpp"
 
 #include "navigate.hpp"
 

@@ -1,7 +1,7 @@
 // A talker and a listener that meet those of ROS 2's demo_nodes_cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
 
 namespace demo {
 

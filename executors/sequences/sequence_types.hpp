@@ -3,7 +3,7 @@
 #ifndef TAKT_EXECUTORS_SEQUENCES_SEQUENCE_TYPES_HPP_
 #define TAKT_EXECUTORS_SEQUENCES_SEQUENCE_TYPES_HPP_
 
-#include "takt/transport/message_type.hpp"
+#include "takt/messages/message_type.hpp"
 
 namespace takt::sequences {
 

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "takt/entities/action_client.hpp"
-#include "takt/entities/action_server.hpp"
-#include "takt/entities/lifecycle_node.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/sequences/sequence_types.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+#include "takt/ros2/action_client.hpp"
+#include "takt/ros2/action_server.hpp"
 
 namespace takt::sequences {
 

@@ -5,8 +5,8 @@
 #include <atomic>
 #include <utility>
 
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
 

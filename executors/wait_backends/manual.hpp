@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "takt/base/manual_clock.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 

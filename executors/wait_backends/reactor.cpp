@@ -8,8 +8,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "takt/base/read_section.hpp"
-#include "takt/base/sequence.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
 
 namespace takt {
 

@@ -8,7 +8,7 @@
 #include <deque>
 
 #include "takt/base/pi_mutex.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
 

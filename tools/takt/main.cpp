@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/version.hpp"
-#include "takt/containers/system_description.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 

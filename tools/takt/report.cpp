@@ -11,7 +11,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "embedded.hpp"
 

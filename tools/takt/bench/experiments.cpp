@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "takt/executors/executor.hpp"
-#include "takt/rt_tests/ddsperf.hpp"
-#include "takt/transport/shared_memory.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/transport/shared_memory/shared_memory.hpp"
 
 #include "embedded.hpp"
 

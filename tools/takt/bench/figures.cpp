@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "takt/rt_tests/output.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 
 #include "run/result_json.hpp"
 

@@ -11,10 +11,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "takt/containers/duration.hpp"
-#include "takt/rt_tests/ddsperf.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/containers/configuration/duration.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"

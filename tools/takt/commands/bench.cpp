@@ -12,9 +12,9 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "takt/containers/duration.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/containers/configuration/duration.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 
 #include "bench/experiments.hpp"
 #include "bench/measure.hpp"

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "takt/containers/system_description.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 

@@ -7,10 +7,10 @@
 #include <unistd.h>
 
 #include "takt/base/histogram.hpp"
-#include "takt/containers/duration.hpp"
-#include "takt/containers/system_description.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/containers/configuration/duration.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
 #include "report.hpp"

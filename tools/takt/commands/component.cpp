@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "takt/containers/system_reader.hpp"
-#include "takt/entities/parameter_services.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/transport/messages/composition_interfaces.hpp"
+#include "takt/containers/configuration/system_reader.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/ros2/parameter_services.hpp"
 
 #include "commands.hpp"
 #include "graph/service_call.hpp"

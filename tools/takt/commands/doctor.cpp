@@ -18,9 +18,9 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
-#include "takt/rt_tests/machine.hpp"
-#include "takt/sched/thread_attributes.hpp"
-#include "takt/transport/participant.hpp"
+#include "takt/measuring/machine.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+#include "takt/transport/dds/participant.hpp"
 
 #include "commands.hpp"
 #include "run/result_json.hpp"

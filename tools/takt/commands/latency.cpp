@@ -12,14 +12,14 @@
 #include <unistd.h>
 
 #include "takt/base/version.hpp"
-#include "takt/containers/duration.hpp"
+#include "takt/containers/configuration/duration.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/rt_tests/cyclic.hpp"
-#include "takt/rt_tests/load.hpp"
-#include "takt/rt_tests/machine.hpp"
-#include "takt/rt_tests/output.hpp"
-#include "takt/sched/cpu_dma_latency.hpp"
-#include "takt/sched/memory_lock.hpp"
+#include "takt/measuring/cyclic.hpp"
+#include "takt/measuring/load.hpp"
+#include "takt/measuring/machine.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/sched/threads/cpu_dma_latency.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
 
 #include "commands.hpp"
 #include "run/result_json.hpp"

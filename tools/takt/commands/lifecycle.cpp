@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/rt_tests/output.hpp"
-#include "takt/transport/messages/lifecycle_msgs.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/packages/lifecycle_msgs.hpp"
 
 #include "commands.hpp"
 #include "graph/service_call.hpp"

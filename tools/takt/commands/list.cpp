@@ -4,7 +4,7 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/executors/wait_backend.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 #include "commands.hpp"
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "graph/observer.hpp"

@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/container.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
 #include "run/result_json.hpp"

@@ -1,6 +1,6 @@
 // takt reference: pages of the documentation that the code itself writes.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/reference.hpp"
+#include "takt/containers/configuration/reference.hpp"
 
 #include <algorithm>
 #include <array>

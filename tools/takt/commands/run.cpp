@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/containers/duration.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/containers/configuration/duration.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "run/processes.hpp"

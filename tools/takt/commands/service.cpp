@@ -12,7 +12,7 @@
 #include "takt/entities/generic_subscription.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/executors/wait_set.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "graph/dynamic_message.hpp"

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "graph/dynamic_message.hpp"

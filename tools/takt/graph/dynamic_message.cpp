@@ -11,18 +11,18 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/bench/workload.hpp"
-#include "takt/transport/messages/action_msgs.hpp"
-#include "takt/transport/messages/composition_interfaces.hpp"
-#include "takt/transport/messages/diagnostic_msgs.hpp"
-#include "takt/transport/messages/geometry_msgs.hpp"
-#include "takt/transport/messages/lifecycle_msgs.hpp"
-#include "takt/transport/messages/nav_msgs.hpp"
-#include "takt/transport/messages/rcl_interfaces.hpp"
-#include "takt/transport/messages/rosgraph_msgs.hpp"
-#include "takt/transport/messages/sensor_msgs.hpp"
-#include "takt/transport/messages/std_msgs.hpp"
-#include "takt/transport/messages/tf2_msgs.hpp"
+#include "takt/components/workload.hpp"
+#include "takt/messages/packages/action_msgs.hpp"
+#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/messages/packages/diagnostic_msgs.hpp"
+#include "takt/messages/packages/geometry_msgs.hpp"
+#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/messages/packages/nav_msgs.hpp"
+#include "takt/messages/packages/rcl_interfaces.hpp"
+#include "takt/messages/packages/rosgraph_msgs.hpp"
+#include "takt/messages/packages/sensor_msgs.hpp"
+#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/packages/tf2_msgs.hpp"
 
 namespace takt::tools {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "takt/containers/document.hpp"
-#include "takt/transport/message_type.hpp"
+#include "takt/containers/configuration/document.hpp"
+#include "takt/messages/message_type.hpp"
 
 namespace takt::tools {
 

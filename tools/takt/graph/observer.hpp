@@ -10,8 +10,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "takt/entities/node.hpp"
 #include "takt/executors/wait_set.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace takt::tools {
 

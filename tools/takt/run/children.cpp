@@ -22,7 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "run/channel.hpp"
 #include "run/child.hpp"

@@ -16,7 +16,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {

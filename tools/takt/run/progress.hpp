@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "takt/base/clock.hpp"
-#include "takt/rt_tests/output.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/version.hpp"
-#include "takt/rt_tests/machine.hpp"
-#include "takt/rt_tests/rounds.hpp"
+#include "takt/measuring/machine.hpp"
+#include "takt/measuring/rounds.hpp"
 
 namespace takt::tools {
 namespace {

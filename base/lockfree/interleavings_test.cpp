@@ -1,0 +1,493 @@
+// Runs the ring and the pool through all interleavings of a few operations with a few preemptions.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <ucontext.h>
+
+// How it works:
+// 1. The headers under test are compiled once more, in the namespace takt_explored, where
+//    std::atomic is a class of ours: a plain value that calls the explorer before each access.
+// 2. The explorer runs the operations in contexts of one thread. At each access it chooses which
+//    context goes on. It tries the choices one after the other, depth first, by running everything
+//    again from the start, and allows a limited number of preemptions (a context that has ended is
+//    followed by any other for free).
+// 3. After each run the history is checked against what the header promises.
+// Covered: every interleaving of the accesses within the limit of preemptions, if memory is
+// sequentially consistent. Not covered: weaker memory (the thread sanitizer's task, and review's),
+// more operations or preemptions than the scenarios below, and spurious failures of weak swaps.
+
+namespace takt_explored {
+
+class Explorer {
+ public:
+  using Bodies = std::vector<std::function<void()>>;
+
+  /// Calls `begin`, runs what it returns, calls `end`, for every schedule. Returns how many.
+  std::size_t explore(int preemptions, const std::function<Bodies()>& begin,
+                      const std::function<void()>& end) {
+    std::size_t schedules = 0;
+    do {
+      bodies_ = begin();
+      run(preemptions);
+      end();
+      ++schedules;
+    } while (next_schedule());
+    return schedules;
+  }
+
+  /// An access to shared memory is about to happen.
+  static void point() {
+    if (++steps > kMaxSteps) {
+      std::fputs("an operation does not come to an end\n", stderr);
+      std::abort();
+    }
+    if (running != nullptr) running->may_switch();
+  }
+
+ private:
+  struct Choice {
+    std::size_t taken, options;
+  };
+  static constexpr std::size_t kStackBytes = 128 * 1024;
+  static constexpr std::size_t kMaxBodies = 4;
+  static constexpr int kMaxSteps = 100'000;
+
+  void run(int preemptions) {
+    steps = 0;
+    preemptions_left_ = preemptions;
+    position_ = 0;
+    unfinished_.clear();
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      unfinished_.push_back(i);
+      ucontext_t& context = contexts_.at(i);
+      getcontext(&context);
+      context.uc_stack.ss_sp = stacks_[i].get();
+      context.uc_stack.ss_size = kStackBytes;
+      context.uc_link = nullptr;
+      makecontext(&context, &Explorer::enter, 0);
+    }
+    running = this;
+    while (!unfinished_.empty()) {
+      current_ = unfinished_[choose(unfinished_.size())];
+      swapcontext(&main_, &contexts_[current_]);
+    }
+    running = nullptr;
+  }
+
+  static void enter() {
+    Explorer& self = *running;
+    self.bodies_[self.current_]();
+    std::erase(self.unfinished_, self.current_);
+    setcontext(&self.main_);
+  }
+
+  void may_switch() {
+    if (preemptions_left_ == 0) return;
+    const std::size_t choice = choose(unfinished_.size());
+    if (choice == 0) return;
+    --preemptions_left_;
+    // The others, in order, without the one that runs.
+    std::size_t next = choice - 1;
+    const auto self = std::find(unfinished_.begin(), unfinished_.end(), current_);
+    if (next >= static_cast<std::size_t>(self - unfinished_.begin())) ++next;
+    const std::size_t preempted = std::exchange(current_, unfinished_[next]);
+    swapcontext(&contexts_[preempted], &contexts_[current_]);
+  }
+
+  std::size_t choose(std::size_t options) {
+    if (options == 1) return 0;
+    if (position_ == choices_.size()) choices_.push_back({0, options});
+    return choices_[position_++].taken;
+  }
+
+  bool next_schedule() {
+    while (!choices_.empty() && choices_.back().taken + 1 == choices_.back().options) {
+      choices_.pop_back();
+    }
+    if (choices_.empty()) return false;
+    ++choices_.back().taken;
+    return true;
+  }
+
+  static inline Explorer* running = nullptr;
+  static inline int steps = 0;  // of this run
+
+  Bodies bodies_;
+  std::vector<std::size_t> unfinished_;
+  std::vector<Choice> choices_;
+  std::size_t position_ = 0;
+  std::size_t current_ = 0;
+  int preemptions_left_ = 0;
+  ucontext_t main_;
+  std::array<ucontext_t, kMaxBodies> contexts_;
+  std::array<std::unique_ptr<char[]>, kMaxBodies> stacks_{
+      std::make_unique<char[]>(kStackBytes), std::make_unique<char[]>(kStackBytes),
+      std::make_unique<char[]>(kStackBytes), std::make_unique<char[]>(kStackBytes)};
+};
+
+// What the headers below find when they say std.
+namespace std {
+using namespace ::std;  // NOLINT(google-build-using-namespace)
+
+template <class T>
+class atomic {
+ public:
+  atomic(T value = T()) : value_(value) {}  // NOLINT(google-explicit-constructor)
+  atomic& operator=(T value) {
+    store(value);
+    return *this;
+  }
+  T load(memory_order = memory_order_seq_cst) const {
+    Explorer::point();
+    return value_;
+  }
+  void store(T value, memory_order = memory_order_seq_cst) {
+    Explorer::point();
+    value_ = value;
+  }
+  T exchange(T value, memory_order = memory_order_seq_cst) {
+    Explorer::point();
+    return ::std::exchange(value_, value);
+  }
+  T fetch_add(T value, memory_order = memory_order_seq_cst) {
+    Explorer::point();
+    return ::std::exchange(value_, value_ + value);
+  }
+  bool compare_exchange_strong(T& expected, T value, memory_order = memory_order_seq_cst,
+                               memory_order = memory_order_seq_cst) {
+    Explorer::point();
+    const bool equal = value_ == expected;
+    (equal ? value_ : expected) = equal ? value : value_;
+    return equal;
+  }
+  bool compare_exchange_weak(T& expected, T value, memory_order = memory_order_seq_cst,
+                             memory_order = memory_order_seq_cst) {
+    return compare_exchange_strong(expected, value);
+  }
+
+ private:
+  T value_;
+};
+
+}  // namespace std
+}  // namespace takt_explored
+
+#define takt takt_explored
+#include "takt/base/lockfree/keep_last_ring.hpp"
+#include "takt/base/lockfree/pool.hpp"
+#undef takt
+
+namespace takt_explored {
+
+// The other half of pool.hpp; nobody explores it.
+void ClosedPool::sweep(ClosedPool* closed) noexcept {
+  if (closed != nullptr && closed->all_home()) delete closed;
+}
+
+namespace {
+
+#if defined(__SANITIZE_THREAD__)
+constexpr bool kContextsWork = false;
+#else
+constexpr bool kContextsWork = true;
+#endif
+#if defined(__SANITIZE_ADDRESS__)
+constexpr int kFewer = 1;  // preemptions, because each run takes longer
+#else
+constexpr int kFewer = 0;
+#endif
+constexpr const char* kNoContexts = "the thread sanitizer does not know ucontext";
+
+// ---- The ring ----
+
+constexpr int kNeverHappened = std::numeric_limits<int>::max();
+
+struct Item {
+  int push_begins = kNeverHappened, push_ends = kNeverHappened;
+  // The operation that took it or gave it back.
+  int end_begins = kNeverHappened, end_ends = kNeverHappened;
+  int taken = 0, given_back = 0;
+};
+// A pop that told of nothing more.
+struct LastPop {
+  int begins, ends;
+};
+
+struct RingScenario {
+  std::size_t depth;
+  std::vector<int> pushes;  // of each publisher
+  std::vector<int> pops;    // of each taker
+  int preemptions;
+  std::string own = {};  // of the only taker: 'h' for push_here, 'p' for pop
+};
+
+class RingRun {
+ public:
+  explicit RingRun(const RingScenario& scenario) : scenario_(scenario), ring_(scenario.depth) {}
+
+  Explorer::Bodies bodies() {
+    Explorer::Bodies result;
+    for (const int count : scenario_.pushes) {
+      result.emplace_back([this, count] {
+        for (int i = 0; i < count; ++i) push();
+      });
+    }
+    for (const int count : scenario_.pops) {
+      result.emplace_back([this, count] {
+        for (int i = 0; i < count; ++i) pop();
+      });
+    }
+    if (!scenario_.own.empty()) {
+      result.emplace_back([this] {
+        for (const char operation : scenario_.own) {
+          if (operation == 'h') {
+            push(true);
+          } else {
+            pop();
+          }
+        }
+      });
+    }
+    return result;
+  }
+
+  /// What is wrong with this run; empty if nothing is.
+  std::string check() {
+    const int end_of_run = now_;
+    std::size_t left = 0;
+    while (pop()) ++left;
+    if (left > scenario_.depth + (scenario_.own.empty() ? 0 : 1)) return "more is left than fits";
+    if (scenario_.pops.empty() && scenario_.own.empty() &&
+        left != std::min(scenario_.depth, items_.size())) {
+      return "nobody took anything, but not the last items are left";
+    }
+    if (ring_.pushed() != items_.size()) return "pushed() is wrong";
+    for (const Item& item : items_) {
+      if (item.taken + item.given_back != 1) return "an item has not exactly one end";
+      if (item.given_back != 0 && successors(item) < scenario_.depth) {
+        return "an item was given back for fewer than depth newer ones";
+      }
+      for (const Item& later : items_) {
+        if (item.push_ends < later.push_begins && item.taken == 1 && later.taken == 1 &&
+            later.end_ends < item.end_begins) {
+          return "a newer item was taken first";
+        }
+      }
+      for (const LastPop& last : last_pops_) {
+        if (last.ends <= end_of_run && item.push_ends < last.begins &&
+            item.end_begins > last.ends) {
+          return "a pop overlooked an item that was there all the time";
+        }
+      }
+    }
+    return {};
+  }
+
+ private:
+  void push(bool here = false) {
+    Item& item = items_.emplace_back();
+    item.push_begins = ++now_;
+    Item* old = here ? ring_.push_here(&item, 0, 0) : ring_.push(&item, 0, 0);
+    if (old != nullptr) give_back(*old, item.push_begins);
+    item.push_ends = ++now_;
+  }
+  bool pop() {
+    const int begins = ++now_;
+    bool more = true;
+    Item* item = ring_.pop([&](Item* old) { give_back(*old, begins); }, more);
+    const int ends = ++now_;
+    if (!more) last_pops_.push_back({begins, ends});
+    if (item == nullptr) return false;
+    ++item->taken;
+    item->end_begins = begins;
+    item->end_ends = ends;
+    return true;
+  }
+  void give_back(Item& item, int begins) {
+    ++item.given_back;
+    item.end_begins = begins;
+    item.end_ends = ++now_;
+  }
+  /// How many pushes may count as newer than the item and had begun when it was given back.
+  std::size_t successors(const Item& item) const {
+    return static_cast<std::size_t>(
+        std::count_if(items_.begin(), items_.end(), [&](const Item& other) {
+          return &other != &item && other.push_ends > item.push_begins &&
+                 other.push_begins < item.end_ends;
+        }));
+  }
+
+  const RingScenario& scenario_;
+  KeepLastRing<Item> ring_;
+  std::deque<Item> items_;
+  std::vector<LastPop> last_pops_;
+  int now_ = 0;
+};
+
+// Returns how many schedules were tried; fails with the first promise that was broken.
+std::size_t explore(const RingScenario& scenario) {
+  Explorer explorer;
+  std::unique_ptr<RingRun> run;
+  std::string broken;
+  const std::size_t schedules = explorer.explore(
+      scenario.preemptions,
+      [&] {
+        run = std::make_unique<RingRun>(scenario);
+        return run->bodies();
+      },
+      [&] {
+        if (std::string what = run->check(); broken.empty()) broken = std::move(what);
+      });
+  EXPECT_EQ(broken, "") << "with depth " << scenario.depth;
+  return schedules;
+}
+
+TEST(KeepLastRingInterleavings, OfTwoPublishersKeepTheLastItems) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u, 3u}) {
+    EXPECT_GT(explore({.depth = depth, .pushes = {2, 3}, .pops = {}, .preemptions = 4 - kFewer}),
+              100u);
+  }
+}
+
+TEST(KeepLastRingInterleavings, OfOnePublisherAndOneTakerKeepEveryPromise) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u, 3u}) {
+    EXPECT_GT(explore({.depth = depth, .pushes = {4}, .pops = {3}, .preemptions = 4 - kFewer}),
+              100u);
+  }
+}
+
+TEST(KeepLastRingInterleavings, OfTwoPublishersAndOneTakerKeepEveryPromise) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u, 3u}) {
+    EXPECT_GT(explore({.depth = depth, .pushes = {1, 3}, .pops = {3}, .preemptions = 3 - kFewer}),
+              100u);
+  }
+}
+
+TEST(KeepLastRingInterleavings, OfTwoPublishersAndTwoTakersKeepEveryPromise) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u}) {
+    EXPECT_GT(
+        explore({.depth = depth, .pushes = {2, 2}, .pops = {2, 2}, .preemptions = 2 - kFewer}),
+        100u);
+  }
+}
+
+TEST(KeepLastRingInterleavings, OfOnePublisherAndATakerThatPublishesKeepEveryPromise) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  for (const std::size_t depth : {1u, 2u, 3u}) {
+    for (const char* own : {"hhphp", "hphpp", "phhhp", "hpphp"}) {
+      EXPECT_GT(
+          explore(
+              {.depth = depth, .pushes = {3}, .pops = {}, .preemptions = 3 - kFewer, .own = own}),
+          100u);
+    }
+  }
+}
+
+// ---- The pool ----
+
+struct Tool : PoolNode<Tool> {
+  int borrowers = 0;
+};
+
+class PoolRun {
+ public:
+  explicit PoolRun(std::size_t capacity)
+      : pool_(
+            Pool<Tool>::create(capacity, [](std::uint32_t) { return std::make_unique<Tool>(); })) {}
+
+  /// A borrower that acquires for each 'a' and gives back what it has held longest for each 'r'.
+  std::function<void()> borrower(const std::string& operations) {
+    std::deque<Tool*>& held = held_.emplace_back();
+    return [this, &held, operations] {
+      for (const char operation : operations) {
+        if (operation == 'a') {
+          acquire(held);
+        } else if (!held.empty()) {
+          recycle(held);
+        }
+      }
+    };
+  }
+
+  std::string check() {
+    for (std::deque<Tool*>& held : held_) {
+      while (!held.empty()) recycle(held);
+    }
+    std::deque<Tool*> all;
+    while (all.size() <= pool_->capacity() && acquire(all)) {
+    }
+    if (lent_twice_) return "an object was lent twice";
+    if (all.size() != pool_->capacity()) return "objects were lost";
+    while (!all.empty()) recycle(all);
+    return {};
+  }
+
+ private:
+  bool acquire(std::deque<Tool*>& held) {
+    Tool* tool = pool_->acquire();
+    if (tool == nullptr) return false;
+    lent_twice_ = lent_twice_ || ++tool->borrowers != 1;
+    held.push_back(tool);
+    return true;
+  }
+  static void recycle(std::deque<Tool*>& held) {
+    Tool* tool = held.front();
+    held.pop_front();
+    --tool->borrowers;
+    Pool<Tool>::recycle(*tool);
+  }
+
+  const PoolPtr<Tool> pool_;
+  std::deque<std::deque<Tool*>> held_;
+  bool lent_twice_ = false;
+};
+
+std::size_t explore(std::size_t capacity, const std::vector<std::string>& borrowers,
+                    int preemptions) {
+  Explorer explorer;
+  std::unique_ptr<PoolRun> run;
+  std::string broken;
+  const std::size_t schedules = explorer.explore(
+      preemptions,
+      [&] {
+        run = std::make_unique<PoolRun>(capacity);
+        Explorer::Bodies bodies;
+        for (const std::string& operations : borrowers) bodies.push_back(run->borrower(operations));
+        return bodies;
+      },
+      [&] {
+        if (std::string what = run->check(); broken.empty()) broken = std::move(what);
+      });
+  EXPECT_EQ(broken, "") << "with capacity " << capacity;
+  return schedules;
+}
+
+// The long one does what could deceive the other: while that is inside an acquire, the object that
+// it saw first goes out and comes back first, with another behind it (the ABA problem).
+TEST(PoolInterleavings, NeverLendAnObjectTwiceOrLoseOne) {
+  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  EXPECT_GT(explore(3, {"ar", "aaarrraraaa"}, 3 - kFewer), 100u);
+  EXPECT_GT(explore(3, {"arar", "aararr"}, 4 - kFewer), 100u);
+  EXPECT_GT(explore(2, {"ar", "ar", "arar"}, 3 - kFewer), 100u);
+}
+
+}  // namespace
+}  // namespace takt_explored

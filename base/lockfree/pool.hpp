@@ -1,0 +1,161 @@
+// A fixed number of objects that are lent and come back, from any thread.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_BASE_LOCKFREE_POOL_HPP_
+#define TAKT_BASE_LOCKFREE_POOL_HPP_
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+namespace takt {
+
+/// A pool whose owner has gone while objects were out. Such pools are looked through, and freed
+/// when all their objects are home, each time a pool is made or closed.
+class ClosedPool {
+ protected:
+  virtual ~ClosedPool() = default;
+  /// Counts the objects that are home; true when all are.
+  virtual bool all_home() noexcept = 0;
+  /// Frees this pool and others, or keeps them for later.
+  static void sweep(ClosedPool* closed) noexcept;
+};
+
+template <class T>
+class Pool;
+
+/// The part of a pooled object that knows the way home.
+template <class T>
+class PoolNode {
+  friend class Pool<T>;
+  Pool<T>* pool_ = nullptr;
+  std::uint32_t index_ = 0;
+};
+
+/// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
+/// are home and the owner has said goodbye (`close`): an object that is still out when the owner
+/// goes keeps the pool alive. Coming home is one swap, after which the returner never touches the
+/// pool again; so who has counted all objects home may free it.
+///
+/// Two free lists, because lender and returner are usually different threads: objects come back
+/// to one list, and are lent from the other, which takes over the whole first list when it is
+/// empty. So the two threads meet once a batch, not once an object.
+///
+/// Thread safety: acquire and recycle from any thread; close once, by the owner.
+/// Real-time: acquire and recycle are lock-free, allocate and free nothing. Taking over a list is
+/// linear in its length.
+template <class T>
+class Pool final : ClosedPool {
+ public:
+  /// `make(i)` returns the i-th object. The owner must call close().
+  template <class Make>
+  static Pool* create(std::size_t capacity, Make&& make) {
+    sweep(nullptr);
+    std::unique_ptr<Pool> pool(new Pool(capacity));
+    for (std::uint32_t i = 0; i < capacity; ++i) {
+      pool->objects_[i] = make(i);
+      pool->objects_[i]->pool_ = pool.get();
+      pool->objects_[i]->index_ = i;
+      pool->push(pool->lendable_, i, i);
+    }
+    return pool.release();
+  }
+
+  std::size_t capacity() const noexcept { return capacity_; }
+
+  /// nullptr when all are out.
+  T* acquire() noexcept {
+    std::uint32_t index = pop(lendable_);
+    if (index == kNone) index = take_over();
+    return index != kNone ? objects_[index].get() : nullptr;
+  }
+
+  /// Gives an object back to the pool it came from.
+  static void recycle(T& object) noexcept {
+    PoolNode<T>& node = object;
+    node.pool_->push(node.pool_->returned_, node.index_, node.index_);
+  }
+
+  /// The owner's goodbye: frees the pool now, or some time after the last object has come home.
+  void close() noexcept { sweep(this); }
+
+ private:
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+
+  explicit Pool(std::size_t capacity)
+      : capacity_(capacity),
+        objects_(new std::unique_ptr<T>[capacity]),
+        next_(new std::atomic<std::uint32_t>[capacity]) {}
+
+  // A list head is {change count, index of the first}: the count makes a stale swap fail (ABA).
+  static std::uint64_t next_tag(std::uint64_t head) noexcept { return ((head >> 32) + 1) << 32; }
+
+  void push(std::atomic<std::uint64_t>& list, std::uint32_t first, std::uint32_t last) noexcept {
+    std::uint64_t old = list.load(std::memory_order_relaxed);
+    do {
+      next_[last].store(static_cast<std::uint32_t>(old), std::memory_order_relaxed);
+      // Release: pairs with the acquire of whoever takes it; the object is complete.
+    } while (!list.compare_exchange_weak(old, next_tag(old) | first, std::memory_order_release,
+                                         std::memory_order_relaxed));
+  }
+
+  std::uint32_t pop(std::atomic<std::uint64_t>& list) noexcept {
+    std::uint64_t old = list.load(std::memory_order_acquire);
+    for (;;) {
+      const auto index = static_cast<std::uint32_t>(old);
+      if (index == kNone) return kNone;
+      const std::uint32_t next = next_[index].load(std::memory_order_relaxed);
+      if (list.compare_exchange_weak(old, next_tag(old) | next, std::memory_order_acquire)) {
+        return index;
+      }
+    }
+  }
+
+  // Makes what was returned lendable, but for the first, which it gives to the caller. Not inline:
+  // once a batch it may cost a call, and the other times it must not cost registers.
+  [[gnu::noinline]] std::uint32_t take_over() noexcept {
+    // Acquire: pairs with push in recycle; the chain and its objects are ours now.
+    std::uint64_t old = returned_.load(std::memory_order_relaxed);
+    do {
+      // A lender who waits for a free object must not take the cache line from the returner.
+      if (static_cast<std::uint32_t>(old) == kNone) return kNone;
+    } while (
+        !returned_.compare_exchange_weak(old, next_tag(old) | kNone, std::memory_order_acquire));
+    const auto index = static_cast<std::uint32_t>(old);
+    const std::uint32_t first = next_[index].load(std::memory_order_relaxed);
+    if (first != kNone) {
+      std::uint32_t last = first;
+      for (std::uint32_t next; (next = next_[last].load(std::memory_order_relaxed)) != kNone;) {
+        last = next;
+      }
+      push(lendable_, first, last);
+    }
+    return index;
+  }
+
+  bool all_home() noexcept override {
+    while (pop(lendable_) != kNone) ++home_;
+    while (pop(returned_) != kNone) ++home_;
+    return home_ == capacity_;
+  }
+
+  const std::size_t capacity_;
+  const std::unique_ptr<std::unique_ptr<T>[]> objects_;
+  const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
+  std::size_t home_ = 0;                                    // after close(): guarded by sweep
+  alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
+  alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
+};
+
+/// Says goodbye to a pool when its owner goes.
+template <class T>
+struct ClosePool {
+  void operator()(Pool<T>* pool) const noexcept { pool->close(); }
+};
+template <class T>
+using PoolPtr = std::unique_ptr<Pool<T>, ClosePool<T>>;
+
+}  // namespace takt
+
+#endif  // TAKT_BASE_LOCKFREE_POOL_HPP_

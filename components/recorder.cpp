@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/components/recorder.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "takt/containers/component.hpp"
+#include "takt/messages/type_description.hpp"
+#include "takt/transport/local_topics.hpp"
+
+namespace takt {
+namespace {
+
+// How often it looks for topics that it does not know yet.
+constexpr auto kLookPeriod = std::chrono::milliseconds(200);
+
+std::uint64_t since_1970(std::chrono::system_clock::time_point time) {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<Nanoseconds>(time.time_since_epoch()).count());
+}
+
+ParameterDescriptor at_least(const char* description, std::int64_t least) {
+  return {.description = description,
+          .read_only = true,
+          .integer_range = IntegerRange{least, std::int64_t{1} << 30, 0}};
+}
+
+Nanoseconds milliseconds(std::int64_t count) {
+  return std::chrono::milliseconds(count);
+}
+
+}  // namespace
+
+Recorder::Recorder(const NodeOptions& options)
+    : Node("recorder", options),
+      file_(declare_parameter("file", std::string("recording.mcap"), {.read_only = true})),
+      wanted_([this] {
+        std::vector<std::string> topics =
+            declare_parameter("topics", std::vector<std::string>{}, {.read_only = true});
+        for (std::string& topic : topics) topic = resolve(topic);
+        return topics;
+      }()),
+      depth_(static_cast<std::size_t>(
+          declare_parameter("depth", 100, at_least("Messages of a topic that may wait", 1)))),
+      flush_period_(
+          milliseconds(declare_parameter("flush_ms", 1000, at_least("Until it is written", 1)))),
+      discovered_by_(clock().now() +
+                     milliseconds(declare_parameter("discover_ms", 5000,
+                                                    at_least("How long all topics are found", 0)))),
+      writer_(file_,
+              static_cast<std::size_t>(declare_parameter("buffer_bytes", std::int64_t{1} << 20,
+                                                         at_least("A message must fit in", 4096))),
+              static_cast<std::size_t>(
+                  declare_parameter("buffers", 4, at_least("At the same time", 2)))) {
+  looking_ = create_timer("look", kLookPeriod, [this] { look(); });
+  flush_ = create_timer("flush", std::chrono::hours(1), [this] { writer_.flush(); });
+  flush_->cancel();
+  if (const std::string& why = writer_.why_no_ring(); !why.empty()) {
+    log(LogLevel::warn, "{}: {}; a thread writes it", file_, why);
+  }
+  look();
+}
+
+Recorder::~Recorder() {
+  looking_.reset();
+  flush_.reset();
+  subscriptions_.clear();
+  complete();
+}
+
+std::string Recorder::complete() {
+  if (!std::exchange(is_complete_, true)) {
+    if (!writer_.close()) report_end();
+    log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
+        topics_.size(), dropped());
+  }
+  if (dropped() == 0) return "";
+  return fmt::format("{} messages were not recorded: {}", dropped(),
+                     writer_.error() != 0 ? errno_message(writer_.error())
+                                          : "the disk was slow, or they did not fit into a buffer");
+}
+
+// Who publishes here, and who on the domain.
+void Recorder::look() {
+  const auto is_wanted = [&](const std::string& topic) {
+    const bool is_named = std::find(wanted_.begin(), wanted_.end(), topic) != wanted_.end();
+    return topic.starts_with('/') && (wanted_.empty() || is_named) &&
+           std::find(topics_.begin(), topics_.end(), topic) == topics_.end();
+  };
+  for (const Endpoint& publisher : local_topics().publishers) {
+    if (!is_wanted(publisher.topic)) continue;
+    subscribe(publisher.topic, publisher.type->name, publisher.qos,
+              publisher.type->is_serialized ? "" : message_definition(*publisher.type));
+  }
+  if (participant() != nullptr) {
+    for (const GraphEndpoint& publisher : participant()->graph().publishers) {
+      if (is_wanted(publisher.name)) subscribe(publisher.name, publisher.type, publisher.qos, "");
+    }
+  }
+  const bool has_all =
+      wanted_.empty() ? clock().now() >= discovered_by_ : topics_.size() == wanted_.size();
+  if (has_all) looking_->cancel();
+}
+
+void Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,
+                         std::string definition) {
+  topics_.push_back(topic);
+  const std::size_t number = writer_.add({topic, type, std::move(definition)});
+  QoS own(depth_);
+  own.reliability = qos.reliability;
+  own.durability = qos.durability;
+  subscriptions_.push_back(create_generic_subscription(
+      topic, type, own, [this, number](std::span<const std::byte> bytes, const MessageInfo& info) {
+        record(number, bytes, info);
+      }));
+}
+
+void Recorder::record(std::size_t topic, std::span<const std::byte> bytes,
+                      const MessageInfo& info) {
+  const std::uint64_t now = since_1970(std::chrono::system_clock::now());
+  std::uint64_t published = now;
+  if (info.publish_time != TimePoint{}) {
+    published -= static_cast<std::uint64_t>((clock().real().now() - info.publish_time).count());
+  }
+  if (!writer_.write(topic, now, published, bytes)) {
+    report_drop(bytes.size());
+  } else if (flush_->is_canceled()) {
+    flush_->release_at(flush_->clock().now() + flush_period_);
+  }
+  if (!writer_.is_pending()) flush_->cancel();
+}
+
+void Recorder::report_drop(std::size_t bytes) {
+  ++dropped_;
+  if (writer_.error() != 0) return report_end();
+  if (std::exchange(has_reported_slow_, true)) return;
+  log(LogLevel::warn,
+      "{}: a message of {} bytes was dropped: the disk is slow, or it does not fit; give more "
+      "`buffers`, or `buffer_bytes`",
+      file_, bytes);
+}
+
+void Recorder::report_end() {
+  if (std::exchange(has_reported_end_, true)) return;
+  log(LogLevel::error, "{}: {}; the recording ends here", file_, errno_message(writer_.error()));
+}
+
+}  // namespace takt
+
+TAKT_REGISTER_COMPONENT(takt::Recorder, "writes topics to an MCAP file")

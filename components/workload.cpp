@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/components/workload.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "takt/base/manual_clock.hpp"
+#include "takt/containers/component.hpp"
+#include "takt/nodes/chain_join.hpp"
+
+namespace takt {
+namespace {
+
+using Strings = std::vector<std::string>;
+using Integers = std::vector<std::int64_t>;
+
+/// The list's entry, or the default where the list was left out.
+template <class T>
+T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const char* name,
+        T otherwise) {
+  if (list.empty()) return otherwise;
+  if (list.size() != count) {
+    throw Error(
+        fmt::format("parameter '{}' has {} entries for {} topics", name, list.size(), count),
+        "give one for each topic, or leave the list out");
+  }
+  return list[index];
+}
+
+std::string choice(std::string value, const char* name, const Strings& valid) {
+  if (std::find(valid.begin(), valid.end(), value) == valid.end()) {
+    throw Error(fmt::format("'{}' is no value of '{}'", value, name), suggest(value, valid));
+  }
+  return value;
+}
+
+QoS qos(std::int64_t depth, const std::string& reliability, const std::string& durability) {
+  QoS result(static_cast<std::size_t>(std::max<std::int64_t>(depth, 0)));
+  if (choice(reliability, "reliability", {"reliable", "best_effort"}) == "best_effort") {
+    result.best_effort();
+  }
+  if (choice(durability, "durability", {"volatile", "transient_local"}) == "transient_local") {
+    result.transient_local();
+  }
+  return result;
+}
+
+// A loan is prepared like this.
+std::shared_ptr<const WorkloadMessage> prototype(std::type_identity<WorkloadMessage>,
+                                                 std::size_t size_bytes) {
+  auto result = std::make_shared<WorkloadMessage>();
+  result->data.resize(size_bytes);
+  return result;
+}
+template <std::size_t Bytes>
+std::shared_ptr<const FixedWorkloadMessage<Bytes>> prototype(
+    std::type_identity<FixedWorkloadMessage<Bytes>>, std::size_t) {
+  return std::make_shared<FixedWorkloadMessage<Bytes>>();
+}
+
+template <std::size_t... Bytes, class Use>
+bool use_fixed_type(std::index_sequence<Bytes...>, std::size_t bytes, const Use& use) {
+  return ((bytes == Bytes && (use(std::type_identity<FixedWorkloadMessage<Bytes>>{}), true)) ||
+          ...);
+}
+
+void check_pass_by(std::size_t fixed_bytes, const std::string& pass_by, const char* of) {
+  if (fixed_bytes == 0 || pass_by == "loaned_msg" || pass_by == "const_ref") return;
+  throw Error(fmt::format("{}.pass_by is '{}', of messages with fixed_bytes", of, pass_by),
+              "they are lent, and received by const_ref: leave it out");
+}
+
+/// Calls `use` with the type that `fixed_bytes` means, see Workload.
+template <class Use>
+void use_type(std::size_t fixed_bytes, const Use& use) {
+  if (fixed_bytes == 0) return use(std::type_identity<WorkloadMessage>{});
+  using Sizes =
+      std::index_sequence<1'000, 50'000, 100'000, 500'000, 1'000'000, 5'000'000, 8'000'000>;
+  if (!use_fixed_type(Sizes{}, fixed_bytes, use)) {
+    throw Error(fmt::format("there is no workload message of {} bytes", fixed_bytes),
+                "fixed_bytes: 1000, 50000, 100000, 500000, 1000000, 5000000 or 8000000");
+  }
+}
+
+/// The topic as a name of something in a node.
+std::string identifier(std::string topic) {
+  std::replace_if(
+      topic.begin(), topic.end(),
+      [](unsigned char character) { return std::isalnum(character) == 0; }, '_');
+  return topic.substr(topic.find_first_not_of('_'));
+}
+
+/// Uses so much CPU time; a manual clock, so much of its own.
+void use_cpu(Clock& clock, Nanoseconds amount) {
+  if (amount == Nanoseconds::zero()) return;
+  if (ManualClock* manual = clock.as_manual()) {
+    manual->work(amount);
+  } else {
+    burn_cpu(amount);
+  }
+}
+
+struct Publishing {
+  std::string topic, pass_by;
+  QoS qos;
+  std::chrono::microseconds period, work;
+  std::size_t size_bytes, fixed_bytes, fill_bytes;
+};
+
+struct Subscribing {
+  std::string topic, pass_by;
+  QoS qos;
+  std::chrono::microseconds work;
+  std::size_t fixed_bytes;
+};
+
+struct Relaying {
+  Strings inputs;
+  std::string output;
+  QoS qos;
+  std::chrono::microseconds work;
+  std::size_t size_bytes;
+};
+
+/// Reads the parameters of a node, and makes what they ask for by its own methods: those of a
+/// lifecycle node make managed entities.
+template <class AnyNode>
+class Maker {
+ public:
+  explicit Maker(AnyNode& node) : node_(node) {}
+  std::vector<std::shared_ptr<void>> make();
+
+ private:
+  template <class T>
+  void add_publisher(const Publishing& publishing);
+  template <class T>
+  void add_subscription(const Subscribing& subscribing);
+  void add_relay(const Relaying& relaying);
+  void add_client(const std::string& service, std::chrono::microseconds period);
+  void add_server(const std::string& service, std::chrono::microseconds work);
+  template <class T, class F>
+  void subscribe(const Subscribing& subscribing, F callback) {
+    entities_.push_back(node_.template create_subscription<T>(subscribing.topic, subscribing.qos,
+                                                              std::move(callback)));
+  }
+
+  /// "TOPIC_timer"; of several publishers of one topic the second has "TOPIC_timer_2".
+  std::string timer_name(const std::string& of) {
+    const std::string first = identifier(of) + "_timer";
+    const int count = ++timers_[first];
+    return count == 1 ? first : fmt::format("{}_{}", first, count);
+  }
+
+  AnyNode& node_;
+  std::map<std::string, int> timers_;
+  std::vector<std::shared_ptr<void>> entities_;
+};
+
+template <class AnyNode>
+std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
+  const auto strings = [this](const char* name) {
+    return node_.template declare_parameter<Strings>(name, {});
+  };
+  const auto integers = [this](const char* name) {
+    return node_.template declare_parameter<Integers>(name, {});
+  };
+
+  const Strings out = strings("publishers.topic");
+  const Integers periods = integers("publishers.period_us"),
+                 sizes = integers("publishers.size_bytes"),
+                 fixed = integers("publishers.fixed_bytes"),
+                 fills = integers("publishers.fill_bytes"),
+                 out_works = integers("publishers.work_us"),
+                 out_depths = integers("publishers.depth");
+  const Strings out_ways = strings("publishers.pass_by"),
+                out_reliabilities = strings("publishers.reliability"),
+                out_durabilities = strings("publishers.durability");
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const std::int64_t period =
+        entry<std::int64_t>(periods, i, out.size(), "publishers.period_us", 0);
+    const Publishing publishing{
+        out[i],
+        choice(entry<std::string>(out_ways, i, out.size(), "publishers.pass_by", "loaned_msg"),
+               "publishers.pass_by", {"loaned_msg", "unique_ptr", "shared_ptr"}),
+        qos(entry<std::int64_t>(out_depths, i, out.size(), "publishers.depth", 10),
+            entry<std::string>(out_reliabilities, i, out.size(), "publishers.reliability",
+                               "reliable"),
+            entry<std::string>(out_durabilities, i, out.size(), "publishers.durability",
+                               "volatile")),
+        std::chrono::microseconds(period),
+        std::chrono::microseconds(
+            entry<std::int64_t>(out_works, i, out.size(), "publishers.work_us", 0)),
+        static_cast<std::size_t>(
+            entry<std::int64_t>(sizes, i, out.size(), "publishers.size_bytes", 0)),
+        static_cast<std::size_t>(
+            entry<std::int64_t>(fixed, i, out.size(), "publishers.fixed_bytes", 0)),
+        static_cast<std::size_t>(
+            entry<std::int64_t>(fills, i, out.size(), "publishers.fill_bytes", 0))};
+    check_pass_by(publishing.fixed_bytes, publishing.pass_by, "publishers");
+    use_type(publishing.fixed_bytes,
+             [&]<class T>(std::type_identity<T>) { add_publisher<T>(publishing); });
+  }
+
+  const Strings in = strings("subscriptions.topic");
+  const Integers in_works = integers("subscriptions.work_us"),
+                 in_fixed = integers("subscriptions.fixed_bytes"),
+                 in_depths = integers("subscriptions.depth");
+  const Strings in_ways = strings("subscriptions.pass_by"),
+                in_reliabilities = strings("subscriptions.reliability"),
+                in_durabilities = strings("subscriptions.durability");
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const Subscribing subscribing{
+        in[i],
+        choice(entry<std::string>(in_ways, i, in.size(), "subscriptions.pass_by", "const_ref"),
+               "subscriptions.pass_by", {"const_ref", "shared_ptr", "unique_ptr", "loaned_msg"}),
+        qos(entry<std::int64_t>(in_depths, i, in.size(), "subscriptions.depth", 10),
+            entry<std::string>(in_reliabilities, i, in.size(), "subscriptions.reliability",
+                               "reliable"),
+            entry<std::string>(in_durabilities, i, in.size(), "subscriptions.durability",
+                               "volatile")),
+        std::chrono::microseconds(
+            entry<std::int64_t>(in_works, i, in.size(), "subscriptions.work_us", 0)),
+        static_cast<std::size_t>(
+            entry<std::int64_t>(in_fixed, i, in.size(), "subscriptions.fixed_bytes", 0))};
+    check_pass_by(subscribing.fixed_bytes, subscribing.pass_by, "subscriptions");
+    use_type(subscribing.fixed_bytes,
+             [&]<class T>(std::type_identity<T>) { add_subscription<T>(subscribing); });
+  }
+
+  const Strings from = strings("relays.input"), to = strings("relays.output");
+  const Integers relay_works = integers("relays.work_us"),
+                 relay_sizes = integers("relays.size_bytes"),
+                 relay_depths = integers("relays.depth");
+  std::vector<Relaying> relays;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const std::string output = entry<std::string>(to, i, from.size(), "relays.output", "");
+    const auto found = std::find_if(relays.begin(), relays.end(),
+                                    [&](const auto& relay) { return relay.output == output; });
+    if (found != relays.end()) {
+      found->inputs.push_back(from[i]);
+      continue;
+    }
+    relays.push_back({{from[i]},
+                      output,
+                      qos(entry<std::int64_t>(relay_depths, i, from.size(), "relays.depth", 1),
+                          "reliable", "volatile"),
+                      std::chrono::microseconds(
+                          entry<std::int64_t>(relay_works, i, from.size(), "relays.work_us", 0)),
+                      static_cast<std::size_t>(entry<std::int64_t>(relay_sizes, i, from.size(),
+                                                                   "relays.size_bytes", 0))});
+  }
+  for (const Relaying& relay : relays) add_relay(relay);
+
+  const Strings asked = strings("clients.service"), served = strings("servers.service");
+  const Integers ask_periods = integers("clients.period_us"),
+                 serve_works = integers("servers.work_us");
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    add_client(asked[i], std::chrono::microseconds(entry<std::int64_t>(ask_periods, i, asked.size(),
+                                                                       "clients.period_us", 0)));
+  }
+  for (std::size_t i = 0; i < served.size(); ++i) {
+    add_server(served[i], std::chrono::microseconds(entry<std::int64_t>(
+                              serve_works, i, served.size(), "servers.work_us", 0)));
+  }
+  return std::move(entities_);
+}
+
+template <class AnyNode>
+void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microseconds period) {
+  const auto client = node_.template create_client<WorkloadService>(service);
+  const auto tracking_number = std::make_shared<std::uint64_t>(0);
+  entities_.push_back(client);
+  entities_.push_back(node_.create_timer(timer_name(service), period, [client, tracking_number] {
+    // A client that nobody answers stops asking, as its bound says.
+    if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
+    client->async_send_request({.tracking_number = ++*tracking_number},
+                               [](const WorkloadService::Response*) {});
+  }));
+}
+
+template <class AnyNode>
+void Maker<AnyNode>::add_server(const std::string& service, std::chrono::microseconds work) {
+  entities_.push_back(node_.template create_service<WorkloadService>(
+      service, [work, &clock = node_.clock()](const WorkloadService::Request& request,
+                                              WorkloadService::Response& response) {
+        use_cpu(clock, work);
+        response.tracking_number = request.tracking_number;
+      }));
+}
+
+template <class AnyNode>
+void Maker<AnyNode>::add_relay(const Relaying& relaying) {
+  auto publisher = node_.template create_publisher<WorkloadMessage>(
+      relaying.output, relaying.qos,
+      {.loans = 2 * relaying.qos.depth + 4,
+       .prototype = prototype(std::type_identity<WorkloadMessage>{}, relaying.size_bytes),
+       .published_by = relaying.inputs});
+  const auto group = node_.create_callback_group("relay_" + identifier(relaying.output),
+                                                 CallbackGroupType::MutuallyExclusive);
+  const auto has_come = std::make_shared<std::vector<bool>>(relaying.inputs.size());
+  const auto join = std::make_shared<ChainJoin>(relaying.inputs.size());
+  const auto tracking_number = std::make_shared<std::uint64_t>(0);
+  for (std::size_t i = 0; i < relaying.inputs.size(); ++i) {
+    entities_.push_back(node_.template create_subscription<WorkloadMessage>(
+        relaying.inputs[i], relaying.qos,
+        [=, &clock = node_.clock(), work = relaying.work](const WorkloadMessage&) {
+          (*has_come)[i] = true;
+          join->received(i);
+          if (std::find(has_come->begin(), has_come->end(), false) != has_come->end()) return;
+          has_come->assign(has_come->size(), false);
+          use_cpu(clock, work);
+          join->combine();
+          auto message = publisher->borrow_loaned_message();
+          if (message) message->tracking_number = ++*tracking_number;
+          publisher->publish(std::move(message));
+        },
+        group));
+  }
+  entities_.push_back(publisher);
+}
+
+template <class AnyNode>
+template <class T>
+void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
+  const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
+  // Enough for the receivers' queues; when all are out, the message is not sent this time.
+  const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
+  const std::string timer = timer_name(publishing.topic);
+  auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
+                                                      {.loans = loans,
+                                                       .prototype = fresh,
+                                                       .expected_period = publishing.period,
+                                                       .published_by = {timer}});
+  const auto tracking_number = std::make_shared<std::uint64_t>(0);
+  const auto fill = [bytes = publishing.fill_bytes](T& message) {
+    const auto value = static_cast<std::byte>(message.tracking_number);
+    std::fill_n(message.data.begin(), std::min(bytes, message.data.size()), value);
+  };
+  const auto publish = [&clock = node_.clock(), publisher, tracking_number, publishing, fill,
+                        fresh] {
+    use_cpu(clock, publishing.work);
+    if (publishing.pass_by == "loaned_msg") {
+      auto message = publisher->borrow_loaned_message();
+      if (message) {
+        message->tracking_number = ++*tracking_number;
+        fill(*message);
+      }
+      publisher->publish(std::move(message));
+    } else if constexpr (std::same_as<T, WorkloadMessage>) {
+      auto message = std::make_unique<T>(*fresh);
+      message->tracking_number = ++*tracking_number;
+      fill(*message);
+      if (publishing.pass_by == "unique_ptr") {
+        publisher->publish(std::move(message));
+      } else {
+        publisher->publish(std::shared_ptr<const T>(std::move(message)));
+      }
+    }
+  };
+  entities_.push_back(publisher);
+  entities_.push_back(node_.create_timer(timer, publishing.period, publish));
+}
+
+template <class AnyNode>
+template <class T>
+void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
+  const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
+  if constexpr (std::same_as<T, WorkloadMessage>) {
+    if (subscribing.pass_by == "unique_ptr") {
+      return subscribe<T>(subscribing, [work](std::unique_ptr<T>) { work(); });
+    }
+    if (subscribing.pass_by == "shared_ptr") {
+      return subscribe<T>(subscribing, [work](std::shared_ptr<const T>) { work(); });
+    }
+  }
+  subscribe<T>(subscribing, [work](const T&) { work(); });
+}
+
+}  // namespace
+
+Workload::Workload(const NodeOptions& options)
+    : Node("workload", options), entities_(Maker<Node>(*this).make()) {
+}
+
+LifecycleWorkload::LifecycleWorkload(const NodeOptions& options)
+    : LifecycleNode("workload", options), entities_(Maker<LifecycleNode>(*this).make()) {
+}
+
+}  // namespace takt
+
+TAKT_REGISTER_COMPONENT(takt::Workload,
+                        "publishes, receives and uses the CPU as its parameters say")
+TAKT_REGISTER_COMPONENT(takt::LifecycleWorkload,
+                        "the same, and its publishers, timers and subscriptions are managed")

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "takt/containers/configuration/document.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/configuration/system_reader.hpp"
+
+namespace takt {
+
+ConfigurationError::ConfigurationError(std::vector<std::string> errors)
+    : Error(fmt::format("{}", fmt::join(errors, "\n"))), errors_(std::move(errors)) {
+}
+
+std::string full_name(const ComponentDescription& component) {
+  if (component.name.empty()) return {};
+  return Node(component.name, {.name_space = component.name_space}).fully_qualified_name();
+}
+
+LoadPolicy load_policy(const SystemDescription& process) {
+  const std::string& container =
+      process.components.empty() ? process.name : process.components.front().container;
+  const auto found = process.loads.find(container);
+  LoadPolicy policy = found != process.loads.end() ? found->second : LoadPolicy{};
+  policy.libraries = process.libraries;
+  return policy;
+}
+
+SystemDescription read_system(const std::string& path) {
+  document::Errors errors(path);
+  const document::Value root = document::read(path, errors);
+  const bool is_workload = document::is_json(path);
+  SystemDescription system =
+      is_workload ? read_workload(root, errors) : read_configuration(root, errors);
+  errors.throw_if_any();
+  system.file = path;
+  if (is_workload) {
+    system.name = std::filesystem::path(path).stem().string();
+    for (ComponentDescription& component : system.components) component.container = system.name;
+  }
+  return system;
+}
+
+std::vector<SystemDescription> split(const SystemDescription& system, Composition composition) {
+  std::vector<SystemDescription> processes;
+  for (const ComponentDescription& component : system.components) {
+    const std::string name = composition == Composition::per_node && !component.name.empty()
+                                 ? component.name
+                             : composition == Composition::single ? system.name
+                                                                  : component.container;
+    auto process = composition == Composition::per_node
+                       ? processes.end()
+                       : std::find_if(processes.begin(), processes.end(),
+                                      [&](const auto& known) { return known.name == name; });
+    if (process == processes.end()) {
+      processes.push_back(system);
+      process = processes.end() - 1;
+      process->name = name;
+      process->components.clear();
+      if (processes.size() > 1) process->notes.clear();  // told once
+    }
+    process->components.push_back(component);
+  }
+  std::string manager;  // of the lifecycle: the process of the node that comes up first
+  for (const SystemDescription& process : processes) {
+    for (const ComponentDescription& component : process.components) {
+      if (system.lifecycle && full_name(component) == system.lifecycle->bring_up.front().name) {
+        manager = process.name;
+      }
+    }
+  }
+  for (SystemDescription& process : processes) {
+    if (processes.size() > 1 && !process.dds) process.dds.emplace();
+    if (processes.size() > 1) process.topic_lines.clear();  // it cannot know what others have
+    process.is_split_off = composition == Composition::per_node;
+    if (process.lifecycle) process.lifecycle->manager = manager;
+    const auto is_used = [&process](const ExecutorDescription& executor) {
+      return std::any_of(process.components.begin(), process.components.end(),
+                         [&](const auto& component) {
+                           const auto uses = [&](const auto& group) {
+                             return group.second.executor == executor.name;
+                           };
+                           return component.executor == executor.name ||
+                                  (component.executor.empty() && executor.name == "default") ||
+                                  std::any_of(component.callback_groups.begin(),
+                                              component.callback_groups.end(), uses);
+                         });
+    };
+    const auto is_of_chain = [&process](const ExecutorDescription& executor) {
+      return std::any_of(process.chains.begin(), process.chains.end(),
+                         [&](const auto& chain) { return chain.options.name == executor.name; });
+    };
+    std::erase_if(process.executors, [&](const auto& executor) {
+      return !is_used(executor) && !is_of_chain(executor);
+    });
+  }
+  return processes;
+}
+
+}  // namespace takt

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/configuration/document.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "takt/base/regular_file.hpp"
+
+namespace takt::document {
+namespace {
+
+constexpr std::size_t kMaxBytes = 4 << 20;
+constexpr std::size_t kMaxDepth = 64;
+constexpr std::size_t kMaxErrors = 100;
+
+// Texts of the file get into errors, and an error is one line on somebody's terminal.
+std::string printable(std::string message) {
+  std::replace_if(
+      message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+  constexpr std::size_t kMaxLength = 2000;
+  if (message.size() <= kMaxLength) return message;
+  // The middle goes: where it is stands first, what to do last. No character is cut in two.
+  std::size_t begin = kMaxLength / 2;
+  std::size_t end = message.size() - kMaxLength / 2;
+  const auto is_inside = [&](std::size_t at) { return (message[at] & 0xc0) == 0x80; };
+  while (is_inside(begin)) --begin;
+  while (is_inside(end)) ++end;
+  return message.replace(begin, end - begin, " ... ");
+}
+
+// The length of the UTF-8 character that the text begins with; 0 when it is none.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) -> unsigned { return static_cast<unsigned char>(text[i]); };
+  if (byte(0) < 0x80) return 1;
+  const std::size_t length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+  if (byte(0) < 0xc0 || byte(0) >= 0xf8 || text.size() < length) return 0;
+  unsigned character = byte(0) & (0x7fU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+    character = character << 6U | (byte(i) & 0x3fU);
+  }
+  constexpr unsigned kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // else it is written too long
+  const bool is_surrogate = character >= 0xd800 && character < 0xe000;
+  return character < kSmallest[length] || character > 0x10ffff || is_surrogate ? 0 : length;
+}
+
+// A parser may take a strange byte for the end of the file, or worse.
+void check_text(std::string_view text, const Errors& errors) {
+  int line = 1;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const auto byte = static_cast<unsigned char>(text[0]);
+    const bool is_control = byte < ' ' && byte != '\t' && byte != '\n' && byte != '\r';
+    if (length == 0 || is_control) {
+      errors.fail(line, fmt::format("the byte 0x{:02x} does not belong into a text", byte),
+                  "give a file that is UTF-8 text");
+    }
+    if (byte == '\n') ++line;
+    text.remove_prefix(length);
+  }
+}
+
+std::string load(const std::string& path, const Errors& errors) {
+  try {
+    const RegularFile file(path);
+    // Not by its size, which files of /proc do not tell.
+    std::string text(kMaxBytes + 1, '\0');
+    text.resize(file.read(0, std::as_writable_bytes(std::span(text))));
+    if (text.size() > kMaxBytes) {
+      throw Error(fmt::format("the file is larger than {} MiB", kMaxBytes >> 20U),
+                  "describe a smaller system, or name another file");
+    }
+    return text;
+  } catch (const Error& error) {
+    errors.fail(1, error.what(), "");
+  }
+}
+
+const std::vector<Value>* values_in(const Value& container) {
+  if (const Map* map = std::get_if<Map>(&container.content)) return &map->values;
+  return std::get_if<List>(&container.content);
+}
+
+}  // namespace
+
+// ---- Errors ----
+
+void Errors::add(int line, const std::string& what, const std::string& what_to_do) {
+  errors_.emplace_back(line, printable(Error(what, what_to_do, where(line)).what()));
+  if (errors_.size() < kMaxErrors) return;
+  errors_.emplace_back(line, where(line) + ": more errors follow; mend these first");
+  throw_if_any();
+}
+
+bool Errors::passes(int line, const std::function<void()>& check) {
+  try {
+    check();
+    return true;
+  } catch (const Error& error) {
+    add(line, error.what(), {});
+    return false;
+  }
+}
+
+void Errors::fail(int line, const std::string& what, const std::string& what_to_do) const {
+  throw ConfigurationError({printable(Error(what, what_to_do, where(line)).what())});
+}
+
+void Errors::throw_if_any() const {
+  if (errors_.empty()) return;
+  auto sorted = errors_;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> messages;
+  for (auto& [line, message] : sorted) messages.push_back(std::move(message));
+  throw ConfigurationError(std::move(messages));
+}
+
+// ---- Values ----
+
+const Value* find(const Value& map, std::string_view key) {
+  const Map* content = std::get_if<Map>(&map.content);
+  if (content == nullptr) return nullptr;
+  const auto found = std::find_if(content->values.begin(), content->values.end(),
+                                  [&](const Value& value) { return value.name == key; });
+  return found == content->values.end() ? nullptr : &*found;
+}
+
+std::size_t count(const Value& value) {
+  const std::vector<Value>* values = values_in(value);
+  if (values == nullptr) return 1;
+  return std::transform_reduce(values->begin(), values->end(), std::size_t{1}, std::plus<>(),
+                               count);
+}
+
+// ---- Builder ----
+
+bool Builder::wants_key() const {
+  return !open_.empty() && std::holds_alternative<Map>(open_.back().content) && !key_;
+}
+
+void Builder::key(std::string name, int line) {
+  check_text(name, line);
+  key_ = Key{std::move(name), line};
+}
+
+void Builder::open(Value container) {
+  name(container);
+  account_for(container);
+  if (open_.size() == kMaxDepth) {
+    errors_.fail(container.line, fmt::format("this lies deeper than {} levels", kMaxDepth),
+                 "nest less");
+  }
+  open_.push_back(std::move(container));
+}
+
+const Value& Builder::close() {
+  Value container = std::move(open_.back());
+  open_.pop_back();
+  if (Map* map = std::get_if<Map>(&container.content)) drop_duplicates(*map);
+  return put(std::move(container));
+}
+
+const Value& Builder::add(Value value) {
+  name(value);
+  account_for(value);
+  if (const auto* text = std::get_if<std::string>(&value.content)) check_text(*text, value.line);
+  return put(std::move(value));
+}
+
+void Builder::account_for(const Value& value) {
+  count_ += count(value);
+  if (count_ > kMaxValues) {
+    errors_.fail(value.line, fmt::format("the file has more than {} values", kMaxValues),
+                 "describe a smaller system, with fewer aliases");
+  }
+}
+
+// Escapes can write a zero, at which names in the system end.
+void Builder::check_text(std::string_view text, int line) const {
+  if (text.find('\0') == std::string_view::npos) return;
+  errors_.fail(line, "this text contains a zero byte", "leave it out");
+}
+
+void Builder::name(Value& value) {
+  if (key_) {
+    value.name = std::move(key_->name);
+    value.line = key_->line;
+    key_.reset();
+  } else if (!open_.empty()) {
+    const auto& list = std::get<List>(open_.back().content);
+    value.name = fmt::format("{}[{}]", open_.back().name, list.size());
+  }
+}
+
+const Value& Builder::put(Value value) {
+  if (open_.empty()) return root_ = std::move(value);
+  Map* map = std::get_if<Map>(&open_.back().content);
+  auto& values = map != nullptr ? map->values : std::get<List>(open_.back().content);
+  return values.emplace_back(std::move(value));
+}
+
+void Builder::drop_duplicates(Map& map) {
+  std::map<std::string, int, std::less<>> lines;
+  std::erase_if(map.values, [&](const Value& value) {
+    const auto [first, is_new] = lines.try_emplace(value.name, value.line);
+    if (is_new) return false;
+    errors_.add(value.line,
+                fmt::format("'{}' stands in line {} already", value.name, first->second),
+                "leave out one of the two");
+    return true;
+  });
+}
+
+// ---- Files ----
+
+bool is_json(std::string_view path) {
+  return path.ends_with(".json");
+}
+
+Value read(const std::string& path, Errors& errors) {
+  const std::string text = load(path, errors);
+  check_text(text, errors);
+  Value root;
+  if (text.find_first_not_of(" \t\r\n") != std::string::npos) {
+    root = is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
+  }
+  if (std::holds_alternative<std::monostate>(root.content)) {
+    errors.fail(1, "the file is empty", "describe a system in it");
+  }
+  return root;
+}
+
+}  // namespace takt::document

@@ -1,0 +1,246 @@
+// Tests of reading files that nobody has looked at before.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/configuration/document.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+
+namespace takt {
+namespace {
+
+using testing::StartsWith;
+
+std::string yaml_errors(const std::string& text) {
+  return ConfigurationFile("robot.yaml", text).errors();
+}
+std::string json_errors(const std::string& text) {
+  provide_workload();
+  return ConfigurationFile("robot.json", text).errors();
+}
+std::string error_at(const std::string& path) {
+  try {
+    read_system(path);
+    return "no error";
+  } catch (const ConfigurationError& error) {
+    return error.what();
+  }
+}
+std::string repeated(const std::string& text, int times) {
+  std::string result;
+  for (int i = 0; i < times; ++i) result += text;
+  return result;
+}
+
+constexpr const char* kYamlAdvice =
+    "; write valid YAML here: look at indentation, brackets, quotes and anchors\n";
+
+TEST(Document, ThatIsNotThereIsAnError) {
+  EXPECT_EQ(error_at("no_such.yaml"),
+            "no_such.yaml:1: the file cannot be read: No such file or directory; check its name "
+            "and its permissions");
+  EXPECT_EQ(error_at("no_such.json"),
+            "no_such.json:1: the file cannot be read: No such file or directory; check its name "
+            "and its permissions");
+  EXPECT_EQ(error_at("/tmp"), "/tmp:1: this is a directory; name a file in it");
+}
+
+TEST(Document, ThatIsEmptyIsAnError) {
+  for (const char* text : {"", " \n\n", "# only a comment\n", "~\n", "---\n"}) {
+    EXPECT_EQ(yaml_errors(text), "robot.yaml:1: the file is empty; describe a system in it\n");
+  }
+  for (const char* text : {"", " \n\t\n", "null"}) {
+    EXPECT_EQ(json_errors(text), "robot.json:1: the file is empty; describe a system in it\n");
+  }
+}
+
+TEST(Document, ThatIsTooLargeIsRefusedBeforeItIsParsed) {
+  EXPECT_EQ(yaml_errors("a: &x [*x]\n" + std::string(5 << 20, '#')),
+            "robot.yaml:1: the file is larger than 4 MiB; describe a smaller system, or name "
+            "another file\n");
+}
+
+// To open a FIFO would wait until somebody writes to it.
+TEST(Document, ThatIsNoRegularFileIsRefused) {
+  const std::string fifo = testing::TempDir() + fmt::format("takt_fifo_{}", getpid());
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_EQ(error_at(fifo), fifo + ":1: this is a FIFO or a pipe; name a regular file");
+  std::filesystem::remove(fifo);
+  EXPECT_EQ(error_at("/dev/zero"), "/dev/zero:1: this is a device; name a regular file");
+}
+
+TEST(Document, ThatIsNoTextIsAnErrorInItsLine) {
+  using namespace std::string_literals;
+  const std::vector<std::pair<std::string, std::string>> bytes{
+      {"\0"s, "0x00"},          // what programs are full of
+      {"\x04", "0x04"},         // the end of the file to yaml-cpp
+      {"\xff", "0xff"},         // never in UTF-8
+      {"\xc3(", "0xc3"},        // a character that is not finished
+      {"\xc0\xaf", "0xc0"},     // '/' in more bytes than it needs
+      {"\xed\xa0\x80", "0xed"}  // half a character of UTF-16
+  };
+  for (const auto& [text, name] : bytes) {
+    const std::string message =
+        ":3: the byte " + name + " does not belong into a text; give a file that is UTF-8 text\n";
+    EXPECT_EQ(yaml_errors("a: 1\n\nb: " + text), "robot.yaml" + message);
+    EXPECT_EQ(json_errors("{\n\n\"" + text), "robot.json" + message);
+  }
+}
+
+TEST(Document, MayBeginWithAByteOrderMarkAndEndLinesAsWindowsDoes) {
+  EXPECT_THAT(yaml_errors("\xef\xbb\xbf# ü\r\nx: 1\r\n"),
+              StartsWith("robot.yaml:2: 'x' is no key"));
+}
+
+// ---- YAML ----
+
+TEST(YamlDocument, WithBrokenSyntaxIsOneError) {
+  EXPECT_EQ(yaml_errors("a: 1\nb: c: d\n"),
+            "robot.yaml:2: a ':' does not belong here; put the text in quotes, indent it as the "
+            "line above, or give that line its ': '\n");
+  EXPECT_EQ(yaml_errors("a: 1\nb: @c\n"),
+            "robot.yaml:2: no text begins with this character; put it in quotes\n");
+  EXPECT_EQ(yaml_errors("a: *nothing\n"),
+            std::string("robot.yaml:1: the referenced anchor is not defined") + kYamlAdvice);
+}
+
+TEST(YamlDocument, ThatIsCutOffIsAnErrorInItsLastLine) {
+  EXPECT_EQ(yaml_errors("a:\n  b: {c: 1,\n"),
+            "robot.yaml:2: a ',' or a '}' is missing; give every '{' its '}', and put ',' between "
+            "what lies inside\n");
+  EXPECT_EQ(yaml_errors("a:\n  b: [c,\n\n"),
+            "robot.yaml:2: a ',' or a ']' is missing; give every '[' its ']', and put ',' between "
+            "what lies inside\n");
+  for (const char* quotes : {"\"", "'"}) {
+    EXPECT_EQ(yaml_errors(std::string("a: 1\nb: ") + quotes + "cut\n"),
+              "robot.yaml:2: a text in quotes does not end; close the quotes\n");
+  }
+}
+
+TEST(YamlDocument, IndentedWithTabsIsAnError) {
+  EXPECT_EQ(yaml_errors("threads:\n\ta: {}\n"),
+            "robot.yaml:2: a tab stands in the indentation; indent with blanks\n");
+  EXPECT_EQ(yaml_errors("threads:\n  a: {}\n\tb: {}\n"),
+            "robot.yaml:3: a tab stands in the indentation; indent with blanks\n");
+}
+
+TEST(YamlDocument, IsOnlyOne) {
+  const std::string message =
+      " what stands above does not go on here; mend the indentation, or leave out '---': a file "
+      "is one document\n";
+  EXPECT_EQ(yaml_errors("a: 1\n---\nb: 1\n"), "robot.yaml:2:" + message);
+  EXPECT_EQ(yaml_errors("- a\nb: 1\n"), "robot.yaml:2:" + message);
+}
+
+TEST(YamlDocument, HasWordsAsKeys) {
+  const std::string advice = "; write a word before the ':'\n";
+  EXPECT_EQ(yaml_errors("a: 1\n? [b]\n: c\n"),
+            "robot.yaml:2: a list or a map stands for a key" + advice);
+  EXPECT_EQ(yaml_errors("a: &b c\n*b : d\n"), "robot.yaml:2: an alias stands for a key" + advice);
+  EXPECT_EQ(yaml_errors("a: 1\n: c\n"), "robot.yaml:2: a key is empty" + advice);
+}
+
+TEST(YamlDocument, KnowsTheLineOfWhatIsLeftEmpty) {
+  EXPECT_EQ(yaml_errors("container:\n  components:\n    -\n\n\n    - ~\n    -\n"),
+            "robot.yaml:3: 'components[0]' is empty; write a map\n"
+            "robot.yaml:6: 'components[1]' is empty; write a map\n"
+            "robot.yaml:7: 'components[2]' is empty; write a map\n");
+}
+
+TEST(YamlDocument, HasNoTags) {
+  EXPECT_EQ(yaml_errors("a: 1\nb: !robot {}\n"),
+            "robot.yaml:2: the tag '!robot' means nothing here; leave it out\n");
+}
+
+TEST(YamlDocument, DoesNotContainItself) {
+  EXPECT_EQ(yaml_errors("container: &all\n  components:\n    - *all\n"),
+            "robot.yaml:3: this alias stands for something that it lies in itself; write out what "
+            "is meant\n");
+}
+
+// Ten aliases for ten aliases for ten aliases: a few lines become more than memory can hold.
+TEST(YamlDocument, DoesNotExplode) {
+  std::string text = "a: &a [x, x, x, x, x, x, x, x, x, x]\n";
+  for (char name = 'b'; name <= 'k'; ++name) {
+    const std::string alias = std::string("*") + static_cast<char>(name - 1);
+    text += std::string(1, name) + ": &" + name + " [" + alias + repeated(", " + alias, 9) + "]\n";
+  }
+  EXPECT_EQ(yaml_errors(text),
+            "robot.yaml:5: the file has more than 100000 values; describe a smaller system, with "
+            "fewer aliases\n");
+}
+
+TEST(YamlDocument, IsNotDeep) {
+  EXPECT_EQ(yaml_errors("a:\n  " + repeated("[", 100) + repeated("]", 100)),
+            "robot.yaml:2: this lies deeper than 64 levels; nest less\n");
+  EXPECT_EQ(yaml_errors(repeated("- ", 100'000) + "x"),
+            "robot.yaml:1: this lies deeper than 64 levels; nest less\n");
+  EXPECT_EQ(yaml_errors("a: " + repeated("[", 100'000)),
+            "robot.yaml:1: this is nested too deeply; nest less\n");
+}
+
+TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
+  EXPECT_EQ(
+      yaml_errors("\"a\\e[31m\\nb\": 1\ncontainer: {}\n"),
+      "robot.yaml:1: 'a?[31m?b' is no key of the file; valid: realtime, memory, "
+      "cpu_dma_latency_us, threads, dds, topics, schedulers, executors, container, containers, "
+      "lifecycle, chains\n"
+      "robot.yaml:2: a container needs the key 'components'; add it\n");
+  EXPECT_EQ(yaml_errors("\"a\\0b\": 1\n"),
+            "robot.yaml:1: this text contains a zero byte; leave it out\n");
+  EXPECT_LT(yaml_errors("realtime: " + std::string(1 << 20, 'x')).size(), 3000U);
+}
+
+// ---- JSON ----
+
+TEST(JsonDocument, WithBrokenSyntaxIsOneError) {
+  EXPECT_EQ(json_errors("{\n  \"nodes\": [\n    {\"node_name\": \"a\",}\n  ]\n}\n"),
+            "robot.json:3: syntax error while parsing object key - unexpected '}', expected string "
+            "literal; write valid JSON here\n");
+  EXPECT_EQ(json_errors("{}\n\nx"),
+            "robot.json:3: syntax error while parsing value - invalid literal, last read: "
+            "'{}<U+000A><U+000A>x', expected end of input; write valid JSON here\n");
+  EXPECT_EQ(json_errors("{\"a\":\n 1e999}"),
+            "robot.json:2: number overflow parsing '1e999'; write valid JSON here\n");
+}
+
+TEST(JsonDocument, ThatIsCutOffIsAnErrorInItsLastLine) {
+  EXPECT_EQ(json_errors("{\n  \"nodes\": [\n    {\"node_name\": \"a\"},\n\n"),
+            "robot.json:3: syntax error while parsing value - unexpected end of input, expected "
+            "'[', '{', or a literal; write valid JSON here\n");
+  EXPECT_THAT(json_errors("{\n  \"nodes\": [\n    {\"node_na"),
+              StartsWith("robot.json:3: syntax error while parsing object key - invalid string: "
+                         "missing closing quote"));
+}
+
+TEST(JsonDocument, KnowsTheLineOfEachValue) {
+  EXPECT_EQ(json_errors("{\"nodes\": [1,\n2\n,\n\"x\", true,\n{\n}\n,[],\n\n1.5]}"),
+            "robot.json:1: 'nodes[0]' is 1; write a map\n"
+            "robot.json:2: 'nodes[1]' is 2; write a map\n"
+            "robot.json:4: 'nodes[2]' is 'x'; write a map\n"
+            "robot.json:4: 'nodes[3]' is true; write a map\n"
+            "robot.json:5: a node needs the key 'node_name'; add it\n"
+            "robot.json:7: 'nodes[5]' is a list; write a map\n"
+            "robot.json:9: 'nodes[6]' is 1.5; write a map\n");
+}
+
+TEST(JsonDocument, RefusesKeysThatStandTwice) {
+  EXPECT_EQ(json_errors("{\"nodes\":\n [{\"node_name\": \"a\"}],\n \"nodes\": []}"),
+            "robot.json:3: 'nodes' stands in line 1 already; leave out one of the two\n");
+}
+
+TEST(JsonDocument, IsNotDeep) {
+  EXPECT_EQ(json_errors("{\"nodes\":\n" + repeated("[", 1'000'000)),
+            "robot.json:2: this lies deeper than 64 levels; nest less\n");
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,239 @@
+// YAML as a tree, by yaml-cpp's events.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <limits>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+#include "takt/containers/configuration/document.hpp"
+
+namespace takt::document {
+namespace {
+
+using Content = decltype(Value::content);
+
+// The whole text as a number, if it is one. `how` is the base, or the format.
+template <class Number, class How>
+std::optional<Number> number(std::string_view text, How how) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, how);
+  if (error == std::errc::invalid_argument || end != text.data() + text.size()) return {};
+  if (error != std::errc{}) {
+    throw Error(fmt::format("the number {} cannot be held", text),
+                "write a smaller one, or put it in quotes if it is a text");
+  }
+  return value;
+}
+
+// What a text without quotes means: the rules of YAML 1.2's core schema.
+Content resolve(const std::string& text) {
+  const auto is_one_of = [](std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (is_one_of(text, {"true", "True", "TRUE"})) return true;
+  if (is_one_of(text, {"false", "False", "FALSE"})) return false;
+  if (is_one_of(text, {".nan", ".NaN", ".NAN"})) return std::numeric_limits<double>::quiet_NaN();
+  const bool has_sign = text.starts_with('-') || text.starts_with('+');
+  const std::string_view digits = std::string_view(text).substr(has_sign ? 1 : 0);
+  if (is_one_of(digits, {".inf", ".Inf", ".INF"})) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    return text.starts_with('-') ? -infinity : infinity;
+  }
+  if (text.starts_with("0x") || text.starts_with("0o")) {
+    const bool has_digits = std::isxdigit(static_cast<unsigned char>(text[2])) != 0;
+    const auto value = number<std::int64_t>(digits.substr(2), text[1] == 'x' ? 16 : 8);
+    return has_digits && value ? Content(*value) : Content(text);
+  }
+  // from_chars knows more words for infinity, and a second sign.
+  if (digits.empty() ||
+      (std::isdigit(static_cast<unsigned char>(digits[0])) == 0 && !digits.starts_with('.'))) {
+    return text;
+  }
+  const std::string_view without_plus = text.starts_with('+') ? digits : std::string_view(text);
+  if (const auto value = number<std::int64_t>(without_plus, 10)) return *value;
+  if (const auto value = number<double>(without_plus, std::chars_format::general)) return *value;
+  return text;
+}
+
+// Events, and not yaml-cpp's own tree, which would expand every alias, follow one into the very
+// container that it stands in, and not know the lines of keys.
+class YamlHandler : public YAML::EventHandler {
+ public:
+  using Mark = YAML::Mark;
+  using Anchor = YAML::anchor_t;
+
+  YamlHandler(std::string_view text, Errors& errors)
+      : text_(text), errors_(errors), builder_(errors) {}
+
+  /// After the last document.
+  Value take_root() {
+    if (key_error_) {
+      errors_.fail(key_error_->first, key_error_->second, "write a word before the ':'");
+    }
+    return builder_.take_root();
+  }
+
+  void OnDocumentStart(const Mark& mark) override {
+    // What does not fit to the lines above, as a map that follows a list, begins a document too.
+    if (++documents_ == 2) {
+      errors_.fail(line(mark), "what stands above does not go on here",
+                   "mend the indentation, or leave out '---': a file is one document");
+    }
+  }
+  void OnDocumentEnd() override {}
+
+  void OnNull(const Mark& mark, Anchor anchor) override {
+    if (!is_value(mark, "a key is empty")) return;
+    // The mark of what is left empty is that of what follows, maybe lines below.
+    const std::string_view before = text_.substr(0, static_cast<std::size_t>(mark.pos));
+    const std::string_view gap = before.substr(before.find_last_not_of(" \t\r\n") + 1);
+    const auto lines_too_far = static_cast<int>(std::count(gap.begin(), gap.end(), '\n'));
+    remember(anchor, builder_.add({.line = line(mark) - lines_too_far}));
+  }
+  void OnAlias(const Mark& mark, Anchor anchor) override {
+    if (!is_value(mark, "an alias stands for a key")) return;
+    const auto target = anchors_.find(anchor);
+    if (target == anchors_.end()) {
+      errors_.fail(line(mark), "this alias stands for something that it lies in itself",
+                   "write out what is meant");
+    }
+    Value value = target->second;
+    value.line = line(mark);
+    builder_.add(std::move(value));
+  }
+  void OnScalar(const Mark& mark, const std::string& tag, Anchor anchor,
+                const std::string& text) override {
+    if (key_error_) return;
+    const bool is_plain = tag == "?";
+    if (tag != "tag:yaml.org,2002:str") check_tag(mark, tag);
+    if (builder_.wants_key()) return builder_.key(text, line(mark));
+    Value value{.line = line(mark), .content = text};
+    errors_.passes(value.line, [&] {
+      if (is_plain) value.content = resolve(text);
+    });
+    remember(anchor, builder_.add(std::move(value)));
+  }
+  void OnSequenceStart(const Mark& mark, const std::string& tag, Anchor anchor,
+                       YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, List());
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapStart(const Mark& mark, const std::string& tag, Anchor anchor,
+                  YAML::EmitterStyle::value) override {
+    open(mark, tag, anchor, Map());
+  }
+  void OnMapEnd() override { close(); }
+
+ private:
+  static int line(const Mark& mark) { return mark.line + 1; }
+
+  // Whether this is no key. A strange key is often only what the parser makes of an open bracket,
+  // about which it complains better later; until then no event counts.
+  bool is_value(const Mark& mark, const std::string& what) {
+    if (!key_error_ && builder_.wants_key()) key_error_.emplace(line(mark), what);
+    return !key_error_;
+  }
+  void check_tag(const Mark& mark, const std::string& tag) const {
+    if (tag.empty() || tag == "?" || tag == "!") return;
+    errors_.fail(line(mark), fmt::format("the tag '{}' means nothing here", tag), "leave it out");
+  }
+  void open(const Mark& mark, const std::string& tag, Anchor anchor, Content content) {
+    if (!is_value(mark, "a list or a map stands for a key")) return;
+    check_tag(mark, tag);
+    builder_.open({.line = line(mark), .content = std::move(content)});
+    open_anchors_.push_back(anchor);
+  }
+  void close() {
+    if (key_error_) return;
+    const Anchor anchor = open_anchors_.back();
+    open_anchors_.pop_back();
+    remember(anchor, builder_.close());
+  }
+  void remember(Anchor anchor, const Value& value) {
+    if (anchor == YAML::NullAnchor) return;
+    builder_.account_for(value);
+    anchors_[anchor] = value;
+  }
+
+  const std::string_view text_;
+  Errors& errors_;
+  Builder builder_;
+  int documents_ = 0;
+  std::optional<std::pair<int, std::string>> key_error_;  // its line, and what is wrong
+  std::vector<Anchor> open_anchors_;                      // of the containers that are open
+  std::map<Anchor, Value> anchors_;                       // of what is complete
+};
+
+// What users do most often, in words that do not take yaml-cpp's parser for known.
+struct Explanation {
+  std::string_view message;  // yaml-cpp's
+  const char* what;
+  const char* what_to_do;
+};
+const Explanation kExplanations[] = {
+    {YAML::ErrorMsg::DOC_IN_SCALAR, "a text in quotes does not end", "close the quotes"},
+    {YAML::ErrorMsg::MAP_VALUE, "a ':' does not belong here",
+     "put the text in quotes, indent it as the line above, or give that line its ': '"},
+    {YAML::ErrorMsg::BLOCK_ENTRY, "a list cannot begin here", "begin it in a line of its own"},
+    {YAML::ErrorMsg::UNKNOWN_TOKEN, "no text begins with this character", "put it in quotes"},
+    {YAML::ErrorMsg::END_OF_MAP, "this does not belong into the map above",
+     "mend the indentation, or write a key before it"},
+    {YAML::ErrorMsg::END_OF_SEQ, "this does not belong into the list above",
+     "mend the indentation, or write '- ' before it"},
+    {YAML::ErrorMsg::END_OF_MAP_FLOW, "a ',' or a '}' is missing",
+     "give every '{' its '}', and put ',' between what lies inside"},
+    {YAML::ErrorMsg::END_OF_SEQ_FLOW, "a ',' or a ']' is missing",
+     "give every '[' its ']', and put ',' between what lies inside"},
+    {YAML::ErrorMsg::FLOW_END, "this bracket closes none that is open",
+     "give every '[' its ']', and every '{' its '}'"},
+};
+
+[[noreturn]] void fail(const YAML::Exception& exception, const std::string& text,
+                       const Errors& errors) {
+  // Where the file ends too early, its last line is meant, not the empty ones after it.
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(text.find_last_not_of(" \t\r\n"));
+  const int last_line = 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
+  const int line = std::min(exception.mark.line + 1, last_line);
+  std::istringstream lines(text);
+  std::string content;
+  for (int i = 0; i < line; ++i) std::getline(lines, content);
+  if (content.substr(0, content.find_first_not_of(" \t")).find('\t') != std::string::npos) {
+    errors.fail(line, "a tab stands in the indentation", "indent with blanks");
+  }
+  for (const Explanation& known : kExplanations) {
+    if (exception.msg == known.message) errors.fail(line, known.what, known.what_to_do);
+  }
+  if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
+    errors.fail(line, "this is nested too deeply", "nest less");
+  }
+  errors.fail(line, exception.msg,
+              "write valid YAML here: look at indentation, brackets, quotes and anchors");
+}
+
+}  // namespace
+
+Value parse_yaml(const std::string& text, Errors& errors) {
+  // Without a mark at the end, yaml-cpp takes a text in quotes that is cut off for complete.
+  const std::string ended = text + "\n...\n";
+  std::istringstream stream(ended);
+  YamlHandler handler(ended, errors);
+  try {
+    YAML::Parser parser(stream);
+    while (parser.HandleNextDocument(handler)) {
+    }
+  } catch (const YAML::Exception& exception) {
+    fail(exception, text, errors);
+  }
+  return handler.take_root();
+}
+
+}  // namespace takt::document

@@ -1,0 +1,390 @@
+// Components of a container: making, loading and unloading them.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <future>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/containers/container_parts.hpp"
+#include "takt/containers/loaders.hpp"
+
+namespace takt {
+namespace {
+
+constexpr const char* kLoaderThread = "loader";
+
+// Names that only the constructor has made: now it is known which exist.
+void check_names(const ComponentDescription& component, const Node& node,
+                 std::vector<std::string>& errors) {
+  const auto add = [&](const SourceLine& where, std::string_view what, const std::string& name,
+                       const std::string& what_to_do) {
+    errors.push_back(Error(fmt::format("component '{}' has no {} '{}'", component.type, what, name),
+                           what_to_do, where)
+                         .what());
+  };
+  const auto line = [&](const auto& lines, const std::string& name) {
+    const auto found = lines.find(name);
+    return found != lines.end() ? found->second : component.where;
+  };
+  for (const std::string& name : node.unused_parameters()) {
+    add(line(component.parameter_lines, name), "parameter", name, "");
+  }
+  for (const std::string& name : node.unused_remaps()) {
+    add(line(component.remap_lines, name), "topic to remap", name, "");
+  }
+  for (const std::string& name : node.timers_of_one_name()) {
+    errors.push_back(
+        Error(fmt::format("component '{}' makes two timers called '{}'", component.type, name),
+              "give each its own name in the code", component.where)
+            .what());
+  }
+  const auto check = [&](const auto& described, const auto& objects, std::string_view what) {
+    std::vector<std::string> names;
+    for (const auto& object : objects) names.push_back(object->name());
+    for (const auto& [name, description] : described) {
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      add(description.where, what, name, suggest(name, names));
+    }
+  };
+  check(component.callback_groups, node.groups(), "callback group");
+  check(component.callbacks, node.entities(), "callback");
+}
+
+// Before executors have the callbacks, so that nothing has to be changed there.
+void set_parameters(const ComponentDescription& component, Node& node,
+                    std::vector<std::string>& errors) {
+  CallbackParameterChanges changes;
+  std::string where = component.where;
+  for (const auto& [name, group] : component.callback_groups) {
+    changes.callback_groups[name] = group.parameters;
+    where = group.where;
+  }
+  for (const auto& [name, callback] : component.callbacks) {
+    changes.callbacks[name] = callback.parameters;
+    where = callback.where;
+  }
+  try {
+    node.set_callback_parameters(changes);
+  } catch (const Error& error) {
+    errors.push_back(
+        Error(fmt::format("component '{}': {}", component.type, error.what()), "", where).what());
+  }
+}
+
+}  // namespace
+
+void Container::make_components() {
+  for (const ComponentDescription& component : description_.components) {
+    if (auto loaded = make(component, errors_)) {
+      loaded->id = ++last_id_;
+      components_.push_back(std::move(loaded));
+    }
+  }
+  if (!components_.empty() && errors_.empty()) check_topics();
+  for (std::string& error : name_conflicts(components())) errors_.push_back(std::move(error));
+}
+
+// What the file decides about topics: of those that are there.
+void Container::check_topics() {
+  std::vector<std::string> names;
+  for (const auto& loaded : components_) {
+    for (std::string& name : loaded->node()->topics()) names.push_back(std::move(name));
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  for (const auto& [name, where] : description_.topic_lines) {
+    if (std::binary_search(names.begin(), names.end(), name)) continue;
+    errors_.push_back(
+        Error(fmt::format("no component has the topic '{}'", name), suggest(name, names), where)
+            .what());
+  }
+}
+
+std::unique_ptr<Component> Container::construct(const ComponentDescription& component,
+                                                const NodeOptions& options) const {
+  if (!overrides_.on_making) return takt::components().make(component.type, options);
+  struct Told {
+    const std::function<void(std::string_view)>& tell;
+    ~Told() { tell(""); }
+  };
+  overrides_.on_making(component.name.empty() ? component.type : component.name);
+  const Told told{overrides_.on_making};
+  return takt::components().make(component.type, options);
+}
+
+// nullptr, and errors, when it cannot be made as described.
+std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& component,
+                                                   Errors& errors) const {
+  NodeOptions options;
+  options.name = component.name;
+  options.name_space = component.name_space;
+  options.parameters = component.parameters;
+  options.remap = component.remap;
+  options.qos = description_.topics;
+  options.log_level = component.log_level;
+  options.participant = participant_;
+  auto loaded = std::make_shared<Loaded>();
+  loaded->description = component;
+  options.clock = loaded->uses_sim_time() ? &simulated_clock_ : overrides_.clock;
+  const std::size_t before = errors.size();
+  const auto failed = [&](std::string_view why) {
+    errors.push_back(Error(fmt::format("component '{}' could not be made: {}", component.type, why),
+                           "", component.where)
+                         .what());
+  };
+  try {
+    loaded->component = construct(component, options);
+    check_names(component, *loaded->node(), errors);
+    if (errors.size() == before) set_parameters(component, *loaded->node(), errors);
+  } catch (const std::exception& error) {
+    failed(error.what());
+  } catch (...) {
+    failed("it threw no std::exception");
+  }
+  return errors.size() == before ? loaded : nullptr;
+}
+
+// Throws Error when one that the component names does not exist, or cannot do what it asks for.
+void Container::choose_executors(ComponentDescription& component) const {
+  const std::vector<std::string> names = executor_names();
+  const auto exists = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const auto check = [&](const std::string& name) {
+    if (exists(name)) return;
+    throw Error(fmt::format("no executor is called '{}'", name),
+                names.empty() ? "describe one under 'executors'" : suggest(name, names),
+                component.where);
+  };
+  if (component.executor.empty()) {
+    component.executor =
+        exists(kDefaultExecutor) || names.empty() ? kDefaultExecutor : names.front();
+  }
+  check(component.executor);
+  for (const auto& [name, group] : component.callback_groups) {
+    if (!group.executor.empty()) check(group.executor);
+  }
+  if (component.on_exception == OnException::remove_node && failed_ == nullptr) {
+    throw Error("'on_exception: remove_node' needs a thread that does it",
+                "add a thread called 'container'", component.where);
+  }
+}
+
+// Into the list and the plan, where its executors can bear it; else throws Error, and all is as
+// before.
+void Container::admit(const std::shared_ptr<Loaded>& loaded) {
+  const std::shared_ptr<Node>& node = loaded->node();
+  const std::lock_guard lock(mutex_);
+  if (const auto other = find(node->fully_qualified_name())) {
+    throw Error(
+        fmt::format("component {} is called '{}' already", other->id, node->fully_qualified_name()),
+        other->is_leaving ? "it is being unloaded; wait" : "give each its own name");
+  }
+  const std::vector<ChainBound> before = bounds();
+  components_.push_back(loaded);
+  for (const auto& entity : node->entities()) {
+    Nanoseconds period = entity->period();
+    if (period == Nanoseconds::zero()) {
+      period = node->callback_parameters(*entity).period.value_or(period);
+    }
+    plan_.callbacks.push_back({.node = node, .entity = entity, .period = period});
+  }
+  Errors errors = too_much_for_executors();
+  const std::vector<ChainBound> after = bounds();
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (after[i].bound <= after[i].deadline || before[i].bound > before[i].deadline) continue;
+    errors.push_back(fmt::format(
+        "with '{}', chain '{}' could take {}, and its deadline is {}; without, {}; give it "
+        "another executor, less priority, or a smaller budget",
+        node->fully_qualified_name(), after[i].chain,
+        after[i].bound == Nanoseconds::max() ? "for ever" : to_string(after[i].bound),
+        to_string(after[i].deadline), to_string(before[i].bound)));
+  }
+  if (!errors.empty()) {
+    forget(*loaded);
+    throw ConfigurationError(errors);
+  }
+  loaded->id = ++last_id_;
+}
+
+LoadedComponent Container::load(ComponentDescription component) {
+  find_component(component.type, component.library);
+  choose_executors(component);
+  Errors errors;
+  const std::shared_ptr<Loaded> loaded = make(component, errors);
+  if (loaded == nullptr) throw ConfigurationError(errors);
+  admit(loaded);
+  const std::shared_ptr<Node>& node = loaded->node();
+  for (const auto& entity : node->entities()) {
+    // It was made long ago.
+    if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
+  }
+  try {
+    place(*loaded);
+    serve(*loaded);
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    forget(*loaded);
+    throw;
+  }
+  return {loaded->id, node->fully_qualified_name(), component.type, component.where};
+}
+
+// With the mutex held; nullptr when there is none.
+std::shared_ptr<Container::Loaded> Container::find(std::string_view name) const {
+  const auto found = std::find_if(components_.begin(), components_.end(), [&](const auto& loaded) {
+    return loaded->node()->fully_qualified_name() == name;
+  });
+  return found != components_.end() ? *found : nullptr;
+}
+
+// With the mutex held.
+void Container::forget(const Loaded& loaded) {
+  std::erase_if(plan_.callbacks, [&](const auto& entry) { return entry.node == loaded.node(); });
+  std::erase_if(components_, [&](const auto& entry) { return entry.get() == &loaded; });
+}
+
+void Container::unload(std::uint64_t id, Nanoseconds limit) {
+  std::shared_ptr<Loaded> loaded;
+  {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> ids;
+    for (const auto& candidate : components_) {
+      if (candidate->id == id) loaded = candidate;
+      ids.push_back(std::to_string(candidate->id));
+    }
+    if (loaded == nullptr) {
+      throw Error(fmt::format("there is no component {}", id),
+                  ids.empty() ? "none is loaded" : fmt::format("loaded: {}", fmt::join(ids, ", ")));
+    }
+    if (std::exchange(loaded->is_leaving, true)) {
+      throw Error(fmt::format("component {} is being unloaded already", id),
+                  "it goes when its callbacks have returned");
+    }
+  }
+  // On this thread, as it may be the one that runs them.
+  loaded->services.reset();
+  loaded->heartbeat.reset();
+  const std::string name = loaded->node()->fully_qualified_name();
+  std::function<void()> work = [this, loaded]() mutable {
+    try {
+      displace(*loaded);
+    } catch (...) {
+      serve(*loaded);  // it stays, and so do its services
+      const std::lock_guard lock(mutex_);
+      loaded->is_leaving = false;
+      throw;
+    }
+    complete(*loaded);
+    {
+      const std::lock_guard lock(mutex_);
+      forget(*loaded);
+    }
+    loaded.reset();  // the component goes
+  };
+  loaded.reset();
+  if (loaders_ == nullptr) {
+    const Realtime realtime = has_thread(kLoaderThread)
+                                  ? description_.realtime
+                                  : std::min(description_.realtime, Realtime::prefer);
+    loaders_ = std::make_unique<Loaders>(thread(kLoaderThread), realtime);
+  }
+  std::future<void> done = loaders_->run(std::move(work));
+  if (done.wait_for(limit) == std::future_status::timeout) {
+    throw Error(
+        fmt::format("component {} '{}' still runs a callback after {}", id, name, to_string(limit)),
+        "it goes when that returns");
+  }
+  done.get();
+}
+
+std::vector<LoadedComponent> Container::components() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<LoadedComponent> result;
+  for (const auto& loaded : components_) {
+    if (loaded->is_leaving) continue;
+    result.push_back({loaded->id, loaded->node()->fully_qualified_name(), loaded->description.type,
+                      loaded->description.where});
+  }
+  return result;
+}
+
+void Container::serve(Loaded& loaded) {
+  if (manager_ != nullptr) loaded.services = manager_->serve(loaded.node());
+  if (loaded.uses_sim_time() && time_source_ == nullptr) {
+    time_source_ = std::make_unique<TimeSource>(*service_node_, simulated_clock_);
+  }
+  const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
+  if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->tell(node);
+}
+
+void Container::change_parameters(const std::string& text) {
+  std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>> changes;
+  std::vector<std::string> names;
+  for (const LoadedComponent& component : components()) names.push_back(component.name);
+  for (auto& [name, of_node] : read_parameter_changes(text)) {
+    const std::string full = name.starts_with('/') ? name : "/" + name;
+    const std::lock_guard lock(mutex_);
+    const auto loaded = find(full);
+    if (loaded == nullptr) {
+      throw Error(fmt::format("no component is called '{}'", full), suggest(full, names));
+    }
+    loaded->node()->check_callback_parameters(of_node);
+    changes.emplace_back(loaded->node(), std::move(of_node));
+  }
+  for (const auto& [node, of_node] : changes) node->set_callback_parameters(of_node);
+}
+
+void Container::place(const Loaded& loaded) {
+  const std::shared_ptr<Node>& node = loaded.node();
+  for (const auto& group : node->groups()) {
+    const std::string own = loaded.own_executor(*group);
+    if (own.empty()) continue;
+    if (overrides_.executor.empty()) {
+      executor_for(own).add_callback_group(group, node);
+      continue;
+    }
+    const SourceLine& where = loaded.description.callback_groups.at(group->name()).where;
+    if (where.empty()) continue;  // assigned, not asked for
+    notes_.push_back(
+        fmt::format("{}: callback group '{}' of '{}' is under --executor {}, not under '{}'", where,
+                    group->name(), node->name(), overrides_.executor, own));
+  }
+  executor_for(loaded.description.executor).add_node(node);
+}
+
+// What place has done, undone; waits for running callbacks.
+void Container::displace(Loaded& loaded) {
+  const std::lock_guard once(loaded.displacing);
+  if (loaded.is_displaced) return;
+  const std::shared_ptr<Node>& node = loaded.node();
+  std::vector<std::shared_ptr<CallbackGroup>> removed;
+  try {
+    for (const auto& group : node->groups()) {
+      const std::string own = loaded.own_executor(*group);
+      if (own.empty() || !overrides_.executor.empty()) continue;
+      executor_for(own).remove_callback_group(group, node);
+      removed.push_back(group);
+    }
+    executor_for(loaded.description.executor).remove_node(node);
+  } catch (...) {  // one of them refuses: it stays as it was
+    for (const auto& group : removed) {
+      executor_for(loaded.own_executor(*group)).add_callback_group(group, node);
+    }
+    throw;
+  }
+  loaded.is_displaced = true;
+}
+
+// None of its callbacks runs any more.
+void Container::complete(Loaded& loaded) {
+  if (std::exchange(loaded.is_complete, true)) return;
+  auto* const completing = dynamic_cast<Completing*>(loaded.node().get());
+  std::string failure = completing != nullptr ? completing->complete() : "";
+  if (failure.empty()) return;
+  const std::lock_guard lock(mutex_);
+  failures_.push_back(fmt::format("{}: {}", loaded.node()->fully_qualified_name(), failure));
+}
+
+}  // namespace takt

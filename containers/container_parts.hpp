@@ -1,0 +1,56 @@
+// What a container has of each executor and of each component. For the files of the container.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONTAINER_PARTS_HPP_
+#define TAKT_CONTAINERS_CONTAINER_PARTS_HPP_
+
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "takt/containers/container.hpp"
+#include "takt/containers/parameter_service.hpp"
+
+namespace takt {
+
+inline constexpr const char* kDefaultExecutor = "default";
+
+struct Container::RunningExecutor {
+  std::string name;
+  std::unique_ptr<Executor> executor;
+  bool is_own = false;  // of the container: for services, and the lifecycle
+  std::thread thread;
+  std::exception_ptr exception;  // read when `failed`
+  std::atomic<bool> failed{false};
+};
+
+struct Container::Loaded {
+  std::uint64_t id = 0;
+  ComponentDescription description;
+  std::unique_ptr<Component> component;
+  std::shared_ptr<void> services, heartbeat;  // of its node, on ours
+  // Guarded by mutex_.
+  bool is_leaving = false;
+  bool has_failed = false;  // and has to be taken from its executors
+
+  std::mutex displacing;
+  bool is_displaced = false;
+  bool is_complete = false;
+
+  const std::shared_ptr<Node>& node() const noexcept { return component->node; }
+  bool uses_sim_time() const {
+    const auto found = description.parameters.find(kUseSimTime);
+    return found != description.parameters.end() && found->second == ParameterValue(true);
+  }
+  /// Where the description puts this group apart from the rest of its node; else empty.
+  std::string own_executor(const CallbackGroup& group) const {
+    const auto found = description.callback_groups.find(group.name());
+    return found != description.callback_groups.end() ? found->second.executor : "";
+  }
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONTAINER_PARTS_HPP_

@@ -1,0 +1,147 @@
+// Chains of a container, and whether its executors can do what they are given.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "takt/containers/container_parts.hpp"
+
+namespace takt {
+
+void Container::make_chains() {
+  if (!errors_.empty()) return;
+  std::vector<std::shared_ptr<Node>> nodes;
+  for (const auto& loaded : components_) nodes.push_back(loaded->node());
+  plan_ = make_plan(find_chains(description_, nodes, errors_), nodes);
+  for (const PlannedChain& chain : plan_.chains) {
+    chains_.push_back(Chain::create(chain.options, chain.path));
+  }
+}
+
+// What the file leaves open is as Takt assigns it.
+void Container::assign() {
+  for (const Plan::Callback& callback : plan_.callbacks) {
+    if (callback.priority == 0 || callback.node->callback_parameters(*callback.entity).priority) {
+      continue;
+    }
+    callback.node->set_callback_parameters(
+        {.callbacks = {{callback.entity->name(), {.priority = callback.priority}}}});
+  }
+  for (const Plan::Executor& executor : plan_.executors) {
+    if (!has_thread(executor.name)) description_.threads.push_back({executor.thread, {}});
+    const auto is_namesake = [&](const auto& known) { return known.name == executor.name; };
+    if (std::none_of(description_.executors.begin(), description_.executors.end(), is_namesake)) {
+      description_.executors.push_back(
+          {.name = executor.name, .type = "chain_aware", .threads = {executor.name}});
+    }
+  }
+  std::unordered_map<const Node*, ComponentDescription*> unassigned;
+  for (const auto& loaded : components_) {
+    if (loaded->description.executor.empty())
+      unassigned[loaded->node().get()] = &loaded->description;
+  }
+  for (const Plan::Callback& callback : plan_.callbacks) {
+    const auto component = unassigned.find(callback.node.get());
+    if (component == unassigned.end() || callback.executor.empty()) continue;
+    std::string& executor =
+        component->second->callback_groups[callback.entity->group()->name()].executor;
+    if (executor.empty()) executor = callback.executor;
+  }
+}
+
+// What executors name: callbacks that they have.
+void Container::check_listed_callbacks() {
+  for (const ExecutorDescription& executor : description_.executors) {
+    std::vector<std::string> listed = executor.order;
+    if (!executor.trigger.one.empty()) listed.push_back(executor.trigger.one);
+    if (listed.empty()) continue;
+    std::vector<std::string> names;
+    for (const Plan::Callback& callback : plan_.callbacks) {
+      if (executor_of(*callback.node, *callback.entity->group()) != executor.name) continue;
+      names.push_back(to_string(Chain::Step{callback.node, callback.entity->name()}).substr(1));
+    }
+    for (const std::string& name : listed) {
+      const std::string wanted = name.starts_with('/') ? name.substr(1) : name;
+      if (std::find(names.begin(), names.end(), wanted) != names.end()) continue;
+      errors_.push_back(fmt::format("{}: executor '{}' has no callback '{}'; {}", executor.where,
+                                    executor.name, name, suggest(wanted, names)));
+    }
+  }
+}
+
+std::string Container::executor_of(const Node& node, const CallbackGroup& group) const {
+  if (!overrides_.executor.empty()) return overrides_.executor;
+  for (const auto& loaded : components_) {
+    if (loaded->node().get() != &node) continue;
+    const std::string own = loaded->own_executor(group);
+    if (!own.empty()) return own;
+    if (!loaded->description.executor.empty()) return loaded->description.executor;
+  }
+  return kDefaultExecutor;
+}
+
+double Container::utilisation_of(const std::string& executor) const {
+  double utilisation = 0;
+  for (const Plan::Callback& callback : plan_.callbacks) {
+    const auto budget = callback.node->callback_parameters(*callback.entity).budget;
+    if (!budget || callback.period == Nanoseconds::zero() ||
+        executor_of(*callback.node, *callback.entity->group()) != executor) {
+      continue;
+    }
+    utilisation +=
+        static_cast<double>(budget->count()) / static_cast<double>(callback.period.count());
+  }
+  return utilisation;
+}
+
+// Of CPUs: a thread is one, a reserved one what it has reserved.
+double Container::capacity_of(const ExecutorDescription& executor) const {
+  if (executor.threads.empty()) return 1;
+  double capacity = 0;
+  for (const std::string& name : executor.threads) {
+    const ThreadAttributes attributes = thread(name);
+    capacity += attributes.policy != ThreadPolicy::deadline
+                    ? 1
+                    : static_cast<double>(attributes.runtime.count()) /
+                          static_cast<double>(attributes.period.count());
+  }
+  return capacity;
+}
+
+std::vector<ChainBound> Container::bounds() const {
+  return chain_bounds(plan_, [this](const Plan::Callback& callback) {
+    Placement placement{executor_of(*callback.node, *callback.entity->group())};
+    for (const ExecutorDescription& executor : description_.executors) {
+      if (executor.name != placement.executor) continue;
+      placement.is_by_priority = executor.scheduler == "fixed_priority" ||
+                                 executor.scheduler == "chain_priority" ||
+                                 (executor.scheduler.empty() && executor.type == "chain_aware");
+    }
+    return placement;
+  });
+}
+
+// An executor whose callbacks need more time than its threads have cannot serve them, whatever its
+// order.
+Container::Errors Container::too_much_for_executors() const {
+  Errors errors;
+  for (const ExecutorDescription& executor : description_.executors) {
+    if (executor.type == "isolated") continue;  // a thread each
+    const double capacity = capacity_of(executor);
+    const double utilisation = utilisation_of(executor.name);
+    if (utilisation <= capacity) continue;
+    errors.push_back(fmt::format(
+        "{}: the budgets of the callbacks of executor '{}' are {:.0f} % of its {}; give some of "
+        "them to another executor, or lower their rates",
+        executor.where.empty() ? description_.file : executor.where, executor.name,
+        100 * utilisation / capacity,
+        capacity < 1 || capacity != std::floor(capacity) ? "reservation"
+        : executor.threads.size() > 1 ? fmt::format("{} threads", executor.threads.size())
+                                      : "1 thread"));
+  }
+  return errors;
+}
+
+}  // namespace takt

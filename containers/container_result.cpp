@@ -1,0 +1,129 @@
+// What a run has shown.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include "takt/containers/container_parts.hpp"
+
+namespace takt {
+namespace {
+
+Nanoseconds process_cpu_time() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto time = [](const timeval& value) {
+    return std::chrono::seconds(value.tv_sec) + std::chrono::microseconds(value.tv_usec);
+  };
+  return time(usage.ru_utime) + time(usage.ru_stime);
+}
+
+std::uint64_t proportional_set_size_kb() {
+  std::ifstream file("/proc/self/smaps_rollup");
+  for (std::string word; file >> word;) {
+    if (word == "Pss:") {
+      std::uint64_t kb = 0;
+      file >> kb;
+      return kb;
+    }
+  }
+  return 0;
+}
+
+// Adds to, or takes from, the counters what the kernel has counted of a thread that is not ours.
+void read_counters(ThreadStatistics& thread, int sign) {
+  const std::string task = fmt::format("/proc/self/task/{}/", thread.in_force.tid);
+  std::int64_t cpu_time_ns = 0;
+  std::ifstream(task + "schedstat") >> cpu_time_ns;
+  thread.cpu_time += sign * Nanoseconds(cpu_time_ns);
+  std::ifstream status(task + "status");
+  for (std::string word; status >> word;) {
+    if (word != "voluntary_ctxt_switches:") continue;
+    std::uint64_t switches = 0;
+    status >> switches;
+    thread.counters.voluntary_switches += static_cast<std::uint64_t>(sign) * switches;
+  }
+}
+
+}  // namespace
+
+// From the release to the hold.
+void Container::begin_counting() {
+  released_ = Clock::steady().now();
+  cpu_time_ = process_cpu_time();
+  for (ThreadStatistics& thread : dds_threads_) read_counters(thread, -1);
+}
+
+void Container::end_counting() {
+  held_ = Clock::steady().now();
+  cpu_time_ = process_cpu_time() - cpu_time_;
+  pss_kb_ = proportional_set_size_kb();
+  for (ThreadStatistics& thread : dds_threads_) {
+    thread.in_force = thread_state(thread.in_force.tid);  // by now Cyclone has named it
+    read_counters(thread, 1);
+    thread.wall_time = held_ - released_;
+  }
+}
+
+std::vector<EndpointState> Container::endpoints() const {
+  if (participant_ == nullptr) return {};
+  std::vector<EndpointState> endpoints = participant_->endpoints();
+  std::erase_if(endpoints, [](const EndpointState& endpoint) {  // the container's own
+    return endpoint.is_writer &&
+           (endpoint.topic == "/rosout" || endpoint.topic == "/parameter_events");
+  });
+  return endpoints;
+}
+
+ProcessResult Container::result() const {
+  ProcessResult result;
+  result.name = description_.name;
+  result.notes = notes_;
+  {
+    const std::lock_guard lock(mutex_);
+    result.failures = failures_;
+  }
+  for (const auto& chain : chains_) {
+    result.chains.push_back(
+        {chain->options().name, chain->options().deadline, chain->statistics()});
+  }
+  const Nanoseconds wall = held_ - released_;
+  result.duration_s = std::chrono::duration<double>(wall).count();
+  result.cpu_percent = 100.0 * static_cast<double>(cpu_time_.count()) /
+                       static_cast<double>(std::max<std::int64_t>(wall.count(), 1));
+  result.pss_kb = pss_kb_;
+  result.allocations_counted = allocations_are_counted();
+  for (const auto& running : executors_) {
+    std::vector<CallbackStatistics> callbacks = running->executor->statistics();
+    if (callbacks.empty()) continue;  // the default executor, unused
+    if (running->is_own) callbacks.clear();
+    result.callbacks.reserve(result.callbacks.size() + callbacks.size());
+    for (auto& callback : callbacks) {
+      result.callbacks.push_back({running->name, std::move(callback)});
+    }
+    for (auto& statistics : running->executor->thread_statistics()) {
+      if (!running->is_own) {
+        result.allocations_while_spinning += statistics.counters.allocations;
+        result.allocations_in_dds += statistics.counters.foreign_allocations;
+      }
+      if (statistics.missed_periods + statistics.dropped_outputs != 0) {
+        result.notes.push_back(fmt::format(
+            "executor '{}' missed {} of its periods, and dropped {} messages that did not fit into "
+            "one",
+            running->name, statistics.missed_periods, statistics.dropped_outputs));
+      }
+      if (!statistics.in_force.refused.empty()) result.notes.push_back(statistics.in_force.refused);
+      result.threads.push_back({running->name, std::move(statistics)});
+    }
+  }
+  for (const ThreadStatistics& thread : dds_threads_) result.threads.push_back({"dds", thread});
+  if (participant_ != nullptr && dds_warnings() != 0) {
+    result.notes.push_back(fmt::format("Cyclone DDS has warned {} times", dds_warnings()));
+  }
+  return result;
+}
+
+}  // namespace takt

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/planning/plan.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace takt {
+namespace {
+
+/// More chains than this are not a plan that anybody can read.
+constexpr std::size_t kMostChains = 100;
+constexpr int kHighestPriority = 80;
+
+/// Who may cause whom: from a callback to the subscriptions of what its node publishes in it.
+class SystemGraph {
+ public:
+  explicit SystemGraph(const std::vector<std::shared_ptr<Node>>& nodes) {
+    for (const auto& node : nodes) {
+      for (const auto& entity : node->entities()) {
+        callbacks_.push_back({node, entity->name()});
+        kinds_.push_back(entity->kind());
+        topics_.push_back(entity->report().topic);
+      }
+    }
+    links_.resize(callbacks_.size());
+    for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+      for (std::size_t to = 0; to < callbacks_.size(); ++to) {
+        if (kinds_[to] == EntityKind::subscription &&
+            callbacks_[from].first->publishes(callbacks_[from].second, topics_[to])) {
+          links_[from].push_back(to);
+        }
+      }
+    }
+  }
+
+  /// Ways from one callback to another, without loops: two of them, or all if there are fewer.
+  std::vector<std::vector<Chain::Step>> ways(const Chain::Step& from, const Chain::Step& to) const {
+    std::vector<std::vector<Chain::Step>> result;
+    const std::size_t end = index(to);
+    walk({index(from)}, [&](const std::vector<std::size_t>& way, bool) {
+      if (way.back() != end) return result.size() < 2;
+      if (way.size() > 1) result.push_back(steps(way));
+      return false;
+    });
+    return result;
+  }
+
+  /// Ways from every timer to where nothing follows; at most one more than kMostChains.
+  std::vector<std::vector<Chain::Step>> all_ways() const {
+    std::vector<std::vector<Chain::Step>> result;
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      if (kinds_[i] != EntityKind::timer) continue;
+      walk({i}, [&](const std::vector<std::size_t>& way, bool is_end) {
+        if (is_end && way.size() > 1) result.push_back(steps(way));
+        return result.size() <= kMostChains;
+      });
+    }
+    return result;
+  }
+
+ private:
+  std::size_t index(const Chain::Step& step) const {
+    return static_cast<std::size_t>(std::find(callbacks_.begin(), callbacks_.end(), step) -
+                                    callbacks_.begin());
+  }
+  std::vector<Chain::Step> steps(const std::vector<std::size_t>& way) const {
+    std::vector<Chain::Step> result;
+    for (const std::size_t i : way) result.push_back(callbacks_[i]);
+    return result;
+  }
+  /// Calls goes_on(way, whether nothing follows) for the way and all that continue it, as long as
+  /// it says so.
+  template <class GoesOn>
+  void walk(std::vector<std::size_t> way, GoesOn&& goes_on) const {
+    std::vector<std::size_t> next;
+    for (const std::size_t to : links_[way.back()]) {
+      if (std::find(way.begin(), way.end(), to) == way.end()) next.push_back(to);
+    }
+    if (!goes_on(way, next.empty())) return;
+    for (const std::size_t to : next) {
+      way.push_back(to);
+      walk(way, goes_on);
+      way.pop_back();
+    }
+  }
+
+  std::vector<Chain::Step> callbacks_;
+  std::vector<EntityKind> kinds_;
+  std::vector<std::string> topics_;
+  std::vector<std::vector<std::size_t>> links_;
+};
+
+/// The steps between those that are named, where there is only one way.
+std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const SystemGraph& graph) {
+  std::vector<Chain::Step> path{named.front()};
+  for (std::size_t i = 1; i < named.size(); ++i) {
+    const auto topic = named[i].first->find_entity(named[i].second)->report().topic;
+    if (!topic.empty() && path.back().first->publishes(path.back().second, topic)) {
+      path.push_back(named[i]);
+      continue;
+    }
+    const auto ways = graph.ways(path.back(), named[i]);
+    if (ways.empty()) {
+      throw Error(
+          fmt::format("no messages go from {} to {}", to_string(path.back()), to_string(named[i])),
+          "name callbacks that follow each other, or mend the topics");
+    }
+    if (ways.size() > 1) {
+      const auto text = [](const std::vector<Chain::Step>& way) {
+        std::vector<std::string> names;
+        for (const Chain::Step& step : way) names.push_back(to_string(step));
+        return fmt::format("{}", fmt::join(names, " → "));
+      };
+      throw Error(
+          fmt::format("there are several ways from {} to {}: {}, and {}", to_string(path.back()),
+                      to_string(named[i]), text(ways[0]), text(ways[1])),
+          "name a callback between");
+    }
+    path.insert(path.end(), ways.front().begin() + 1, ways.front().end());
+  }
+  return path;
+}
+
+Nanoseconds period_of(const std::vector<Chain::Step>& path) {
+  return path.front().first->find_entity(path.front().second)->period();
+}
+
+std::vector<PlannedChain> found_chains(const SystemDescription& description,
+                                       const SystemGraph& graph, std::vector<std::string>& errors) {
+  auto ways = graph.all_ways();
+  if (ways.size() > kMostChains) {
+    errors.push_back(
+        fmt::format("{}: there are more than {} ways from a timer to an end; name the "
+                    "chains that matter",
+                    description.chains_where, kMostChains));
+    return {};
+  }
+  std::stable_sort(ways.begin(), ways.end(),
+                   [](const auto& a, const auto& b) { return period_of(a) < period_of(b); });
+  std::vector<PlannedChain> chains;
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    chains.push_back(
+        {{.name = fmt::format("chain_{}", i + 1), .priority = static_cast<int>(ways.size() - i)},
+         std::move(ways[i])});
+  }
+  return chains;
+}
+
+}  // namespace
+
+std::string to_string(const Chain::Step& step) {
+  const auto& [node, callback] = step;
+  return node->fully_qualified_name() + (callback.starts_with('/') ? "" : "/") + callback;
+}
+
+std::vector<PlannedChain> find_chains(const SystemDescription& description,
+                                      const std::vector<std::shared_ptr<Node>>& nodes,
+                                      std::vector<std::string>& errors) {
+  if (!description.finds_chains && description.chains.empty()) return {};
+  const SystemGraph graph(nodes);
+  if (description.finds_chains) return found_chains(description, graph, errors);
+  std::vector<PlannedChain> chains;
+  for (const ChainDescription& described : description.chains) {
+    // What lies in this process, in pieces that follow each other here.
+    std::vector<std::vector<Chain::Step>> pieces;
+    bool follows = false;
+    for (const auto& step : described.path) {  // clang 14 captures no structured bindings
+      const auto node = std::find_if(nodes.begin(), nodes.end(), [&](const auto& candidate) {
+        return candidate->fully_qualified_name() == step.first;
+      });
+      if (node != nodes.end()) {
+        if (!follows) pieces.emplace_back();
+        pieces.back().emplace_back(*node, step.second);
+      }
+      follows = node != nodes.end();
+    }
+    for (auto& piece : pieces) {
+      ChainOptions options = described.options;
+      if (piece.size() != described.path.size()) options.deadline = Nanoseconds::zero();
+      try {
+        for (auto& [node, callback] : piece) callback = node->find_entity(callback)->name();
+        chains.push_back({options, filled(piece, graph)});
+      } catch (const Error& error) {
+        errors.push_back(
+            fmt::format("{}: chain '{}': {}", described.where, options.name, error.what()));
+      }
+    }
+  }
+  return chains;
+}
+
+std::vector<ChainBound> chain_bounds(
+    const Plan& plan, const std::function<Placement(const Plan::Callback&)>& placement) {
+  struct Work {
+    const Plan::Callback* callback;
+    Placement where;
+    Nanoseconds budget, period;
+    int priority;
+  };
+  std::vector<Work> all;
+  for (const Plan::Callback& callback : plan.callbacks) {
+    const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+    all.push_back({&callback, placement(callback), parameters.budget.value_or(Nanoseconds::zero()),
+                   callback.period, parameters.priority.value_or(0)});
+  }
+  std::vector<ChainBound> bounds;
+  for (const PlannedChain& chain : plan.chains) {
+    if (chain.options.deadline == Nanoseconds::zero()) continue;
+    const auto is_of_chain = [&](const Work& work) {
+      return std::any_of(chain.path.begin(), chain.path.end(), [&](const Chain::Step& step) {
+        return step.first == work.callback->node && step.second == work.callback->entity->name();
+      });
+    };
+    std::set<std::string> executors;
+    for (const Work& work : all) {
+      if (is_of_chain(work)) executors.insert(work.where.executor);
+    }
+    Nanoseconds total{0};
+    for (const std::string& executor : executors) {
+      Nanoseconds own{0}, blocking{0};
+      int steps = 0, least = std::numeric_limits<int>::max();
+      std::vector<const Work*> others;
+      for (const Work& work : all) {
+        if (work.where.executor != executor) continue;
+        if (is_of_chain(work)) {
+          own += work.budget;
+          ++steps;
+          least = std::min(least, work.priority);
+        } else {
+          others.push_back(&work);
+        }
+      }
+      std::erase_if(others, [&](const Work* work) {
+        const bool is_less_urgent = work->where.is_by_priority && work->priority < least;
+        if (is_less_urgent) blocking = std::max(blocking, work->budget);
+        return is_less_urgent || work->period == Nanoseconds::zero();
+      });
+      // The smallest time in which all that comes until then is done.
+      Nanoseconds busy = own + blocking * steps;
+      for (Nanoseconds before{-1}; before != busy && busy <= 10 * chain.options.deadline;) {
+        before = busy;
+        busy = own + blocking * steps;
+        for (const Work* work : others) busy += work->budget * (before / work->period + 1);
+      }
+      total = busy > 10 * chain.options.deadline ? Nanoseconds::max() : total + busy;
+      if (total == Nanoseconds::max()) break;
+    }
+    bounds.push_back({chain.options.name, total, chain.options.deadline});
+  }
+  return bounds;
+}
+
+Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes) {
+  Plan plan;
+  std::vector<picas::Callback> callbacks;
+  std::vector<const CallbackGroup*> units;
+  for (const auto& node : nodes) {
+    for (const auto& entity : node->entities()) {
+      const CallbackGroup* group = entity->group().get();
+      const auto unit = std::find(units.begin(), units.end(), group);
+      callbacks.push_back({static_cast<std::size_t>(unit - units.begin()), 0});
+      if (unit == units.end()) units.push_back(group);
+      plan.callbacks.push_back({node, entity, entity->period(), 0, {}, {}});
+    }
+  }
+  std::vector<picas::Chain> paths;
+  for (const PlannedChain& chain : chains) {
+    picas::Chain& path = paths.emplace_back(picas::Chain{chain.options.priority, {}});
+    for (const auto& [node, name] : chain.path) {
+      const auto callback =
+          std::find_if(plan.callbacks.begin(), plan.callbacks.end(),
+                       [&, of = node, called = name](const auto& candidate) {
+                         return candidate.node == of && candidate.entity->name() == called;
+                       });
+      path.callbacks.push_back(static_cast<std::size_t>(callback - plan.callbacks.begin()));
+      if (callback->period == Nanoseconds::zero()) callback->period = period_of(chain.path);
+    }
+  }
+  for (std::size_t i = 0; i < callbacks.size(); ++i) {
+    Plan::Callback& callback = plan.callbacks[i];
+    const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+    callback.period = parameters.period.value_or(callback.period);
+    if (parameters.budget && callback.period != Nanoseconds::zero()) {
+      callbacks[i].utilisation = static_cast<double>(parameters.budget->count()) /
+                                 static_cast<double>(callback.period.count());
+    }
+  }
+  const picas::Assignment assigned =
+      picas::assign(callbacks, paths, available_cpus(), kHighestPriority);
+  for (const auto& executor : assigned.executors) {
+    const std::string& name = chains[executor.chain].options.name;
+    plan.executors.push_back({name,
+                              {.name = name,
+                               .policy = ThreadPolicy::fifo,
+                               .priority = executor.thread_priority,
+                               .affinity = {executor.cpu}},
+                              executor.utilisation});
+  }
+  for (std::size_t i = 0; i < callbacks.size(); ++i) {
+    Plan::Callback& callback = plan.callbacks[i];
+    callback.priority = assigned.callback_priority[i];
+    if (assigned.chain_of_callback[i] != picas::kNone) {
+      callback.chain = chains[assigned.chain_of_callback[i]].options.name;
+    }
+    const std::size_t executor = assigned.executor_of_unit[callbacks[i].unit];
+    if (executor != picas::kNone) callback.executor = plan.executors[executor].name;
+  }
+  plan.chains = std::move(chains);
+  return plan;
+}
+
+}  // namespace takt

@@ -1,0 +1,142 @@
+// The fixture of the conformance suite: every executor × every scheduler, from the registries.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_CONFORMANCE_CONFORMANCE_HPP_
+#define TAKT_EXECUTORS_CONFORMANCE_CONFORMANCE_HPP_
+
+#include <cstdlib>
+#include <latch>
+#include <memory>
+#include <string>
+#include <thread>
+#include <tuple>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/base/manual_clock.hpp"
+#include "takt/base/realtime_scope.hpp"
+#include "takt/executors/executor.hpp"
+
+namespace takt::conformance {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::UnorderedElementsAre;
+
+struct Number {
+  int value = 0;
+};
+TAKT_MESSAGE(Number, "test/msg/Number", value);
+
+/// Rounds of the randomised tests: few in `./dev test`, a million in `./dev stress`.
+inline int stress_rounds() {
+  const char* rounds = std::getenv("TAKT_STRESS_ROUNDS");
+  return rounds != nullptr ? std::atoi(rounds) : 10'000;
+}
+
+/// Waits, in real time, until the condition holds; false after ten seconds.
+inline bool eventually(const std::function<bool()>& condition) {
+  for (int i = 0; i < 100'000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(100us);
+  }
+  return false;
+}
+
+/// `isolated` with a thread for each group stands beside the executors that are registered.
+inline const std::string kIsolatedPerGroup = "isolated_per_group";
+inline std::vector<std::string> executor_names() {
+  std::vector<std::string> names = executors().names();
+  names.push_back(kIsolatedPerGroup);
+  return names;
+}
+
+class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std::string>> {
+ protected:
+  const std::string& executor_name() const { return std::get<0>(GetParam()); }
+  const std::string& scheduler_name() const { return std::get<1>(GetParam()); }
+  bool is_isolated() const { return executor_name().starts_with("isolated"); }
+  bool is_frozen() const { return executor_name() == "static_single_threaded"; }
+  bool is_pool() const { return executor_name() == "multi_threaded"; }
+  bool is_event_driven() const {
+    return executor_name() == "events" || executor_name() == "chain_aware";
+  }
+
+  std::unique_ptr<Executor> make(Clock& clock, std::size_t pool_threads = 2) const {
+    ExecutorOptions options;
+    options.name = "conformance";
+    options.scheduler = scheduler_name();
+    options.clock = &clock;
+    if (is_pool()) options.threads.resize(pool_threads);
+    return make(options);
+  }
+  std::unique_ptr<Executor> make(ExecutorOptions options) const {
+    if (executor_name() != kIsolatedPerGroup) return executors().make(executor_name(), options);
+    options.per = Isolation::group;
+    return executors().make("isolated", options);
+  }
+  std::shared_ptr<Node> make_node(Clock& clock, const std::string& name = "node") const {
+    NodeOptions options;
+    options.clock = &clock;
+    return std::make_shared<Node>(name, options);
+  }
+};
+
+/// Spins on a thread of its own, and cancels and joins at the end.
+class SpinThread {
+ public:
+  explicit SpinThread(Executor& executor) : executor_(executor) {
+    thread_ = std::thread([this] {
+      try {
+        executor_.spin();
+      } catch (...) {
+        exception = std::current_exception();
+      }
+    });
+  }
+  ~SpinThread() { stop(); }
+  void stop() {
+    if (thread_.joinable()) executor_.cancel();
+    join();
+  }
+  void join() {
+    if (thread_.joinable()) thread_.join();
+  }
+  std::exception_ptr exception;
+
+ private:
+  Executor& executor_;
+  std::thread thread_;
+};
+
+/// The same under a manual clock: nothing runs but inside `advance`.
+class ManualSpin {
+ public:
+  ManualSpin(Executor& executor, ManualClock& clock, std::size_t participants)
+      : executor_(executor), clock_(clock), thread_([&executor] { executor.spin(); }) {
+    clock_.wait_for_participants(participants);
+  }
+  ~ManualSpin() {
+    executor_.cancel();
+    clock_.advance(1h);  // a callback may be in the middle of its work
+    thread_.join();
+  }
+
+ private:
+  Executor& executor_;
+  ManualClock& clock_;
+  std::thread thread_;
+};
+
+/// For each suite, once: every executor that is registered under every scheduler that is.
+#define TAKT_INSTANTIATE_CONFORMANCE(Suite)                          \
+  INSTANTIATE_TEST_SUITE_P(                                          \
+      Every, Suite,                                                  \
+      ::testing::Combine(::testing::ValuesIn(executor_names()),      \
+                         ::testing::ValuesIn(schedulers().names())), \
+      [](const auto& pair) { return std::get<0>(pair.param) + "__" + std::get<1>(pair.param); })
+
+}  // namespace takt::conformance
+
+#endif  // TAKT_EXECUTORS_CONFORMANCE_CONFORMANCE_HPP_

@@ -1,0 +1,202 @@
+// In which order callbacks run, and that none is overtaken for ever. Run for every executor under
+// every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
+// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/conformance/conformance.hpp"
+
+namespace takt::conformance {
+namespace {
+
+class ConformanceOrder : public Conformance {};
+
+TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
+  ManualClock clock;
+  const auto executor = make(clock, 1);
+  const auto node = make_node(clock);
+  std::vector<std::string> trace;
+  const auto note = [&trace](const char* what) {
+    return [&trace, what] { trace.push_back(what); };
+  };
+
+  // Registered: low sub, high sub, timer, guard; arriving: guard, high, low, timer.
+  const auto low = node->create_callback_group("low", CallbackGroupType::MutuallyExclusive);
+  const auto high = node->create_callback_group("high", CallbackGroupType::MutuallyExclusive);
+  high->set_parameters({.priority = 10});
+  const auto low_subscription = node->create_subscription<Number>(
+      "low", 5, [&](const Number&) { trace.push_back("low"); }, low);
+  const auto high_subscription = node->create_subscription<Number>(
+      "high", 5, [&](const Number&) { trace.push_back("high"); }, high);
+  const auto timer = node->create_timer("timer", 10ms, note("timer"), low);
+  const auto guard = node->create_guard_condition("guard", note("guard"), low);
+  const auto to_low = node->create_publisher<Number>("low", 5);
+  const auto to_high = node->create_publisher<Number>("high", 5);
+  executor->add_node(node);
+  executor->spin_some();  // installs the callbacks; nothing is ready
+  ASSERT_TRUE(trace.empty());
+
+  guard->trigger();
+  to_high->publish(Number{1});
+  to_low->publish(Number{2});
+  clock.work(10ms);
+  executor->spin_some();
+
+  const std::map<std::string, std::vector<std::string>> expected = {
+      {"fifo", {"guard", "high", "low", "timer"}},
+      {"ros", {"timer", "low", "high", "guard"}},
+      {"fixed_priority", {"high", "guard", "low", "timer"}},
+      {"chain_priority", {"high", "guard", "low", "timer"}},
+      {"round_robin", {"guard", "high", "low", "timer"}},
+  };
+  // Two groups with a thread each have no order between them.
+  if (expected.contains(scheduler_name()) && executor_name() != kIsolatedPerGroup) {
+    EXPECT_EQ(trace, expected.at(scheduler_name()));
+  } else {
+    EXPECT_THAT(trace, UnorderedElementsAre("guard", "high", "low", "timer"));
+  }
+}
+
+// The iRobot events executor serves another order in spin_some than in spin.
+TEST_P(ConformanceOrder, SpinAndSpinSomeKeepTheSameOrder) {
+  const auto run = [&](bool with_spin) {
+    ManualClock clock;
+    const auto executor = make(clock, 1);
+    const auto node = make_node(clock);
+    std::vector<std::string> trace;
+    std::vector<std::shared_ptr<void>> parts;
+    std::vector<std::shared_ptr<Publisher<Number>>> publishers;
+    for (int i = 0; i < 4; ++i) {
+      const std::string topic = "topic_" + std::to_string(i);
+      parts.push_back(node->create_subscription<Number>(
+          topic, 5, [&trace, topic](const Number&) { trace.push_back(topic); }));
+      publishers.push_back(node->create_publisher<Number>(topic, 5));
+    }
+    parts.push_back(node->create_timer("timer", 1ms, [&] { trace.push_back("timer"); }));
+    executor->add_node(node);
+    executor->spin_some();
+    const auto publish = [&] {
+      for (const int i : {2, 0, 3, 1}) publishers[static_cast<std::size_t>(i)]->publish(Number{i});
+    };
+    if (with_spin) {
+      const ManualSpin spin(*executor, clock, is_isolated() ? 2 : 1);
+      publish();
+      clock.advance(1ms);
+    } else {
+      publish();
+      clock.work(1ms);
+      executor->spin_some();
+    }
+    return trace;
+  };
+  // In spin the messages wake the executor before the timer is due.
+  auto spun = run(true);
+  auto some = run(false);
+  EXPECT_EQ(spun.size(), 5u);
+  std::erase(spun, "timer");
+  std::erase(some, "timer");
+  EXPECT_EQ(spun, some);
+}
+
+TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
+  const auto run = [&] {
+    ManualClock clock;
+    const auto executor = make(clock);
+    std::vector<std::shared_ptr<Node>> nodes;
+    std::vector<std::shared_ptr<void>> parts;
+    std::vector<std::string> trace;
+    for (int i = 0; i < 3; ++i) {
+      const auto node = make_node(clock, "node_" + std::to_string(i));
+      const auto publisher = node->create_publisher<Number>("t" + std::to_string(i), 5);
+      parts.push_back(node->create_timer("timer", 2ms + i * 1ms, [&, i, publisher] {
+        trace.push_back("timer " + std::to_string(i));
+        clock.work(300us);
+        publisher->publish(Number{i});
+      }));
+      parts.push_back(node->create_subscription<Number>(
+          "t" + std::to_string((i + 1) % 3), 5, [&, i](const Number& number) {
+            clock.work(500us);
+            trace.push_back(std::to_string(i) + " got " + std::to_string(number.value));
+          }));
+      executor->add_node(node);
+      nodes.push_back(node);
+    }
+    const ManualSpin spin(*executor, clock, is_isolated() ? 4 : is_pool() ? 2 : 1);
+    clock.advance(100ms);
+    return trace;
+  };
+  const auto first = run();
+  EXPECT_GT(first.size(), 100u);
+  EXPECT_EQ(first, run());
+}
+
+// A ready callback is not overtaken for ever: #2360, #2702, Teper et al. (EMSOFT 2024).
+TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
+  ManualClock clock;
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  std::vector<char> trace;
+  // Each takes longer than its period, so both are always ready.
+  const auto a = node->create_timer("a", 10ms, [&] { clock.work(15ms), trace.push_back('a'); });
+  const auto b = node->create_timer("b", 10ms, [&] { clock.work(15ms), trace.push_back('b'); });
+  executor->add_node(node);
+  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  clock.advance(1s);
+  ASSERT_GT(trace.size(), 50u);
+  for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
+}
+
+// #2402, #392: a timer that is always ready starves the subscriptions.
+TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
+  ManualClock clock;
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  int timers = 0, messages = 0;
+  const auto publisher = node->create_publisher<Number>("topic", 1);
+  const auto slow = node->create_timer("slow", 1ms, [&] {
+    clock.work(3ms);
+    ++timers;
+    publisher->publish(Number{timers});
+  });
+  const auto subscription = node->create_subscription<Number>(
+      "topic", 1, [&](const Number&) { clock.work(1ms), ++messages; });
+  executor->add_node(node);
+  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  clock.advance(1s);
+  EXPECT_GT(timers, 100);
+  EXPECT_GE(messages, timers / 2 - 1);
+}
+
+// #2912: of two saturated subscriptions one got most of the turns, depending on their order.
+TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) {
+  for (const bool heavy_first : {true, false}) {
+    ManualClock clock;
+    const auto executor = make(clock);
+    const auto node = make_node(clock);
+    int heavy = 0, light = 0;
+    std::vector<std::shared_ptr<void>> parts;
+    const auto make_heavy = [&] {
+      parts.push_back(node->create_subscription<Number>(
+          "heavy", 1, [&](const Number&) { clock.work(4ms), ++heavy; }));
+    };
+    if (heavy_first) make_heavy();
+    parts.push_back(node->create_subscription<Number>(
+        "light", 1, [&](const Number&) { clock.work(1ms), ++light; }));
+    if (!heavy_first) make_heavy();
+    executor->add_node(node);
+
+    const auto source = make_node(clock, "source");
+    const auto to_heavy = source->create_publisher<Number>("heavy", 1);
+    const auto to_light = source->create_publisher<Number>("light", 1);
+    const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+    for (int i = 0; i < 2000; ++i) {
+      to_heavy->publish(Number{});
+      to_light->publish(Number{});
+      clock.advance(500us);
+    }
+    EXPECT_GT(heavy, 150);
+    EXPECT_NEAR(heavy, light, 2) << "heavy first: " << heavy_first;
+  }
+}
+
+TAKT_INSTANTIATE_CONFORMANCE(ConformanceOrder);
+
+}  // namespace
+}  // namespace takt::conformance

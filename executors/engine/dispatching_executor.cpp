@@ -1,0 +1,750 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/dispatching_executor.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/nodes/chain.hpp"
+#include "takt/nodes/chain_join.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
+#include "takt/sched/threads/realtime_thread.hpp"
+
+namespace takt {
+namespace {
+
+std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
+                                          const ExecutorTraits& traits) {
+  std::vector<ThreadAttributes> threads = options.threads;
+  if (threads.empty()) {
+    threads.resize(traits.pool ? std::max(2u, std::thread::hardware_concurrency()) : 1);
+  }
+  if (threads.size() > traits.max_threads) {
+    throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
+                fmt::format("this type takes {} at the most", traits.max_threads));
+  }
+  return threads;
+}
+
+}  // namespace
+
+// The model is repeated: otherwise this file would call a function for each access.
+[[gnu::tls_model("initial-exec")]] thread_local constinit const DispatchingExecutor*
+    DispatchingExecutor::worker_of_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
+
+/// Between begin and end of a spin, of whatever kind, this is the only one.
+class DispatchingExecutor::Spin {
+ public:
+  /// `has_workers`: the calling thread is all there is; a pool tells when it is complete.
+  explicit Spin(DispatchingExecutor& executor, bool has_workers = true) : executor_(executor) {
+    Logger::instance().start();  // not in the first callback that logs
+    const std::lock_guard lock(executor_.control_mutex_);
+    if (executor_.spinning_.load()) {
+      throw Error("executor '" + executor_.options_.name + "' is spinning already");
+    }
+    if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
+    executor_.backend_->prepare();
+    if (executor_.has_changes_) executor_.hand_plan_over();
+    executor_.spinning_.store(true);
+    executor_.was_spun_ = true;
+    executor_.spinner_.store(std::this_thread::get_id());
+    outer_ = std::exchange(worker_of_, &executor_);
+    outer_index_ = std::exchange(worker_index_, 0);
+    outer_trace_ =
+        std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
+    const ReadSection registers_this_thread;
+    executor_.install_plan();
+    executor_.ready_.read_clock();
+    // Between two spins nobody has waited.
+    if (executor_.watched_.load() != 0) executor_.backend_->look();
+    executor_.has_workers_.store(has_workers);
+  }
+  ~Spin() {
+    executor_.has_workers_.store(false);
+    executor_.backend_->leave(0);
+    const std::lock_guard lock(executor_.control_mutex_);
+    executor_.install_plan();
+    worker_of_ = outer_;
+    worker_index_ = outer_index_;
+    trace_of_ = outer_trace_;
+    executor_.spinner_.store({});
+    executor_.spinning_.store(false);
+  }
+  Spin(const Spin&) = delete;
+  Spin& operator=(const Spin&) = delete;
+
+  /// True when a cancel has come, from before the spin or during it: it is used up now.
+  bool take_cancel() noexcept { return executor_.cancelled_.exchange(false); }
+
+ private:
+  DispatchingExecutor& executor_;
+  const DispatchingExecutor* outer_;
+  std::size_t outer_index_;
+  TraceRing* outer_trace_;
+};
+
+DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
+                                         const ExecutorTraits& traits)
+    : options_(options),
+      traits_(traits),
+      scheduler_(options.scheduler.empty() ? traits.scheduler : options.scheduler),
+      threads_(threads_for(options, traits)),
+      shared_(threads_.size() > 1),
+      records_times_(options.statistics == StatisticsLevel::full),
+      early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
+      trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
+                   ? std::make_unique<Trigger>(options_.trigger)
+                   : nullptr),
+      let_(options_.trigger.let_period > Nanoseconds::zero()
+               ? std::make_unique<Let>(options_.trigger)
+               : nullptr),
+      ready_(traits.readiness, *options.clock,
+             records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
+                 schedulers().make(scheduler_)->uses_time(),
+             options.watchdog.get(), trigger_.get()),
+      has_changes_(true) {  // the first plan brings the scheduler
+  if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
+  if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
+    throw Error(
+        fmt::format("executor '{}': early_wake is {} ns", options.name, early_wake_.count()),
+        fmt::format("write 0 to {} ns", kMostEarlyWake.count()));
+  }
+  if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
+    throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
+                            options.name),
+                "leave out `trigger` and `let`, or choose 'triggered'");
+  }
+  if (options.trigger.kind == TriggerOptions::Kind::one && options.trigger.one.empty()) {
+    throw Error(
+        fmt::format("executor '{}' is triggered by one callback without a name", options.name),
+        "name it: node/callback");
+  }
+  if (options.trigger.let_period < Nanoseconds::zero()) {
+    throw Error(fmt::format("executor '{}' has a period of {}", options.name,
+                            to_string(options.trigger.let_period)),
+                "give it time");
+  }
+  if (options.per != Isolation::node) {
+    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
+                "leave out `per`, or choose 'isolated'");
+  }
+  for (std::size_t i = 0; i < threads_.size(); ++i) {
+    ThreadAttributes& thread = threads_[i];
+    if (thread.name.empty()) {
+      thread.name = i == 0 ? options.name : fmt::format("{}-{}", options.name, i);
+    }
+    thread.check();
+  }
+  if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
+    backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
+  }
+  if (options.watchdog != nullptr) options.watchdog->add(watched_callbacks_);
+}
+
+// ---- Sleeping and waking ----
+
+bool DispatchingExecutor::claim_idle() noexcept {
+  std::size_t idle = idle_.load();
+  while (idle != 0) {
+    if (idle_.compare_exchange_weak(idle, idle - 1)) return true;
+  }
+  return false;
+}
+
+// From another thread, or to one of several workers.
+void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
+  if (ready_.announce(record, arrival) && let_ == nullptr) wake();
+}
+
+// Wakes one sleeping worker. Whoever announces has written its news before, and a worker counts
+// itself idle before it looks for news a last time, both sequentially consistent: no wake-up is
+// lost, and without sleepers it costs two loads.
+void DispatchingExecutor::wake() noexcept {
+  if (claim_idle()) {
+    backend_->post();
+  } else if (Wakeable* observer = observer_.load()) {
+    observer->wake();
+  }
+}
+
+void DispatchingExecutor::wake_all() noexcept {
+  while (claim_idle()) backend_->post();
+}
+
+// Without the lock. True: somebody has posted.
+bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint release,
+                               const FutureState* future) noexcept {
+  const Clock& clock = *options_.clock;
+  if (early_wake_ == Nanoseconds::zero() || deadline != release || deadline == kNever) {
+    return backend_->wait(index, deadline);
+  }
+  const TimePoint early = deadline - early_wake_;
+  TimePoint now = clock.now();
+  if (now < early) {
+    if (backend_->wait(index, early)) return true;
+    now = clock.now();
+    if (now < early) return false;  // something else has ended the wait
+  }
+  while (now < deadline && !has_news() && plan_.load() == nullptr && !cancelled_.load() &&
+         (future == nullptr || !future->ready())) {
+    now = clock.now();
+  }
+  return false;
+}
+
+// With the lock held, after `next` found nothing. True: look again; false: the limit has come.
+bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
+                                const FutureState* future) noexcept {
+  TimePoint deadline = limit;
+  const TimePoint release = let_ != nullptr ? let_->next : ready_.next_release();
+  if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
+    timekeeper_ = index;
+    timekeeper_deadline_ = release;
+    deadline = std::min(deadline, release);
+  }
+  idle_.fetch_add(1);
+  const bool is_needed =
+      has_news() || plan_.load() != nullptr || stopping() || (future != nullptr && future->ready());
+  unlock();
+  const bool was_woken = !is_needed && wait(index, deadline, release, future);
+  // We are still counted as idle, unless somebody is about to wake us: then we take the post.
+  if (!was_woken && !claim_idle()) {
+    while (!backend_->wait(index, kNever)) {
+    }
+  }
+  lock();
+  if (timekeeper_ == index) timekeeper_ = kNobody;
+  ready_.read_clock();
+  return ready_.now() < limit || is_needed;
+}
+
+// With the lock held, when a worker is about to execute: if there is more to do than it can, or
+// nobody left who keeps time, another is woken.
+void DispatchingExecutor::pass_on() noexcept {
+  if (!shared_ || idle_.load() == 0) return;
+  const TimePoint release = ready_.next_release();
+  const bool needs_timekeeper =
+      release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
+  if (ready_.waiting() != 0 || ready_.has_news() || needs_timekeeper) wake();
+}
+
+void DispatchingExecutor::cancel() noexcept {
+  cancelled_.store(true);
+  wake_all();
+}
+
+// ---- Dispatch ----
+
+// Who sleeps is told of file descriptors. While nobody does, somebody has to look now and then;
+// under a manual clock, which knows nothing of them, always.
+void DispatchingExecutor::look_at_file_descriptors() noexcept {
+  if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
+}
+
+// With the lock held, before and after.
+bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
+  install_plan();
+  if (watched_.load(std::memory_order_relaxed) != 0) [[unlikely]]
+    look_at_file_descriptors();
+  if (let_ != nullptr) [[unlikely]]
+    return run_period();
+  CallbackRecord* record = ready_.next(limits);
+  if (record == nullptr) [[unlikely]]
+    return false;
+  pass_on();
+  const ReadyCallback as_picked = *record;
+  const bool is_judged = record->is_judged;
+  if (is_judged) [[unlikely]]
+    watch_execution(*record);
+  unlock();
+  Slot slot;
+  slot.sequence = as_picked.sequence;
+  const bool is_taken = record->entity->take(slot);
+  execute(*record, as_picked, is_judged, slot, is_taken, nullptr);
+  return true;
+}
+
+// On the only thread. What was sent in the period that ends goes out; then all inputs of the next
+// one are taken before any callback runs.
+bool DispatchingExecutor::run_period() noexcept {
+  ready_.read_clock();
+  if (let_->next == TimePoint{}) let_->next = later(ready_.now(), let_->period);
+  if (ready_.now() < let_->next) return false;
+  let_->outputs.publish();
+  const auto missed = (ready_.now() - let_->next) / let_->period;
+  let_->missed += static_cast<std::uint64_t>(missed);
+  let_->next = later(let_->next + missed * let_->period, let_->period);
+  ready_.take_snapshot();
+  // A callback may bring another plan, and with it another place for the next period.
+  const std::shared_ptr<void> keeps = let_->taken;
+  auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
+  executions.clear();
+  while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
+    Execution& execution = executions.emplace_back(record, *record, record->is_judged);
+    execution.slot.sequence = record->sequence;
+    if (record->is_judged) watch_execution(*record);
+    execution.is_taken = record->entity->take(execution.slot);
+  }
+  for (Execution& execution : executions) {
+    CallbackRecord& record = *execution.record;
+    if (record.removed) {  // by one of the callbacks before
+      if (execution.is_taken) record.entity->discard(execution.slot);
+      record.let_go();
+      continue;
+    }
+    record.exclusion->admit(record);
+    ready_.begin(record);
+    execute(record, execution.as_picked, execution.is_judged, execution.slot, execution.is_taken,
+            &let_->outputs);
+  }
+  return true;
+}
+
+// Without the lock before, and with it afterwards. `as_picked`, `is_judged`: what the record was
+// when it was picked.
+void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
+                                  bool is_judged, Slot& slot, bool taken,
+                                  StagedOutputs* outputs) noexcept {
+  if (record.is_reentrant()) [[unlikely]] {  // may be announced, and picked, again from here
+    lock();
+    ready_.taken(record, slot.more);
+    pass_on();
+    unlock();
+  }
+  if (taken && AbortedInstances::contains(slot.chain_instance) &&
+      record.entity->kind() == EntityKind::subscription) {
+    discard(record, slot);
+    taken = false;
+  }
+  // Between the end of one callback and the start of the next lie some 50 ns of ours when there
+  // is one worker: one reading of the clock serves both.
+  const bool reads_clock = ready_.exact_time();
+  TimePoint start{};
+  if (reads_clock) [[unlikely]]
+    start = shared_ ? options_.clock->now() : ready_.now();
+  if (taken) {
+    const bool is_root = slot.chain_instance == 0;
+    Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
+                      is_root ? slot.ready_time : slot.root_release,
+                      extend_way(slot.way, record.entity->mark()), outputs};
+    const Dispatch::Scope scope(dispatch);
+    if (is_judged) [[unlikely]]
+      record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
+    try {
+      record.entity->execute(slot);
+    } catch (...) {
+      caught(record, std::current_exception());
+    }
+    if (is_judged) [[unlikely]]
+      judge(record, slot, dispatch, start);
+  } else if (is_judged) {
+    record.supervision->running[worker_index_].deadline.store(kNever);
+  }
+  lock();
+  if (taken && options_.statistics != StatisticsLevel::off) ++record.statistics.received;
+  if (reads_clock) [[unlikely]] {
+    ready_.read_clock();
+    if (taken && records_times_) record_times(record, slot, start);
+    if (taken && trace_of_ != nullptr) trace(record, slot, start);
+    ready_.tell_scheduler(record, as_picked, ready_.now() - start);
+  }
+  ready_.finished(record, slot.more);
+}
+
+// With the lock held. The watchdog may have looked while the deadline was on its way from the
+// release to the execution: so it is expected again.
+void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
+  const Supervision::Watch& watch = record.supervision->begin(worker_index_);
+  const TimePoint deadline = watch.deadline.load();
+  if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
+}
+
+// A message of a chain instance that was aborted.
+void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
+  record.entity->discard(slot);
+  lock();
+  ++record.discarded;
+  unlock();
+}
+
+// What the end of this execution means: for its deadline and budget, for the next release, and for
+// the chains that it belongs to. The handlers are the user's: they are called without the lock.
+void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const Dispatch& dispatch,
+                                TimePoint start) noexcept {
+  const TimePoint end = options_.clock->now();
+  Supervision& supervision = *record.supervision;
+  Supervision::Watch& watch = supervision.running[worker_index_];
+  watch.chain_instance.store(0);
+  // Whoever takes the deadline out reports the miss.
+  const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
+  lock();
+  const Nanoseconds budget = record.settings.info.budget;
+  const TimePoint deadline = record.deadline_of(slot.ready_time);
+  const bool has_missed = end > deadline;
+  const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
+  const bool has_overrun =
+      is_over_budget || (record.is_timer() && record.entity->next_release() < end);
+  if (has_missed) ++record.statistics.deadline_misses;
+  if (is_over_budget) ++record.statistics.overruns;
+  const bool is_bad = has_missed || has_overrun;
+  const OverrunPolicy policy = record.settings.overrun;
+  record.is_demoted = is_bad && policy == OverrunPolicy::demote;
+  if (is_bad && policy == OverrunPolicy::skip) record.entity->skip_releases(end);
+  const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
+  if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
+  for (const ChainStep& step : record.entity->chain_steps()) {
+    const std::optional<TimePoint> root = root_release(dispatch, step.way);
+    if (!root) continue;  // it came another way
+    if (step.is_last) {
+      step.chain->finished(end - *root);
+    } else if (is_aborted) {
+      step.chain->aborted();
+    }
+  }
+  unlock();
+  OverrunReport report{.node = supervision.node,
+                       .callback = supervision.callback,
+                       .sequence = slot.sequence,
+                       .ready_time = slot.ready_time,
+                       .deadline = deadline,
+                       .end = end,
+                       .execution_time = end - start,
+                       .budget = budget};
+  try {
+    if (has_missed && !is_reported && supervision.on_deadline_miss)
+      supervision.on_deadline_miss(report);
+    if (has_overrun && supervision.on_overrun) supervision.on_overrun(report);
+  } catch (...) {
+    caught(record, std::current_exception());
+  }
+}
+
+// On the watchdog's thread. One after another, for handlers run without the mutex.
+TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
+  for (;;) {
+    TimePoint next = kNever;
+    std::shared_ptr<Supervision> late;
+    TimePoint missed = kNever;
+    // True: this deadline has passed, and we have taken it out.
+    const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
+      TimePoint deadline = watch.deadline.load();
+      next = std::min(next, deadline > now ? deadline : kNever);
+      // If that fails, it has just ended; if it has begun again, the watchdog expects it.
+      if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
+      const std::uint64_t chain_instance = watch.chain_instance.load();
+      if (chain_instance != 0 && record.wanted.overrun == OverrunPolicy::abort) {
+        AbortedInstances::add(chain_instance);
+      }
+      missed = deadline;
+      return record.supervision->on_deadline_miss != nullptr;
+    };
+    {
+      const std::lock_guard lock(control_mutex_);
+      for (const auto& entry : records_) {  // clang 14 captures no structured bindings
+        const auto& record = entry.second;
+        Supervision& supervision = *record->supervision;
+        if (has_missed(*record, supervision.waiting) ||
+            std::any_of(supervision.running.begin(), supervision.running.end(),
+                        [&](auto& watch) { return has_missed(*record, watch); })) {
+          late = record->supervision;
+          break;
+        }
+      }
+    }
+    if (late == nullptr) return next;
+    try {
+      late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
+    } catch (...) {
+      log(LogLevel::error, "{}/{}: its handler of missed deadlines threw, on the watchdog's thread",
+          late->node, late->callback);
+    }
+  }
+}
+
+// A callback has thrown: the user's handler gets it, or spin ends with it.
+void DispatchingExecutor::caught(const CallbackRecord& record,
+                                 std::exception_ptr exception) noexcept {
+  if (handler_ && handler_({record.node, record.entity->name(), exception})) return;
+  lock();
+  if (exception_ == nullptr) exception_ = exception;
+  unlock();
+  wake_all();
+}
+
+void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
+                                TimePoint start) noexcept {
+  const std::uint64_t lost = record.entity->lost();
+  trace_of_->record({.callback = record.id(),
+                     .sequence = slot.sequence,
+                     .chain_instance = slot.chain_instance == 0
+                                           ? slot.sequence
+                                           : instance_before_joins(slot.chain_instance),
+                     .lost = lost - std::exchange(record.lost_before, lost),
+                     .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
+                     .start = start,
+                     .end = ready_.now()});
+}
+
+// The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
+// T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
+void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot,
+                                       TimePoint start) noexcept {
+  CallbackStatistics& statistics = record.statistics;
+  const TimePoint end = ready_.now();
+  statistics.execution.record(end - start);
+  if (slot.ready_time == TimePoint{}) return;  // sent before anybody wanted its time
+  const Nanoseconds latency = start - slot.ready_time;
+  statistics.latency.record(latency);
+  const Nanoseconds period = slot.expected_period;
+  if (period == Nanoseconds::zero() || record.is_timer()) return;
+  if (latency > std::min<Nanoseconds>(period, std::chrono::milliseconds(50))) {
+    ++statistics.too_late;
+  } else if (latency > std::min<Nanoseconds>(period / 5, std::chrono::milliseconds(5))) {
+    ++statistics.late;
+  }
+}
+
+// ---- Spinning ----
+
+void DispatchingExecutor::rethrow() {
+  if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
+}
+
+void DispatchingExecutor::start_worker(std::size_t index) {
+  thread_statistics_[index].asked = threads_[index];
+  thread_statistics_[index].in_force = index == 0 && options_.threads.empty()
+                                           ? this_thread_state()
+                                           : apply(threads_[index], options_.realtime);
+  prefault_stack();
+}
+
+// A worker's life: one function, with everything on the hot path inlined.
+[[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
+  worker_of_ = this;
+  worker_index_ = index;
+  if (!traces_.empty()) trace_of_ = &traces_[index];
+  { const ReadSection registers_this_thread; }
+  backend_->enter(index, threads_[index]);
+  const RealtimeScope scope;
+  const Nanoseconds cpu_time = thread_cpu_time();
+  const TimePoint start = Clock::steady().now();
+  lock();
+  while (!stopping()) {
+    if (!run_next({})) [[unlikely]]
+      sleep(index, kNever);
+  }
+  unlock();
+  ThreadStatistics& statistics = thread_statistics_[index];
+  if (let_ != nullptr) {
+    let_->outputs.publish();
+    statistics.missed_periods = let_->missed;
+    statistics.dropped_outputs = let_->outputs.dropped();
+  }
+  statistics.counters = scope.so_far();
+  statistics.cpu_time = thread_cpu_time() - cpu_time;
+  statistics.wall_time = Clock::steady().now() - start;
+  backend_->leave(index);
+}
+
+void DispatchingExecutor::spin(const ExceptionHandler& handler) {
+  Spin spin(*this, false);
+  if (spin.take_cancel()) return;
+  const auto forget = [this](void*) { handler_ = nullptr; };
+  const std::unique_ptr<void, decltype(forget)> handler_lasts(this, forget);
+  handler_ = handler;
+  thread_statistics_.assign(threads_.size(), {});
+  {
+    std::vector<std::unique_ptr<RealtimeThread>> pool;
+    try {
+      for (std::size_t i = 1; i < threads_.size(); ++i) {
+        pool.push_back(std::make_unique<RealtimeThread>(threads_[i], options_.realtime, [this, i] {
+          has_workers_.wait(false);  // nothing runs before all threads are there
+          work(i);
+        }));
+        thread_statistics_[i].asked = threads_[i];
+        thread_statistics_[i].in_force = pool.back()->state();
+      }
+      start_worker(0);
+    } catch (...) {
+      cancel();
+      has_workers_.store(true);
+      has_workers_.notify_all();
+      pool.clear();
+      spin.take_cancel();
+      throw;
+    }
+    has_workers_.store(true);
+    has_workers_.notify_all();
+    work(0);
+    wake_all();
+  }
+  spin.take_cancel();
+  rethrow();
+}
+
+void DispatchingExecutor::spin_once(Nanoseconds timeout) {
+  Spin spin(*this);
+  const TimePoint limit = end_of(timeout, options_.clock->now());
+  lock();
+  while (!stopping() && !run_next({}) && sleep(0, limit)) {
+  }
+  unlock();
+  spin.take_cancel();
+  rethrow();
+}
+
+bool DispatchingExecutor::run_one() {
+  Spin spin(*this);
+  lock();
+  const bool has_run = run_next({});
+  unlock();
+  rethrow();
+  return has_run;
+}
+
+void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
+  Spin spin(*this);
+  if (spin.take_cancel()) return;
+  const TimePoint limit =
+      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
+  lock();
+  // A snapshot that spin_once has left unfinished is finished instead of taking another.
+  if (let_ == nullptr) ready_.take_snapshot();
+  const ReadySet::Limits limits{
+      .last_sequence = ready_.is_wait_set() ? UINT64_MAX : next_sequence(), .may_poll = false};
+  while (!stopping() && run_next(limits)) {
+    if (!has_time_left(limit)) break;
+  }
+  ready_.restore_deferred();
+  unlock();
+  spin.take_cancel();
+  rethrow();
+}
+
+void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
+  Spin spin(*this);
+  if (spin.take_cancel()) return;
+  const TimePoint limit =
+      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
+  lock();
+  while (!stopping() && run_next({})) {
+    if (!has_time_left(limit)) break;
+  }
+  unlock();
+  spin.take_cancel();
+  rethrow();
+}
+
+// With the lock held.
+bool DispatchingExecutor::has_time_left(TimePoint limit) noexcept {
+  if (limit == kNever) return true;
+  ready_.read_clock();
+  return ready_.now() < limit;
+}
+
+FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
+                                                          Nanoseconds timeout) {
+  Spin spin(*this);
+  const TimePoint limit = end_of(timeout, options_.clock->now());
+  future.watch(this);
+  lock();
+  while (!stopping() && !future.ready() &&
+         (run_next({}) ? has_time_left(limit) : sleep(0, limit, &future))) {
+  }
+  unlock();
+  future.watch(nullptr);
+  const bool was_cancelled = spin.take_cancel();
+  rethrow();
+  if (future.ready()) return FutureReturnCode::SUCCESS;
+  return was_cancelled ? FutureReturnCode::INTERRUPTED : FutureReturnCode::TIMEOUT;
+}
+
+// ---- Observing ----
+
+// What waits for a trigger may wait for ever: it is not pending.
+std::size_t DispatchingExecutor::pending() const noexcept {
+  const std::lock_guard lock(control_mutex_);
+  const bool waits = trigger_ != nullptr && !ready_.is_open();
+  std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
+  for (const auto& [id, record] : records_) {
+    // In this order: who sees that a message was taken sees that its callback executes.
+    // The entity's kind, as a worker may be installing the record's.
+    const bool is_timer = record->entity->kind() == EntityKind::timer;
+    const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
+                          record->held.load() || record->queued.load();
+    if ((is_ready && !waits) || record->executing.load() != 0) ++count;
+  }
+  return count;
+}
+
+// Of a record that does not execute.
+CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
+  CallbackStatistics statistics = record.statistics;
+  const Entity::Report report = record.entity->report();
+  statistics.node = record.node;
+  statistics.group = record.group->name();
+  statistics.callback = record.entity->name();
+  statistics.kind = record.settings.info.kind;
+  statistics.topic = report.topic;
+  statistics.dropped = report.dropped + record.discarded;
+  statistics.overruns += report.missed;
+  statistics.from_outside = report.from_outside;
+  statistics.expected = record.is_timer() ? statistics.received : report.expected;
+  // What waits for its trigger, or for a callback that was removed, is not lost.
+  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
+    statistics.expected -=
+        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
+  }
+  return statistics;
+}
+
+std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
+  const std::lock_guard lock(control_mutex_);
+  if (spinning_.load()) {
+    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
+  }
+  std::vector<CallbackStatistics> result;
+  result.reserve(records_.size());  // of 15 kB each
+  for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
+  if (options_.statistics == StatisticsLevel::off) return result;
+  PastStatistics past = past_;
+  for (const auto& record : removed_records_) {
+    if (record->entity != nullptr) past.add(statistics_of(*record));
+  }
+  return past.with(std::move(result));
+}
+
+std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
+  const std::lock_guard lock(control_mutex_);
+  if (spinning_.load()) {
+    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
+  }
+  std::vector<ThreadStatistics> threads = thread_statistics_;
+  if (traces_.empty()) return threads;
+  threads.resize(threads_.size());  // when it was not spin that ran them
+  const auto named = [this](const TraceEvent& event) {
+    NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
+    if (const auto found = records_.find(event.callback); found != records_.end()) {
+      const Record& record = *found->second;
+      result.name = record.node + "/" + record.entity->name();
+      result.kind = record.settings.info.kind;
+    }
+    return result;
+  };
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    for (const TraceEvent& event : traces_[i].events()) threads[i].trace.push_back(named(event));
+    threads[i].trace_overwritten = traces_[i].overwritten();
+  }
+  return threads;
+}
+
+}  // namespace takt

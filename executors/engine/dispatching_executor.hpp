@@ -1,0 +1,342 @@
+// The engine of the named executors: readiness × scheduler × threads.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_DISPATCHING_EXECUTOR_HPP_
+#define TAKT_EXECUTORS_ENGINE_DISPATCHING_EXECUTOR_HPP_
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <set>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "takt/base/pi_mutex.hpp"
+#include "takt/entities/staged_outputs.hpp"
+#include "takt/executors/engine/pace.hpp"
+#include "takt/executors/engine/past_statistics.hpp"
+#include "takt/executors/engine/ready_set.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
+
+namespace takt {
+
+/// What distinguishes one named executor from another.
+struct ExecutorTraits {
+  Readiness readiness;
+  const char* scheduler;    // unless the options name one
+  std::size_t max_threads;  // options that give more are refused
+  bool pool = false;        // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;      // nothing is added or removed after the first spin
+  bool triggered = false;   // takes a trigger, and a period
+};
+
+/// How it works:
+/// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready
+///    set's inbox, and one sleeping worker is woken, if there is one.
+/// 2. A worker takes the dispatch lock (only where there is more than one worker), picks a callback
+///    from the ready set, and executes it without the lock.
+/// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
+///    when the first timer is due.
+/// 4. What control threads change, they build as a plan; a worker installs it at its next
+///    dispatch. While nobody spins, the control thread installs it itself.
+class DispatchingExecutor : public Executor, private Wakeable {
+ public:
+  DispatchingExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
+  ~DispatchingExecutor() override;
+
+  void add_node(const std::shared_ptr<Node>& node) override;
+  void remove_node(const std::shared_ptr<Node>& node) override;
+  void add_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                          const std::shared_ptr<Node>& node) override;
+  void remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                             const std::shared_ptr<Node>& node) override;
+
+  using Executor::spin;
+  void spin(const ExceptionHandler& handler) override;
+  void spin_once(Nanoseconds timeout) override;
+  void spin_some(Nanoseconds max_duration) override;
+  void spin_all(Nanoseconds max_duration) override;
+  void cancel() noexcept override;
+  bool is_spinning() const noexcept override { return has_workers_.load(); }
+  std::size_t max_threads() const noexcept override { return traits_.max_threads; }
+  void release_timers(bool released) noexcept override {
+    ready_.release_timers(released);
+    wake();  // who keeps time must look anew
+  }
+  std::size_t pending() const noexcept override;
+  std::vector<CallbackStatistics> statistics() const override;
+  std::vector<ThreadStatistics> thread_statistics() const override;
+
+  // For executors that are made of others (isolated) and run them on one thread.
+
+  /// Runs one callback if one is ready.
+  bool run_one();
+  /// Takes back a cancel that has come after the end of spin.
+  void forget_cancel() noexcept { cancelled_.store(false); }
+  /// When the first timer is due; ask only while nobody spins.
+  TimePoint next_release() const noexcept { return ready_.next_release(); }
+  /// For another wait back end: has news when file descriptors that we serve have; -1 when there
+  /// are none. Ask only on the thread of the last spin, after it.
+  int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
+  /// Is woken when something becomes ready and no thread of ours sleeps.
+  void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
+
+ protected:
+  FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) override;
+
+ private:
+  struct Record;
+  using Records = std::vector<std::shared_ptr<Record>>;
+  class Spin;
+
+  /// What the watchdog calls, from its thread: complete before the executor is.
+  struct Watched final : Watchdog::Watched {
+    explicit Watched(DispatchingExecutor& of) : executor(of) {}
+    TimePoint tell_misses(TimePoint now) noexcept override { return executor.tell_misses(now); }
+    DispatchingExecutor& executor;
+  };
+
+  /// What nodes call, from any thread: complete until no call can come.
+  struct Listener final : NodeListener {
+    explicit Listener(DispatchingExecutor& of) : executor(of) {}
+    void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override {
+      executor.entity_added(node, entity);
+    }
+    void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override {
+      executor.group_added(node, group);
+    }
+    void parameters_changed(Node& node) override { executor.parameters_changed(node); }
+    DispatchingExecutor& executor;
+  };
+
+  struct KnownGroup {
+    std::uint32_t id;
+    std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
+  };
+
+  /// A callback whose input is taken, and which has still to run.
+  struct Execution {
+    Execution(CallbackRecord* of, const ReadyCallback& picked, bool judged)
+        : record(of), as_picked(picked), is_judged(judged) {}
+    CallbackRecord* record;
+    ReadyCallback as_picked;
+    bool is_judged;
+    Slot slot;
+    bool is_taken = false;
+  };
+  /// Logical execution time.
+  struct Let {
+    explicit Let(const TriggerOptions& options)
+        : period(options.let_period), outputs(options.most_outputs) {}
+    const Nanoseconds period;
+    StagedOutputs outputs;
+    TimePoint next{};  // end of the period
+    std::uint64_t missed = 0;
+    std::shared_ptr<void> taken;  // a vector of Executions, with room for all callbacks
+  };
+
+  // Control threads.
+  void entity_added(Node& node, const std::shared_ptr<Entity>& entity);
+  void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group);
+  void parameters_changed(Node& node);
+  CallbackSettings settings(const Record& record, const Node& node) const;
+  TimePoint tell_misses(TimePoint now) noexcept;
+  void refuse_when_frozen(const char* what) const;
+  void choose_wait_backend();
+  void watch(Entity& entity);
+  void unwatch(Entity& entity) noexcept;
+  void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
+  void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
+  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
+                      const Node& node) noexcept;
+  void wait_until_gone(const Record& record) noexcept;
+  void removal_is_over(std::size_t count) noexcept;
+  void let_nobody_wait() noexcept;
+  bool claim_removal(Record& record) noexcept;
+  void remove(const std::vector<Record*>& records) noexcept;
+  void take_out(Record& record) noexcept;
+  void forget_at_rest(const std::vector<Record*>& records) noexcept;
+  void hand_plan_over();
+  void hand_removal_over() noexcept;
+  std::unique_ptr<ReadyPlan> make_plan(const ReadyPlan* earlier) const;
+  void configure(ReadyPlan& plan) const;
+  void send(std::unique_ptr<ReadyPlan> plan) noexcept;
+  Records take_what_is_gone() noexcept;
+  CallbackStatistics statistics_of(const Record& record) const;
+  void remember_statistics_of(const Record& record);
+  void remember(const std::shared_ptr<Node>& node);
+
+  // Workers.
+  void lock() noexcept {
+    if (shared_) [[unlikely]]
+      mutex_.lock();
+  }
+  void unlock() noexcept {
+    if (shared_) [[unlikely]]
+      mutex_.unlock();
+  }
+  void start_worker(std::size_t index);
+  void work(std::size_t index);
+  bool run_next(const ReadySet::Limits& limits) noexcept;
+  [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
+  void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_judged, Slot& slot,
+               bool taken, StagedOutputs* outputs) noexcept;
+  [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
+  [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
+  void caught(const CallbackRecord& record, std::exception_ptr exception) noexcept;
+  [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
+                                          TimePoint start) noexcept;
+  [[gnu::cold, gnu::noinline]] void judge(CallbackRecord& record, const Slot& slot,
+                                          const Dispatch& dispatch, TimePoint start) noexcept;
+  void record_times(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
+  bool has_time_left(TimePoint limit) noexcept;
+  [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
+                              const FutureState* future) noexcept;
+  [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
+                               const FutureState* future = nullptr) noexcept;
+  void install_plan() noexcept {
+    if (plan_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
+      take_plan_over();
+  }
+  void take_plan_over() noexcept;
+  void plan_has_moved() noexcept;
+  void look_at_file_descriptors() noexcept;
+  void pass_on() noexcept;
+  void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  void wake() noexcept final;
+  void wake_all() noexcept;
+  bool claim_idle() noexcept;
+  /// Something for which a sleeper wakes up.
+  bool has_news() const noexcept { return let_ == nullptr && ready_.has_news(); }
+  bool stopping() const noexcept { return cancelled_.load() || exception_ != nullptr; }
+  void rethrow();
+
+  // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
+  [[gnu::tls_model(
+      "initial-exec")]] static thread_local constinit const DispatchingExecutor* worker_of_;
+
+  // Which of its workers: 0 is the thread that spins.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
+
+  // Where that worker traces; nullptr when nothing is traced.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
+
+  const ExecutorOptions options_;
+  const ExecutorTraits traits_;
+  const std::string scheduler_;
+  std::vector<ThreadAttributes> threads_;  // one for each worker
+  const bool shared_;                      // more than one worker
+  const bool records_times_;               // statistics are full
+  const Nanoseconds early_wake_;
+  std::unique_ptr<WaitBackend> backend_;  // made at the first spin when it was left to us
+
+  const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
+  const std::unique_ptr<Let> let_;          // nullptr: none
+
+  // Guarded by mutex_ where there is more than one worker.
+  PiMutex mutex_;
+  ReadySet ready_;
+  std::exception_ptr exception_;
+  ExceptionHandler handler_;
+  static constexpr std::size_t kNobody = SIZE_MAX;
+  std::size_t timekeeper_ = kNobody;  // the worker that sleeps until the first timer is due
+  TimePoint timekeeper_deadline_{};
+  Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when nobody sleeps
+
+  alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
+  std::atomic<bool> cancelled_{false};
+  std::atomic<bool> spinning_{false};     // in a spin of whatever kind
+  std::atomic<std::thread::id> spinner_;  // who called it: the only worker where there is one
+  std::atomic<bool> has_workers_{false};  // and all its threads are there
+  std::atomic<Wakeable*> observer_{nullptr};
+  std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
+  // Handed over or installed so often: a worker that waits, in a callback, for somebody's removal
+  // sleeps on it.
+  std::atomic<std::uint32_t> plans_moved_{0};
+  std::atomic<std::size_t> watched_{0};  // file descriptors
+  Inbox<ReadyPlan> used_plans_;          // installed; hold what they replaced
+
+  // Guarded by control_mutex_.
+  mutable PiMutex control_mutex_;
+  std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
+  std::unordered_map<const Entity*, Record*> of_entity_;   // the same
+  Records removed_records_;                                // until nobody can touch them
+  std::multiset<const CallbackGroup*> leaving_;            // groups that are being removed
+  PastStatistics past_;                                    // of those that are gone
+  bool is_ending_ = false;                                 // nobody asks for statistics any more
+  ReadyPlan changes_;                                      // only `removed` and `changed`
+  bool has_changes_ = false;
+  bool was_spun_ = false;
+  CallbackId next_callback_id_ = 0;
+  std::unordered_map<const CallbackGroup*, KnownGroup> groups_;
+  std::unordered_map<const Node*, std::uint32_t> node_ids_;
+  std::vector<std::weak_ptr<Node>> nodes_;
+  std::vector<ThreadStatistics> thread_statistics_;
+  std::vector<TraceRing> traces_;  // one for each worker, or none
+  Listener listener_{*this};
+  Watched watched_callbacks_{*this};
+  std::atomic<std::size_t> expected_removals_{0};
+};
+
+struct DispatchingExecutor::Record final : CallbackRecord {
+  explicit Record(DispatchingExecutor& owner) : executor(owner) {}
+  ~Record() { let_entity_go(); }
+  DispatchingExecutor& executor;
+  std::atomic<int> waiting{0};  // threads that wait until it is gone
+  // Guarded by control_mutex_.
+  CallbackSettings wanted;                                    // what the next plan brings
+  bool is_handed_over = false;                                // to the ready set, by a plan
+  bool detached = false;                                      // nobody announces any more
+  CallbackId key() const noexcept { return wanted.info.id; }  // never changes
+
+  void announce(Arrival arrival) noexcept override {
+    if (!announce_here(arrival)) executor.announce(*this, arrival);
+  }
+  bool announce_here(Arrival arrival) noexcept override {
+    if (worker_of_ != &executor || executor.shared_) return false;
+    executor.ready_.announce_from_callback(*this, arrival);
+    return true;
+  }
+  void release_changed() noexcept override {
+    if (executor.ready_.announce_change(*this)) executor.wake();
+  }
+  void remove() noexcept override { executor.remove({this}); }
+  void expect_remove() noexcept override {
+    executor.expected_removals_.fetch_add(1);
+    entity->set_earlier_owner(this);
+  }
+  void expect_wait() noexcept override {
+    executor.expected_removals_.fetch_add(1);
+    waiting.fetch_add(1);
+  }
+  void wait_for_removal() noexcept override {
+    DispatchingExecutor& waits_for_us = executor;
+    waits_for_us.wait_until_gone(*this);
+    waiting.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.removal_is_over(1);
+  }
+  /// True: and nobody comes to wait from here on.
+  bool is_awaited_by_nobody() noexcept {
+    const std::lock_guard ownership(ownership_mutex());
+    if (waiting.load() != 0) return false;
+    forget_earlier_owner();
+    return true;
+  }
+  /// As the record does at its end.
+  std::shared_ptr<Entity> let_entity_go() noexcept {
+    if (entity == nullptr) return nullptr;
+    const std::lock_guard ownership(ownership_mutex());
+    forget_earlier_owner();
+    return std::move(entity);
+  }
+  /// With ownership_mutex held.
+  void forget_earlier_owner() noexcept {
+    if (entity != nullptr && entity->earlier_owner() == this) entity->set_earlier_owner(nullptr);
+  }
+  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_ENGINE_DISPATCHING_EXECUTOR_HPP_

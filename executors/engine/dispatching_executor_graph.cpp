@@ -1,0 +1,613 @@
+// What control threads do: adding to an executor and removing from it.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <mutex>
+#include <thread>
+#include <unordered_set>
+
+#include <fmt/format.h>
+
+#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/nodes/chain.hpp"
+
+namespace takt {
+namespace {
+
+// Whether the calling thread is inside the callback, however deep.
+bool runs_here(const CallbackRecord& record) noexcept {
+  for (const Dispatch* dispatch = Dispatch::current(); dispatch != nullptr;
+       dispatch = dispatch->outer) {
+    if (record.is_described_by(dispatch->callback)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+DispatchingExecutor::~DispatchingExecutor() {
+  if (options_.watchdog != nullptr) options_.watchdog->remove(watched_callbacks_);
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) {
+      node->remove_listener(listener_);
+    }
+  }
+  std::vector<Record*> mine;
+  {
+    const std::lock_guard lock(control_mutex_);
+    is_ending_ = true;
+    for (const auto& [id, record] : records_) {
+      if (claim_removal(*record)) mine.push_back(record.get());
+    }
+  }
+  remove(mine);
+  let_nobody_wait();
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) {
+      for (const auto& group : node->groups()) group->release(&listener_);
+      node->release(&listener_);
+    }
+  }
+  delete plan_.load();
+  take_what_is_gone();
+}
+
+// When all have ended who remove, or wait for a removal, nobody begins to wait any more: whose
+// handle is dropped later finds no record.
+void DispatchingExecutor::let_nobody_wait() noexcept {
+  for (;;) {
+    for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
+    const std::lock_guard lock(control_mutex_);
+    const std::lock_guard ownership(ownership_mutex());
+    if (expected_removals_.load() != 0) continue;
+    for (const auto& record : removed_records_) record->forget_earlier_owner();
+    return;
+  }
+}
+
+// ---- Adding and removing: control threads ----
+
+void DispatchingExecutor::refuse_when_frozen(const char* what) const {
+  const std::lock_guard lock(control_mutex_);
+  if (traits_.frozen && was_spun_) {
+    throw Error(fmt::format("executor '{}' is static: nothing can be {} after its first spin",
+                            options_.name, what),
+                "do it before, or choose 'single_threaded'");
+  }
+}
+
+void DispatchingExecutor::add_node(const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("added");
+  if (!node->claim(&listener_)) {
+    throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
+                "remove it there first");
+  }
+  remember(node);
+  node->add_listener(listener_);
+  try {
+    for (const auto& group : node->groups()) {
+      if (group->automatically_add_to_executor() && group->claim(&listener_)) {
+        add_group(group, *node);
+      }
+    }
+  } catch (...) {
+    remove_node(node);
+    throw;
+  }
+  if (!node->belongs_to(&listener_)) release_groups(node->groups(), *node);  // removed meanwhile
+}
+
+void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                             const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("added");
+  const auto groups = node->groups();
+  if (std::find(groups.begin(), groups.end(), group) == groups.end()) {
+    throw Error(fmt::format("callback group '{}' is not one of node '{}'", group->name(),
+                            node->fully_qualified_name()));
+  }
+  if (!group->claim(&listener_)) {
+    throw Error(fmt::format("callback group '{}' of node '{}' belongs to an executor already",
+                            group->name(), node->fully_qualified_name()),
+                "remove it there first");
+  }
+  remember(node);
+  node->add_listener(listener_);
+  try {
+    add_group(group, *node);
+  } catch (...) {
+    release_groups({group}, *node);
+    throw;
+  }
+}
+
+void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
+  const std::lock_guard lock(control_mutex_);
+  if (nodes_.size() == nodes_.capacity()) {  // seldom, so that n nodes cost O(n)
+    std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  }
+  nodes_.push_back(node);
+}
+
+void DispatchingExecutor::add_group(const std::shared_ptr<CallbackGroup>& group, Node& node) {
+  for (const auto& entity : node.entities()) {
+    if (entity->group() == group) add_entity(entity, node);
+  }
+}
+
+void DispatchingExecutor::group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) {
+  if (node.belongs_to(&listener_) && group->automatically_add_to_executor()) {
+    group->claim(&listener_);
+  }
+}
+
+void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
+  if (!entity->group()->belongs_to(&listener_)) return;
+  refuse_when_frozen("added");
+  add_entity(entity, node);
+}
+
+void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
+  Records gone;
+  const std::lock_guard lock(control_mutex_);
+  if (leaving_.contains(entity->group().get())) return;  // as if it were made after the removal
+  gone = take_what_is_gone();
+  auto record = std::make_shared<Record>(*this);
+  record->entity = entity;
+  record->group = entity->group();
+  record->node = node.fully_qualified_name();
+  const auto known_node =
+      node_ids_.try_emplace(&node, static_cast<std::uint32_t>(node_ids_.size()));
+  KnownGroup& group = groups_
+                          .try_emplace(record->group.get(),
+                                       KnownGroup{static_cast<std::uint32_t>(groups_.size()), {}})
+                          .first->second;
+  record->exclusion = group.exclusion.lock();
+  if (record->exclusion == nullptr) {
+    record->exclusion = std::make_shared<Exclusion>(record->group->type());
+    group.exclusion = record->exclusion;
+  }
+  const CallbackParameters parameters = node.callback_parameters(*entity);
+  record->supervision = std::make_shared<Supervision>(threads_.size());
+  record->supervision->node = record->node;
+  record->supervision->callback = entity->name();
+  record->supervision->on_deadline_miss = parameters.on_deadline_miss;
+  record->supervision->on_overrun = parameters.on_overrun;
+  const auto& order = options_.order;
+  const auto listed = std::find_if(order.begin(), order.end(), [&](const std::string& name) {
+    return is_called(*record, name);
+  });
+  const auto place = static_cast<std::uint32_t>(listed - order.begin());
+  record->wanted.info = {.id = next_callback_id_,
+                         .kind = entity->kind(),
+                         .registration = place + (listed == order.end() ? next_callback_id_ : 0),
+                         .group = group.id,
+                         .node = known_node.first->second};
+  record->settings = record->wanted = settings(*record, node);
+  ++next_callback_id_;
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    // Seen twice, in the node's list and as an added one; or dropped, and not yet destroyed.
+    if (entity->owner() != nullptr || entity->is_retired()) return;
+    entity->set_owner(record.get());
+  }
+  try {
+    watch(*entity);
+  } catch (...) {
+    const std::lock_guard ownership(ownership_mutex());
+    entity->set_owner(nullptr);
+    throw;
+  }
+  Record* const added = record.get();
+  of_entity_.emplace(entity.get(), added);
+  records_.emplace(added->key(), std::move(record));
+  has_changes_ = true;
+  if (!spinning_.load()) return;
+  try {
+    hand_plan_over();
+  } catch (...) {  // a user's scheduler does not take it: all is as before
+    unwatch(*entity);
+    {
+      const std::lock_guard ownership(ownership_mutex());
+      entity->set_owner(nullptr);
+    }
+    of_entity_.erase(entity.get());
+    records_.erase(added->key());
+    throw;
+  }
+}
+
+// What the parameters of the callback, and its most critical chain, come to.
+CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
+  const CallbackParameters parameters = node.callback_parameters(*record.entity);
+  CallbackSettings settings = record.wanted;
+  settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
+  CallbackInfo& info = settings.info;
+  info.priority = parameters.priority.value_or(0);
+  info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
+  info.budget = parameters.budget.value_or(Nanoseconds::zero());
+  info.period = record.entity->period();
+  if (info.period == Nanoseconds::zero()) {
+    info.period = parameters.period.value_or(Nanoseconds::zero());
+  }
+  const auto& steps = record.entity->chain_steps();
+  const auto step = std::max_element(steps.begin(), steps.end(), [](const auto& a, const auto& b) {
+    return a.chain->options().priority < b.chain->options().priority;
+  });
+  if (step != steps.end()) {
+    info.chain = step->chain->id();
+    info.chain_position = step->position;
+    info.criticality = step->chain->options().priority;
+  }
+  info.criticality = parameters.criticality.value_or(info.criticality);
+  return settings;
+}
+
+void DispatchingExecutor::parameters_changed(Node& node) {
+  const auto entities = node.entities();
+  const std::lock_guard lock(control_mutex_);
+  std::vector<std::pair<Record*, CallbackSettings>> before;
+  const std::size_t changes = changes_.changed.size();
+  for (const auto& entity : entities) {
+    const auto known = of_entity_.find(entity.get());
+    if (known == of_entity_.end()) continue;
+    Record& record = *known->second;
+    CallbackSettings now = settings(record, node);
+    if (now == record.wanted) continue;
+    before.emplace_back(&record, record.wanted);
+    record.wanted = now;
+    has_changes_ = true;
+    if (record.is_handed_over) {
+      changes_.changed.push_back({&record, now});
+    } else {
+      record.settings = now;
+    }
+  }
+  if (before.empty() || !spinning_.load()) return;
+  try {
+    hand_plan_over();
+  } catch (...) {  // a user's scheduler does not take them: all is as before
+    for (const auto& [record, settings] : before) record->wanted = settings;
+    changes_.changed.erase(changes_.changed.begin() + static_cast<std::ptrdiff_t>(changes),
+                           changes_.changed.end());
+    throw;
+  }
+}
+
+void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("removed");
+  if (!node->belongs_to(&listener_)) {
+    throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
+                options_.name + "'");
+  }
+  node->remove_listener(listener_);
+  release_groups(node->groups(), *node);
+  node->release(&listener_);
+}
+
+void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                                const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("removed");
+  if (!group->belongs_to(&listener_)) {
+    throw Error(fmt::format("callback group '{}' of node '{}' does not belong to executor '{}'",
+                            group->name(), node->fully_qualified_name(), options_.name));
+  }
+  release_groups({group}, *node);
+}
+
+// All callbacks of these groups, as far as the groups are ours, by one change of the ready set.
+// Those that another thread is removing already are waited for.
+void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
+                                         const Node& node) noexcept {
+  std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
+  const auto is_meant = [&](const Record& record) {
+    return std::find(groups.begin(), groups.end(), record.group) != groups.end();
+  };
+  const auto entities = node.entities();
+  std::vector<Record*> mine;
+  Records of_others;
+  {
+    const std::lock_guard lock(control_mutex_);
+    for (const auto& group : groups) leaving_.insert(group.get());
+    for (const auto& entity : entities) {
+      const auto known = of_entity_.find(entity.get());
+      if (known == of_entity_.end() || !is_meant(*known->second)) continue;
+      if (claim_removal(*known->second)) {
+        mine.push_back(known->second);
+      } else {
+        of_others.push_back(records_.at(known->second->key()));
+      }
+    }
+    for (const auto& record : removed_records_) {
+      if (is_meant(*record)) of_others.push_back(record);
+    }
+  }
+  remove(mine);
+  for (const auto& record : of_others) wait_until_gone(*record);
+  const std::lock_guard lock(control_mutex_);
+  for (const auto& group : groups) {
+    leaving_.erase(leaving_.find(group.get()));
+    group->release(&listener_);
+  }
+}
+
+// With control_mutex_ held. True: the caller, and nobody else, removes the record.
+bool DispatchingExecutor::claim_removal(Record& record) noexcept {
+  const std::lock_guard ownership(ownership_mutex());
+  if (record.entity->owner() != &record) return false;  // its remover is on the way
+  record.entity->set_owner(nullptr);
+  record.expect_remove();
+  return true;
+}
+
+// In its own callback the removal is complete when that returns. A worker that waits, in another
+// callback, is perhaps the only one who can install the plan, which its remover hands over when it
+// has come so far.
+void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
+  if (worker_of_ == this || spinner_.load() == std::this_thread::get_id()) {
+    for (;;) {
+      const std::uint32_t seen = plans_moved_.load();
+      lock();
+      install_plan();
+      const bool is_out = record.removed || record.gone.load() != 0;
+      unlock();
+      if (is_out) break;
+      plans_moved_.wait(seen);
+    }
+  }
+  if (!runs_here(record)) record.gone.wait(0);
+}
+
+void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
+  if (expected_removals_.fetch_sub(count) == count) expected_removals_.notify_all();
+}
+
+// 1. The records leave the list, so that the next plan does not know them. Their file descriptors
+//    are not watched any more.
+// 2. A dispatch point installs that plan: from then on they are skipped wherever they stand.
+// 3. The running callbacks end; then nobody executes the entities any more.
+// 4. The entities forget their sinks; when all read sections have ended, nobody announces any more.
+// 5. A record is freed when it has come out of inbox and scheduler.
+void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
+  if (records.empty()) return;
+  bool at_rest = false;
+  {
+    const std::lock_guard lock(control_mutex_);
+    at_rest = !spinning_.load();
+    for (Record* record : records) take_out(*record);
+    if (at_rest) {
+      forget_at_rest(records);
+    } else {
+      hand_removal_over();
+    }
+  }
+  for (const Record* record : records) wait_until_gone(*record);
+  for (Record* record : records) record->entity->detach();
+  // What the user's callbacks hold goes without the lock: it may be another entity of ours.
+  std::vector<std::shared_ptr<Entity>> released;
+  Records gone;
+  {
+    const std::lock_guard lock(control_mutex_);
+    for (Record* record : records) {
+      record->detached = true;
+      if (!at_rest) continue;
+      remember_statistics_of(*record);
+      released.push_back(record->let_entity_go());
+    }
+    if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
+  }
+  released.clear();
+  gone.clear();
+  removal_is_over(records.size());
+}
+
+// With control_mutex_ held.
+void DispatchingExecutor::remember_statistics_of(const Record& record) {
+  if (is_ending_ || options_.statistics == StatisticsLevel::off || !record.is_handed_over) return;
+  past_.add(statistics_of(record));
+}
+
+// With control_mutex_ held.
+void DispatchingExecutor::take_out(Record& record) noexcept {
+  unwatch(*record.entity);
+  of_entity_.erase(record.entity.get());
+  const auto entry = records_.find(record.key());
+  removed_records_.push_back(std::move(entry->second));
+  records_.erase(entry);
+  if (record.is_handed_over) {
+    changes_.removed.push_back(&record);
+    has_changes_ = true;
+  } else {
+    record.forgotten.store(true);
+    record.gone.store(1);
+  }
+}
+
+// With control_mutex_ held, while nobody spins: nobody executes. The ready set forgets the records
+// at the next spin, or when they are many: so taking n callbacks down costs O(n log n).
+void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) noexcept {
+  for (Record* record : records) {
+    record->removed = true;
+    record->gone.store(1);
+    record->gone.notify_all();
+  }
+  if (changes_.removed.size() <= records_.size()) return;
+  try {
+    hand_plan_over();
+    install_plan();
+  } catch (...) {  // a user's scheduler: the next spin says so
+  }
+}
+
+// ---- File descriptors: with control_mutex_ held ----
+
+void DispatchingExecutor::choose_wait_backend() {
+  const bool has_file_descriptors =
+      std::any_of(records_.begin(), records_.end(),
+                  [](const auto& entry) { return entry.second->entity->watch().fd >= 0; });
+  backend_ =
+      make_wait_backend(options_.wait, *options_.clock, threads_.size(), has_file_descriptors);
+  try {
+    for (const auto& [id, record] : records_) watch(*record->entity);
+  } catch (...) {
+    backend_.reset();
+    watched_.store(0);
+    throw;
+  }
+}
+
+// Before the first spin may have chosen the back end nothing can be watched; then it is done there.
+void DispatchingExecutor::watch(Entity& entity) {
+  const Watch watch = entity.watch();
+  if (watch.fd < 0 || backend_ == nullptr) return;
+  if (!backend_->serves_file_descriptors()) {
+    const bool is_auto = options_.wait == kAutoWait;
+    throw Error(fmt::format("executor '{}' waits by '{}', which cannot serve file descriptor '{}'",
+                            options_.name, is_auto ? "futex" : options_.wait, entity.name()),
+                is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
+                        : "choose `wait: epoll`, or leave it out");
+  }
+  backend_->watch(watch);
+  watched_.fetch_add(1);
+}
+
+void DispatchingExecutor::unwatch(Entity& entity) noexcept {
+  const Watch watch = entity.watch();
+  if (watch.fd < 0 || backend_ == nullptr) return;
+  backend_->unwatch(watch.listener);
+  watched_.fetch_sub(1);
+}
+
+// ---- Plans ----
+
+// With control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
+void DispatchingExecutor::hand_plan_over() {
+  std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
+  std::unique_ptr<ReadyPlan> plan;
+  try {
+    plan = make_plan(earlier.get());
+    configure(*plan);
+  } catch (...) {
+    if (earlier != nullptr) send(std::move(earlier));
+    throw;
+  }
+  changes_.removed.clear();
+  changes_.changed.clear();
+  for (CallbackRecord* record : plan->added) static_cast<Record*>(record)->is_handed_over = true;
+  has_changes_ = false;
+  send(std::move(plan));
+}
+
+// As hand_plan_over; but a scheduler that refuses to do with fewer callbacks goes on with what it
+// has: that is more than it needs.
+void DispatchingExecutor::hand_removal_over() noexcept {
+  try {
+    hand_plan_over();
+  } catch (...) {
+    log(LogLevel::error,
+        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes "
+        "on as it is",
+        options_.name, scheduler_);
+    std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
+    std::unique_ptr<ReadyPlan> plan = make_plan(earlier.get());
+    if (earlier != nullptr) {
+      plan->scheduler = std::move(earlier->scheduler);
+      plan->parking = std::move(earlier->parking);
+    }
+    changes_.removed.clear();
+    changes_.changed.clear();
+    has_changes_ = false;
+    send(std::move(plan));
+  }
+}
+
+// What an earlier plan, not yet installed, would have changed is taken along.
+std::unique_ptr<ReadyPlan> DispatchingExecutor::make_plan(const ReadyPlan* earlier) const {
+  auto plan = std::make_unique<ReadyPlan>();
+  if (earlier != nullptr) {
+    plan->added = earlier->added;
+    plan->removed = earlier->removed;
+    plan->changed = earlier->changed;
+  }
+  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(plan->removed));
+  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(plan->changed));
+  std::unordered_set<Exclusion*> known;
+  const auto park = [&](const CallbackRecord& record) {
+    Exclusion* const exclusion = record.exclusion.get();
+    if (known.insert(exclusion).second) plan->parking.push_back({exclusion, {}});
+  };
+  // A group whose last callback goes gets an empty parking place instead of the one with its
+  // records.
+  for (const CallbackRecord* record : plan->removed) park(*record);
+  for (const auto& [id, record] : records_) {
+    park(*record);
+    if (!record->is_handed_over) plan->added.push_back(record.get());
+    plan->all.push_back(record.get());
+    plan->reads_clock |= must_be_judged(*record, record->wanted);
+  }
+  plan->timers.reserve(records_.size());
+  if (trigger_ != nullptr) plan->trigger_inputs.resize(records_.size());
+  if (let_ != nullptr) {
+    const auto room = std::make_shared<std::vector<Execution>>();
+    room->reserve(records_.size());
+    plan->room = room;
+  }
+  return plan;
+}
+
+// Gives the plan schedulers that know all callbacks.
+void DispatchingExecutor::configure(ReadyPlan& plan) const {
+  std::vector<CallbackInfo> infos;
+  std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
+  for (const auto& [id, record] : records_) {
+    infos.push_back(record->wanted.info);
+    members[record->exclusion.get()].push_back(record->wanted.info);
+  }
+  plan.scheduler = schedulers().make(scheduler_);
+  plan.scheduler->configure(infos);
+  for (auto& parking : plan.parking) {
+    parking.scheduler = schedulers().make(scheduler_);
+    parking.scheduler->configure(members[parking.exclusion]);
+  }
+}
+
+void DispatchingExecutor::send(std::unique_ptr<ReadyPlan> plan) noexcept {
+  plan_.store(plan.release());
+  plan_has_moved();
+  wake();
+}
+
+void DispatchingExecutor::plan_has_moved() noexcept {
+  plans_moved_.fetch_add(1);
+  plans_moved_.notify_all();
+}
+
+// Serialised with dispatch: by a worker under the lock, or while nobody spins.
+void DispatchingExecutor::take_plan_over() noexcept {
+  if (ReadyPlan* plan = plan_.exchange(nullptr)) {
+    ready_.install(*plan);
+    if (let_ != nullptr) let_->taken.swap(plan->room);
+    used_plans_.push(*plan);
+    plan_has_moved();
+  }
+}
+
+// With control_mutex_ held; the caller destroys them after it is released, because what a user's
+// callback holds goes with them, and may be another entity of ours.
+DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
+  for (ReadyPlan* plan = used_plans_.take_all(); plan != nullptr;) {
+    const std::unique_ptr<ReadyPlan> used(plan);
+    plan = plan->inbox_next;
+  }
+  Records gone;
+  for (auto& record : removed_records_) {
+    if (record->gone.load() == 1 && record->forgotten.load() && record->detached &&
+        !record->queued.load() && !record->held.load() && !record->changed.load() &&
+        record->is_awaited_by_nobody()) {
+      if (record->entity != nullptr) remember_statistics_of(*record);
+      gone.push_back(std::move(record));
+    }
+  }
+  std::erase(removed_records_, nullptr);
+  return gone;
+}
+
+}  // namespace takt

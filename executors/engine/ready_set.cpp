@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/ready_set.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "takt/base/lockfree/sequence.hpp"
+
+namespace takt {
+namespace {
+
+// Heap order: the timer that is due first in front; of equal ones, the one registered first.
+constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
+  return a.first != b.first ? a.first > b.first : a.second->id() > b.second->id();
+};
+
+}  // namespace
+
+bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
+  return settings.info.deadline != Nanoseconds::zero() ||
+         settings.info.budget != Nanoseconds::zero() ||
+         settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
+         !record.entity->chain_steps().empty();
+}
+
+void Trigger::set(std::vector<CallbackRecord*>& callbacks,
+                  std::vector<TriggerInput>& room) noexcept {
+  callbacks_.swap(callbacks);
+  inputs_.swap(room);
+  const auto one =
+      std::find_if(callbacks_.begin(), callbacks_.end(),
+                   [&](const CallbackRecord* record) { return is_called(*record, options_.one); });
+  one_ = one != callbacks_.end() ? *one : nullptr;
+}
+
+bool Trigger::fires() noexcept {
+  const auto is_ready = [](const CallbackRecord* record) {
+    return record->held.load(std::memory_order_relaxed);
+  };
+  if (options_.own) {
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+      inputs_[i] = {callbacks_[i]->supervision->node, callbacks_[i]->supervision->callback,
+                    is_ready(callbacks_[i])};
+    }
+    return options_.own({inputs_.data(), callbacks_.size()});
+  }
+  switch (options_.kind) {
+    case TriggerOptions::Kind::any:
+      return std::any_of(callbacks_.begin(), callbacks_.end(), is_ready);
+    case TriggerOptions::Kind::all:
+      return std::all_of(callbacks_.begin(), callbacks_.end(), is_ready);
+    case TriggerOptions::Kind::one:
+      return one_ != nullptr && is_ready(one_);
+  }
+  return false;
+}
+
+bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
+  const std::string_view node = std::string_view(record.supervision->node).substr(1);
+  const std::string_view callback = record.supervision->callback;
+  if (name.starts_with('/')) name.remove_prefix(1);
+  if (!name.starts_with(node) || name.size() <= node.size() || name[node.size()] != '/')
+    return false;
+  name.remove_prefix(node.size() + 1);
+  return name == callback || (callback.starts_with('/') && name == callback.substr(1));
+}
+
+// A snapshot that the trigger lets through is served to its end.
+void ReadySet::take_snapshot() noexcept {
+  if (trigger_ == nullptr) {
+    if (!is_wait_set() || waiting_ == 0) poll();
+    return;
+  }
+  if (waiting_ != 0 && is_open()) return;
+  poll();
+  is_open_.store(waiting_ != 0 && trigger_->fires());
+}
+
+// Schedulers are emptied before anything changes that they may look at, and filled again
+// afterwards. Removed records stay behind: the plan has no room for them.
+void ReadySet::install(ReadyPlan& plan) noexcept {
+  ReadyCallback* first = nullptr;
+  ReadyCallback** end = &first;
+  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
+    callback->next = nullptr;
+    *end = callback;
+    end = &callback->next;
+  }
+  for (auto& parking : plan.parking) parking.parked = parking.exclusion->take_parked();
+
+  for (CallbackRecord* record : plan.removed) record->removed = true;
+  for (CallbackRecord* record : plan.added) set(*record, record->settings);
+  for (const auto& [record, settings] : plan.changed) {
+    if (!record->removed) set(*record, settings);
+  }
+
+  const auto for_those_who_stay = [](ReadyCallback* callback, auto&& stays) noexcept {
+    while (callback != nullptr) {
+      auto& record = static_cast<CallbackRecord&>(*std::exchange(callback, callback->next));
+      if (record.removed) {
+        record.let_go();
+      } else {
+        stays(record);
+      }
+    }
+  };
+  if (plan.scheduler != nullptr) scheduler_.swap(plan.scheduler);
+  is_order_ = scheduler_->is_order();
+  waiting_ = 0;
+  for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
+  for (auto& [exclusion, scheduler, parked] : plan.parking) {
+    if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
+    for_those_who_stay(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
+    hand_back(exclusion->unpark());  // the one that was handed back before may have been removed
+  }
+  plan.timers.clear();
+  for (const auto& timer : timers_) {  // within what was reserved
+    if (!timer.second->removed) plan.timers.push_back(timer);
+  }
+  timers_.swap(plan.timers);
+  std::make_heap(timers_.begin(), timers_.end(), due_later);
+
+  if (plan.reads_clock && !exact_time()) {
+    exact_time_.store(true, std::memory_order_relaxed);
+    for (CallbackRecord* record : plan.all) record->entity->attach(*record);  // now with times
+  }
+  if (trigger_ != nullptr) trigger_->set(plan.all, plan.trigger_inputs);
+  for (CallbackRecord* record : plan.added) {
+    if (record->removed) continue;
+    record->entity->attach(*record);
+    if (record->is_timer()) {
+      arm(*record);
+    } else if (record->entity->ready_count() > 0) {
+      Arrival arrival{next_sequence(), now_};
+      record->entity->front(arrival);
+      announce(*record, arrival);
+    }
+  }
+  for (CallbackRecord* record : plan.removed) {
+    record->forgotten.store(true);
+    if (record->executing.load() == 0) {
+      record->gone.store(1);
+      record->gone.notify_all();
+    }
+  }
+}
+
+// The record stands in no scheduler.
+void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noexcept {
+  record.settings = settings;
+  record.demoted_info = settings.info;
+  record.demoted_info.priority = std::numeric_limits<int>::min();
+  record.demoted_info.criticality = std::numeric_limits<int>::min();
+  record.demoted_info.chain = kNoChain;
+  record.demoted_info.period = Nanoseconds::zero();
+  record.is_judged = must_be_judged(record, settings);
+  if (!record.is_judged) record.is_demoted = false;
+  set_urgency(record);  // it may wait: then it goes back by what holds now
+}
+
+void ReadySet::set_urgency(CallbackRecord& record) noexcept {
+  record.info = record.is_demoted ? &record.demoted_info : &record.settings.info;
+  record.deadline = record.is_demoted ? kNever : record.deadline_of(record.ready_time);
+}
+
+void ReadySet::push_judged(CallbackRecord& record) noexcept {
+  set_urgency(record);
+  const TimePoint deadline = record.deadline_of(record.ready_time);
+  if (watchdog_ != nullptr && deadline != kNever) {
+    record.supervision->waiting.is_watched = true;
+    record.supervision->waiting.deadline.store(deadline);
+    watchdog_->expect(deadline);
+  }
+  hand_back(&record);
+}
+
+// What was announced goes to the scheduler, and timers whose time has changed are armed anew.
+void ReadySet::drain_inbox() noexcept {
+  ReadyCallback* changed = nullptr;
+  for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
+    CallbackRecord* next = record->inbox_next;
+    if (record->is_timer()) {
+      // Cleared before the release time is read: who changes it again announces again. Of a
+      // removed record this is our last touch.
+      const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
+      record->changed.store(false);
+      if (is_idle) {
+        record->begins_anew = true;
+        record->next = std::exchange(changed, record);
+      }
+    } else if (record->held.load(std::memory_order_relaxed)) {
+      record->drained = true;
+    } else if (record->removed) {
+      record->queued.store(false);  // our last touch of it
+    } else {
+      record->drained = true;
+      record->arrived(record->announced);
+      hold(*record);
+    }
+    record = next;
+  }
+  if (changed != nullptr) arm_anew(changed);
+}
+
+// Looks take turns with as many dispatches as fill the time between them, so far.
+void ReadySet::look_at_clock() noexcept {
+  constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
+  const TimePoint before = now_;
+  read_clock();
+  if (dispatches_until_look_ == 0) {
+    const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
+    dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
+        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMost));
+  }
+  dispatches_until_look_ = dispatches_between_looks_;
+}
+
+void ReadySet::release_due_timers() noexcept {
+  if (!exact_time()) look_at_clock();  // stopped or not: it begins the count to the next look
+  if (timers_stopped_.load(std::memory_order_relaxed)) return;
+  while (!timers_.empty() && timers_.front().first <= now_) {
+    auto [due, record] = timers_.front();
+    std::pop_heap(timers_.begin(), timers_.end(), due_later);
+    timers_.pop_back();
+    record->arrived({next_sequence(), due});
+    hold(*record);
+  }
+}
+
+void ReadySet::arm(CallbackRecord& record) noexcept {
+  const TimePoint release = *record.entity->next_release();
+  if (release == kNever) return;
+  timers_.emplace_back(release, &record);
+  std::push_heap(timers_.begin(), timers_.end(), due_later);
+}
+
+// All at once: one by one, n timers that begin together would cost n².
+void ReadySet::arm_anew(ReadyCallback* first) noexcept {
+  std::erase_if(timers_, [](const auto& timer) { return timer.second->begins_anew; });
+  std::make_heap(timers_.begin(), timers_.end(), due_later);
+  while (first != nullptr) {
+    auto& record = static_cast<CallbackRecord&>(*std::exchange(first, first->next));
+    record.begins_anew = false;
+    arm(record);
+  }
+}
+
+void ReadySet::restore_deferred() noexcept {
+  while (deferred_ != nullptr) {
+    ReadyCallback* callback = std::exchange(deferred_, deferred_->next);
+    auto& record = static_cast<CallbackRecord&>(*callback);
+    if (record.removed) {
+      record.let_go();
+    } else {
+      hand_back(callback);
+    }
+  }
+}
+
+}  // namespace takt

@@ -1,0 +1,430 @@
+// The callbacks of one executor that are ready, and how they come to be: readiness × scheduler.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
+#define TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/lockfree/inbox.hpp"
+#include "takt/base/lockfree/sequence.hpp"
+#include "takt/entities/entity.hpp"
+#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/sched/scheduler.hpp"
+
+namespace takt {
+
+/// When announced callbacks reach the scheduler.
+enum class Readiness {
+  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
+  events,    // at every dispatch
+};
+
+/// What the parameters of a callback come to. They may change at a dispatch point.
+struct CallbackSettings {
+  CallbackInfo info;
+  OverrunPolicy overrun = OverrunPolicy::catch_up;
+
+  friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
+};
+
+/// What is kept of a callback for the handlers of its overruns; it outlives the record while they
+/// run. Names and handlers never change.
+struct Supervision {
+  /// A deadline that the watchdog reports when it passes: of the release that waits, and of each
+  /// execution.
+  struct Watch {
+    /// True: there is a deadline to report if it is missed, here or by the watchdog, which then
+    /// takes it out. Worker only.
+    bool is_watched = false;
+    std::atomic<TimePoint> deadline{kNever};
+    std::atomic<std::uint64_t> chain_instance{0};  // that runs
+  };
+  explicit Supervision(std::size_t workers) : running(workers) {}
+
+  /// The waiting release begins to run. Under the dispatch lock, which a new release takes too.
+  Watch& begin(std::size_t worker) noexcept {
+    running[worker].is_watched = std::exchange(waiting.is_watched, false);
+    running[worker].deadline.store(waiting.deadline.exchange(kNever));
+    return running[worker];
+  }
+
+  std::string node, callback;
+  OverrunHandler on_deadline_miss, on_overrun;
+  Watch waiting;
+  std::vector<Watch> running;  // one for each worker
+};
+
+/// All that an executor keeps of one entity, made by a control thread when the entity is added.
+/// Fields without a comment never change, or are serialised by the executor.
+struct CallbackRecord : ReadyCallback, Sink {
+  std::shared_ptr<Entity> entity;
+  std::shared_ptr<CallbackGroup> group;
+  std::shared_ptr<Exclusion> exclusion;  // one for all of the group
+  CallbackSettings settings;
+  CallbackInfo demoted_info;  // as settings.info, and less urgent than all others
+  bool is_demoted = false;
+  bool is_judged = false;  // after each execution; otherwise it has no deadline and is not demoted
+  std::shared_ptr<Supervision> supervision;
+  std::uint64_t discarded = 0;  // messages of aborted chain instances
+  bool removed = false;
+  std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
+
+  // The scheduler, a parking place or a worker has the record: once, in all. It is given back when
+  // the last message was taken (exclusive groups: when its callback has returned). Written
+  // serialised; read by pending(), and by who waits to free a removed record.
+  std::atomic<bool> held{false};
+  bool begins_anew = false;            // a timer, while it is armed with others
+  bool drained = false;                // `queued`, and out of the inbox: settling answers it
+  bool announced_again = false;        // from a callback of the only worker, while it was held
+  std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
+  std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
+  std::string node;
+  CallbackStatistics statistics;
+  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+
+  // What follows is read by publishers: a cache line that the worker does not write each time.
+
+  // Announced through the inbox, by any thread, and not yet answered.
+  alignas(64) std::atomic<bool> queued{false};
+  // A timer's record stands in the inbox because its release time has changed.
+  std::atomic<bool> changed{false};
+  Arrival announced{};  // by whom: written by the thread that has set `queued`
+  CallbackRecord* inbox_next = nullptr;
+
+  void arrived(Arrival arrival) noexcept {
+    sequence = arrival.sequence;
+    ready_time = arrival.ready_time;
+  }
+  /// The last touch of a removed record: whoever waits to free it may do so.
+  void let_go() noexcept {
+    if (drained) queued.store(false);
+    held.store(false, std::memory_order_release);  // pairs with the load of who frees it
+  }
+  CallbackId id() const noexcept { return settings.info.id; }
+  bool is_described_by(const CallbackInfo* of) const noexcept {
+    return of == &settings.info || of == &demoted_info;
+  }
+  /// When what became ready then should have ended.
+  TimePoint deadline_of(TimePoint ready) const noexcept {
+    const Nanoseconds relative = settings.info.deadline;
+    return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
+  }
+  bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
+  bool is_reentrant() const noexcept { return group->type() == CallbackGroupType::Reentrant; }
+
+ protected:
+  ~CallbackRecord() = default;
+};
+
+/// Whether this is its name: "node/callback", with or without the first slash of either.
+bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
+
+/// Whether each execution has something to keep, or is measured as part of a chain.
+bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
+
+/// Whether what is ready may be served, as far as there is a condition.
+class Trigger {
+ public:
+  explicit Trigger(const TriggerOptions& options) : options_(options) {}
+
+  /// From here on it is about these callbacks; `room` has an input for each.
+  void set(std::vector<CallbackRecord*>& callbacks, std::vector<TriggerInput>& room) noexcept;
+  bool fires() noexcept;
+
+ private:
+  const TriggerOptions& options_;
+  std::vector<CallbackRecord*> callbacks_;
+  std::vector<TriggerInput> inputs_;
+  const CallbackRecord* one_ = nullptr;  // of Kind::one, while there is such a callback
+};
+
+/// Everything that depends on which callbacks there are. A control thread builds it, with all the
+/// memory that will be needed; the executor takes it over at a dispatch point, and what it
+/// replaces goes back in the same object to be freed by a control thread.
+struct ReadyPlan {
+  struct Parking {
+    Exclusion* exclusion;
+    std::unique_ptr<Scheduler> scheduler;
+    ReadyCallback* parked = nullptr;  // while the one takes the place of the other
+  };
+  struct Change {
+    CallbackRecord* record;
+    CallbackSettings settings;
+  };
+  std::unique_ptr<Scheduler>
+      scheduler;  // nullptr, here and for groups: the one that is there stays
+  std::vector<Parking> parking;
+  std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
+  std::vector<CallbackRecord*> added, removed;
+  std::vector<Change> changed;  // in order: the last one holds
+  std::vector<CallbackRecord*> all;
+  std::vector<TriggerInput> trigger_inputs;  // room for all
+  bool reads_clock = false;                  // from now on
+  std::shared_ptr<void> room;                // the executor's own
+  ReadyPlan* inbox_next = nullptr;
+};
+
+/// Thread safety: announce, announce_change and has_news from any thread; all else is serialised
+/// by the executor ("at a dispatch point").
+/// Real-time: nothing blocks or allocates; O(log n) a callback for heap-ordered schedulers.
+class ReadySet {
+ public:
+  /// `exact_time`: the clock is read at every dispatch, to look for due timers and to tell the
+  /// scheduler how long callbacks ran. Otherwise, to spare clock readings, due timers are looked
+  /// for whenever nothing else is ready, and about every two microseconds: at every dispatch when
+  /// callbacks are long, at every 64th when they are very short.
+  /// `trigger`: nullptr, or when a snapshot may be served.
+  ReadySet(Readiness readiness, Clock& clock, bool exact_time, Watchdog* watchdog, Trigger* trigger)
+      : readiness_(readiness),
+        windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
+        clock_(clock),
+        watchdog_(watchdog),
+        trigger_(trigger),
+        exact_time_(exact_time) {}
+
+  /// Whether the clock is read at every dispatch. A plan may begin it.
+  bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
+
+  /// An entity became ready. True when somebody may have to be woken for it.
+  bool announce(CallbackRecord& record, Arrival arrival) noexcept {
+    // Most announcements of a busy callback end here. Sequentially consistent: see settle().
+    if (record.queued.load() || record.queued.exchange(true)) return false;
+    record.announced = arrival;
+    inbox_.push(record);
+    return true;
+  }
+  /// The same from a callback, on the thread of the only worker: nobody has to be woken. No other
+  /// thread can be at the scheduler, so an event goes there without any atomic operation.
+  void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
+    if (is_wait_set()) {
+      announce(record, arrival);
+    } else if (record.held.load(std::memory_order_relaxed)) {
+      record.announced_again = true;
+    } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
+      record.arrived(arrival);
+      hold(record);
+    }  // else it is in the inbox, and what is taken out of there looks at all messages
+  }
+  /// A timer's release time has changed.
+  bool announce_change(CallbackRecord& record) noexcept {
+    if (record.changed.exchange(true)) return false;
+    inbox_.push(record);
+    return true;
+  }
+  bool has_news() const noexcept { return !inbox_.empty(); }
+
+  /// Takes the plan over and leaves in it what it replaces.
+  void install(ReadyPlan& plan) noexcept;
+
+  /// What `next` may do.
+  struct Limits {
+    std::uint64_t last_sequence = UINT64_MAX;  // events: run nothing that arrived later
+    bool may_poll = true;                      // look for new announcements and due timers
+  };
+  /// The callback to run next, which then executes, or nullptr.
+  CallbackRecord* next(const Limits& limits) noexcept;
+  /// The same in two steps, for who takes several before they execute.
+  CallbackRecord* pick(const Limits& limits) noexcept;
+  void begin(CallbackRecord& record) noexcept;
+  /// Takes a snapshot, unless one is not finished.
+  void take_snapshot() noexcept;
+  /// Whether what waits may be served: what does not wait for a trigger.
+  bool is_open() const noexcept { return is_open_.load(); }
+  /// Looks for announcements and due timers: a polling point.
+  void poll() noexcept;
+
+  /// After take, in a reentrant group: what remains may run on another worker now.
+  void taken(CallbackRecord& record, bool more) noexcept { settle(record, more); }
+  /// After execute, where the time is exact; `as_picked` is how the record was when it was picked.
+  void tell_scheduler(const CallbackRecord& record, const ReadyCallback& as_picked,
+                      Nanoseconds execution_time) noexcept {
+    // A scheduler that came with the removal does not know the callback.
+    if (!record.removed) scheduler_->done(as_picked, execution_time);
+  }
+  /// After that; `more` is what take said.
+  void finished(CallbackRecord& record, bool more) noexcept;
+
+  /// Gives back what `next` has put aside because of Limits::last_sequence.
+  void restore_deferred() noexcept;
+
+  std::size_t waiting() const noexcept { return waiting_; }
+  bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
+  /// When the first timer is due; kNever when there is none.
+  TimePoint next_release() const noexcept {
+    return timers_.empty() || timers_stopped_.load() ? kNever : timers_.front().first;
+  }
+  void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
+
+  /// The time as of the last reading, for those who just read the clock (full statistics).
+  void set_now(TimePoint now) noexcept { now_ = now; }
+  TimePoint now() const noexcept { return now_; }
+  void read_clock() noexcept { now_ = clock_.now(); }
+
+ private:
+  ReadyCallback* pop() noexcept {
+    return alone_ != nullptr ? std::exchange(alone_, nullptr) : scheduler_->pop();
+  }
+  void hold(CallbackRecord& record) noexcept;
+  void push(CallbackRecord& record) noexcept;
+  void push_judged(CallbackRecord& record) noexcept;
+  static void set_urgency(CallbackRecord& record) noexcept;
+  void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
+  void hand_back(ReadyCallback* callback) noexcept;
+  void settle(CallbackRecord& record, bool more) noexcept;
+  void drain_inbox() noexcept;
+  void release_due_timers() noexcept;
+  void look_at_clock() noexcept;
+  void arm(CallbackRecord& record) noexcept;
+  void arm_anew(ReadyCallback* first) noexcept;
+
+  const Readiness readiness_;
+  // Where there are no polling points, what arrives now belongs to the window after the one that
+  // is being handed out: so under `ros` nobody overtakes for ever.
+  const std::uint64_t windows_ahead_;
+  Clock& clock_;
+  Watchdog* const watchdog_;
+  Trigger* const trigger_;
+  std::atomic<bool> is_open_{true};  // the snapshot may be served; written serialised
+  std::atomic<bool> exact_time_;     // written at a dispatch point
+  Inbox<CallbackRecord> inbox_;
+  std::unique_ptr<Scheduler> scheduler_;
+  bool is_order_ = false;           // the scheduler
+  ReadyCallback* alone_ = nullptr;  // it need not know this one: no other waits
+  std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
+  ReadyCallback* deferred_ = nullptr;                          // linked by next
+  std::size_t waiting_ = 0;                                    // in the scheduler, or alone
+  std::uint64_t window_ = 0;
+  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
+  TimePoint now_{};
+  std::atomic<bool> timers_stopped_{false};
+};
+
+// ---- The hot path: inline, so that a worker's dispatch is one function ----
+
+// Back into the scheduler with its old order of arrival.
+inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
+  if (callback == nullptr) return;
+  if (waiting_++ == 0 && is_order_) {
+    alone_ = callback;
+    return;
+  }
+  if (alone_ != nullptr) scheduler_->push(*std::exchange(alone_, nullptr));
+  scheduler_->push(*callback);
+}
+
+inline void ReadySet::push(CallbackRecord& record) noexcept {
+  record.window = window_ + windows_ahead_;
+  if (record.is_judged) [[unlikely]]
+    return push_judged(record);
+  hand_back(&record);
+}
+
+inline void ReadySet::poll() noexcept {
+  if (is_wait_set()) ++window_;
+  if (has_news()) drain_inbox();
+  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
+    release_due_timers();
+  }
+}
+
+inline void ReadySet::hold(CallbackRecord& record) noexcept {
+  record.held.store(true, std::memory_order_relaxed);
+  push(record);
+}
+
+inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
+  if (trigger_ != nullptr) [[unlikely]] {
+    if (limits.may_poll) take_snapshot();
+    if (!is_open()) return nullptr;
+  } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
+    poll();
+  }
+  ReadyCallback* first = pop();
+  if (first == nullptr) return nullptr;
+  --waiting_;
+  auto& record = static_cast<CallbackRecord&>(*first);
+  window_ = std::max(window_, record.window);
+  record.announced_again = false;  // what was sent so far, take sees
+  return &record;
+}
+
+inline void ReadySet::begin(CallbackRecord& record) noexcept {
+  // Relaxed: made visible by the swap that takes the message, see pending().
+  record.executing.store(record.executing.load(std::memory_order_relaxed) + 1,
+                         std::memory_order_relaxed);
+}
+
+inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
+  while (CallbackRecord* record = pick(limits)) {
+    if (record->sequence > limits.last_sequence) {
+      record->next = std::exchange(deferred_, record);
+    } else if (record->exclusion->admit(*record)) {
+      begin(*record);
+      return record;
+    }
+  }
+  return nullptr;
+}
+
+// The record has been served: it is given back, or goes to the scheduler again if more is there.
+// Announcements from other threads are answered so that none is lost: the publisher writes its
+// message and then reads `queued`, we write `queued` and then look for messages, both sequentially
+// consistent, so one of the two sees the other.
+inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
+  if (record.removed) [[unlikely]]
+    return record.let_go();
+  if (record.is_timer()) {
+    record.held.store(false, std::memory_order_relaxed);
+    return arm(record);
+  }
+  if (!more && record.drained) {
+    record.drained = false;
+    record.queued.store(false);
+    more = record.entity->ready_count() != 0;
+  }
+  if (!more && !record.announced_again) {
+    record.held.store(false, std::memory_order_relaxed);
+    return;
+  }
+  Arrival arrival{};
+  if (!record.entity->front(arrival)) arrival = {next_sequence(), now_};
+  if (!is_wait_set()) {
+    record.arrived(arrival);
+    push(record);
+    return;
+  }
+  // Into the next snapshot, with the announcement that was not answered or a new one.
+  record.held.store(false, std::memory_order_relaxed);
+  if (std::exchange(record.drained, false)) {
+    record.announced = arrival;
+    inbox_.push(record);
+  } else {
+    announce(record, arrival);
+  }
+}
+
+inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
+  const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
+  const bool is_gone = record.removed && executing == 0;
+  if (!record.is_reentrant()) settle(record, more);
+  hand_back(record.exclusion->leave());
+  // Release: pairs with the load in pending(); what the callback published is visible.
+  record.executing.store(executing, std::memory_order_release);
+  if (is_gone) [[unlikely]] {
+    record.gone.store(1);
+    record.gone.notify_all();
+  }
+}
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_ENGINE_READY_SET_HPP_

@@ -1,0 +1,78 @@
+// How executor threads sleep and are woken.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_WAIT_BACKENDS_WAIT_BACKEND_HPP_
+#define TAKT_EXECUTORS_WAIT_BACKENDS_WAIT_BACKEND_HPP_
+
+#include <cstddef>
+#include <memory>
+#include <string_view>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/registry.hpp"
+#include "takt/entities/entity.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+
+/// A semaphore with a deadline: a post is never lost, and wakes one worker. Some watch file
+/// descriptors in the same wait. Of these they tell news, not levels: whoever has been told looks
+/// at the descriptor until it finds nothing, and is told again of what comes afterwards.
+/// Thread safety: post, watch and unwatch from any thread; the rest from the worker of that index.
+/// Real-time: post is one system call when somebody sleeps; nothing allocates after construction,
+/// prepare and watch.
+class WaitBackend {
+ public:
+  virtual ~WaitBackend() = default;
+  /// Sleeps until somebody posts (true), or the deadline has come or file descriptors were
+  /// announced on this thread (false).
+  virtual bool wait(std::size_t worker, TimePoint deadline) noexcept = 0;
+  virtual void post() noexcept = 0;
+  /// The calling thread, which has asked for these attributes, is that worker until it leaves.
+  virtual void enter(std::size_t, const ThreadAttributes&) {}
+  virtual void leave(std::size_t) noexcept {}
+
+  virtual bool serves_file_descriptors() const noexcept { return false; }
+  /// From here on `watch.listener` is told of news of the descriptor, and perhaps of none. What is
+  /// ready already is news. Throws Error.
+  virtual void watch(const Watch&) {}
+  /// The listener may be told once more until all read sections that are open now have ended.
+  virtual void unwatch(const ArrivalListener*) noexcept {}
+  /// The calling thread is the one that will wait and look. Throws Error when that cannot be.
+  virtual void prepare() {}
+  /// Announces what is ready now, and does not wait.
+  virtual void look() noexcept {}
+  /// Another back end that watches this descriptor has news when `look` would find something; -1
+  /// when nothing is served. For the thread that has called prepare.
+  virtual int fd() noexcept { return -1; }
+};
+
+using WaitBackendRegistry = Registry<WaitBackend, std::size_t>;
+/// All wait back ends of this process by name, made for a number of workers. Making one throws
+/// Error with the reason when this kernel does not grant it.
+WaitBackendRegistry& wait_backends();
+
+/// Leaves the choice to the executor: the cheapest back end that serves.
+inline constexpr std::string_view kAutoWait = "auto";
+
+/// Throws the error that lists the valid names when there is neither a back end of that name nor
+/// is it kAutoWait.
+void check_wait_backend(std::string_view name);
+
+/// The one of that name; with kAutoWait `futex`, or `epoll` where file descriptors are served. With
+/// a manual clock it is the clock's own, and another name is an Error.
+std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clock,
+                                               std::size_t workers, bool has_file_descriptors);
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`.
+#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                                      \
+  namespace {                                                                                     \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {                              \
+    ::takt::wait_backends().add(                                                                  \
+        name, description, [](std::size_t workers) { return std::make_unique<Class>(workers); }); \
+    return true;                                                                                  \
+  }();                                                                                            \
+  }
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_WAIT_BACKENDS_WAIT_BACKEND_HPP_

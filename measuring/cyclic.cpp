@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/measuring/cyclic.hpp"
+
+#include <algorithm>
+#include <ctime>
+
+#include <fmt/format.h>
+
+#include "takt/executors/executor.hpp"
+#include "takt/sched/threads/realtime_thread.hpp"
+
+namespace takt::rt {
+namespace {
+
+constexpr std::size_t kOverflowCycles = 100;
+
+class BareLoop final : public CyclicVariant {
+ public:
+  explicit BareLoop(const CyclicOptions& options) : CyclicVariant(options, "clock_nanosleep") {}
+
+ private:
+  void run(std::uint64_t cycles, const std::atomic<bool>& stop) override {
+    RealtimeThread thread(options_.thread, options_.realtime, [&] {
+      const RealtimeScope scope;
+      const Nanoseconds cpu_time = thread_cpu_time();
+      const TimePoint start = Clock::steady().now();
+      TimePoint due = start + options_.interval;
+      for (std::uint64_t cycle = 0; cycle < cycles && !stop.load(); ++cycle) {
+        const auto since_epoch = due.time_since_epoch();
+        const auto seconds = std::chrono::floor<std::chrono::seconds>(since_epoch);
+        const timespec time{seconds.count(), (since_epoch - seconds).count()};
+        while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr) != 0) {
+        }
+        const TimePoint now = Clock::steady().now();
+        if (!record(now - due)) break;
+        for (due += options_.interval; due <= now; due += options_.interval) ++result_.missed;
+      }
+      result_.counters += scope.so_far();
+      result_.cpu_time += thread_cpu_time() - cpu_time;
+      result_.wall_time += Clock::steady().now() - start;
+    });
+    result_.in_force = thread.state();
+    thread.join();
+  }
+};
+
+class ExecutorTimer final : public CyclicVariant {
+ public:
+  ExecutorTimer(const CyclicOptions& options, const std::string& executor, Nanoseconds early_wake)
+      : CyclicVariant(options,
+                      early_wake == Nanoseconds::zero()
+                          ? executor
+                          : fmt::format("{} early_wake={}us", executor, early_wake.count() / 1000)),
+        type_(executor),
+        early_wake_(early_wake) {
+    executors().check(executor);
+  }
+
+ private:
+  void run(std::uint64_t cycles, const std::atomic<bool>& stop) override {
+    ExecutorOptions options{.name = options_.thread.name, .threads = {options_.thread}};
+    options.realtime = options_.realtime;
+    options.early_wake = early_wake_;
+    const auto executor = executors().make(type_, options);
+    const auto node = std::make_shared<Node>("latency");
+    std::uint64_t cycle = 0;
+    const auto timer = node->create_timer("timer", options_.interval, [&] {
+      const TimePoint now = Clock::steady().now();
+      const bool goes_on = record(now - Dispatch::current()->root_release);
+      if (++cycle == cycles || !goes_on || stop.load()) executor->cancel();
+    });
+    timer->cancel();
+    // The phase begins when the thread is there.
+    const auto begin = node->create_guard_condition("begin", [&] { timer->reset(); });
+    executor->add_node(node);
+    begin->trigger();
+    std::exception_ptr exception;
+    std::thread([&] {  // of which the executor makes a thread with these attributes
+      try {
+        executor->spin();
+      } catch (...) {
+        exception = std::current_exception();
+      }
+    })
+        .join();
+    if (exception != nullptr) std::rethrow_exception(exception);
+    result_.missed += timer->missed();
+    bool is_first = true;
+    for (const ThreadStatistics& thread : executor->thread_statistics()) {
+      if (is_first) result_.in_force = thread.in_force;
+      if (is_first) result_.wall_time += thread.wall_time;
+      is_first = false;
+      result_.counters += thread.counters;
+      result_.cpu_time += thread.cpu_time;
+    }
+  }
+
+  const std::string type_;
+  const Nanoseconds early_wake_;
+};
+
+}  // namespace
+
+CyclicResult::CyclicResult(const CyclicOptions& options)
+    : bins(options.bins), bin_(options.bin), break_above_(options.break_above) {
+  overflow_cycles.reserve(kOverflowCycles);
+}
+
+Nanoseconds CyclicResult::mean() const noexcept {
+  return cycles == 0 ? Nanoseconds::zero() : sum / static_cast<std::int64_t>(cycles);
+}
+
+double CyclicResult::cpu_percent() const noexcept {
+  return wall_time == Nanoseconds::zero() ? 0
+                                          : 100.0 * static_cast<double>(cpu_time.count()) /
+                                                static_cast<double>(wall_time.count());
+}
+
+bool CyclicResult::record(Nanoseconds value) noexcept {
+  const auto bin = static_cast<std::size_t>(std::max<std::int64_t>(value / bin_, 0));
+  if (bin < bins.size()) {
+    ++bins[bin];
+  } else {
+    ++overflows;
+    if (overflow_cycles.size() < overflow_cycles.capacity()) overflow_cycles.push_back(cycles);
+  }
+  ++cycles;
+  if (value < Nanoseconds::zero()) ++early;
+  min = std::min(min, value);
+  max = std::max(max, value);
+  last = value;
+  sum += value;
+  broke = break_above_ != Nanoseconds::zero() && value > break_above_;
+  return !broke;
+}
+
+CyclicVariant::CyclicVariant(const CyclicOptions& options, const std::string& name)
+    : options_(options), result_(options) {
+  result_.name = name;
+}
+
+void CyclicVariant::round(std::uint64_t cycles, const std::atomic<bool>& stop) {
+  round_ = Histogram();
+  run(cycles, stop);
+  if (round_.count() != 0) result_.rounds.add(round_);
+}
+
+std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options) {
+  return std::make_unique<BareLoop>(options);
+}
+
+std::unique_ptr<CyclicVariant> executor_timer(const CyclicOptions& options,
+                                              const std::string& executor, Nanoseconds early_wake) {
+  return std::make_unique<ExecutorTimer>(options, executor, early_wake);
+}
+
+void find_gaps(const CyclicOptions& options, Nanoseconds duration, Gaps& gaps) {
+  RealtimeThread(options.thread, options.realtime, [&] {
+    const TimePoint start = Clock::steady().now();
+    TimePoint before = start;
+    while (before - start < duration) {
+      const TimePoint now = Clock::steady().now();
+      if (const Nanoseconds gap = now - before; gap > Gaps::kThreshold) {
+        ++gaps.count;
+        gaps.total += gap;
+        gaps.longest = std::max(gaps.longest, gap);
+      }
+      before = now;
+    }
+    gaps.observed += before - start;
+  }).join();
+}
+
+}  // namespace takt::rt

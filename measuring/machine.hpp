@@ -1,0 +1,59 @@
+// The machine that a figure comes from, and what disturbed it meanwhile.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_MEASURING_MACHINE_HPP_
+#define TAKT_MEASURING_MACHINE_HPP_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/base/time.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt::rt {
+
+/// The first line of a file, or nothing when it cannot be read.
+std::string read_line(const std::string& path);
+
+/// How far the kernel can be preempted: "PREEMPT_RT", "PREEMPT_DYNAMIC (full)" and so on.
+std::string preemption_model();
+
+/// The block that stands beside every figure.
+nlohmann::json machine_json();
+
+/// The same in one line, for people.
+std::string machine_line();
+
+/// A thread of another process under SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
+struct Neighbour {
+  int process = 0, thread = 0;
+  std::string name, policy;
+  int priority = 0;
+  std::vector<int> affinity;
+  Nanoseconds cpu_time{0};  // while the observation lasted
+};
+
+/// Watches, from its construction on, who else had the CPUs.
+/// Thread safety: none. Real-time: reads /proc, so not on the thread that is measured.
+class Observation {
+ public:
+  Observation();
+  struct Result {
+    std::vector<Neighbour> neighbours;  // those that ran, the busiest first
+    double steal_percent = 0;           // of all CPUs, taken by the host
+    double load_average = 0;
+  };
+  Result so_far() const;
+
+ private:
+  std::map<int, Neighbour> before_;
+  std::vector<std::uint64_t> cpu_before_;
+};
+
+nlohmann::json to_json(const Observation::Result& result);
+
+}  // namespace takt::rt
+
+#endif  // TAKT_MEASURING_MACHINE_HPP_

@@ -1,0 +1,280 @@
+// Messages as bytes: XCDR1 (plain CDR), little-endian, as ROS 2 sends them.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_MESSAGES_CDR_HPP_
+#define TAKT_MESSAGES_CDR_HPP_
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "takt/messages/bounded.hpp"
+
+namespace takt {
+
+static_assert(std::endian::native == std::endian::little, "the encoding is the memory's own");
+
+/// What CDR writes as it lies in memory. `bool` is one byte that a decoder must check. An
+/// enumeration is an integer of its underlying type, also one that has no name.
+template <class T>
+concept CdrPrimitive = (std::is_arithmetic_v<T> && sizeof(T) <= 8) || std::is_enum_v<T>;
+
+/// Bytes that grow and are kept: a buffer that was once large enough allocates no more.
+/// Thread safety: as any value.
+class ByteBuffer {
+ public:
+  std::span<const std::byte> bytes() const noexcept { return {data_.get(), size_}; }
+  std::byte* data() noexcept { return data_.get(); }
+  void clear() noexcept { size_ = 0; }
+  /// Makes room for `count` more bytes, which are not initialised, and returns where they begin.
+  std::byte* extend(std::size_t count) {
+    if (size_ + count > capacity_) grow(size_ + count);
+    std::byte* begin = data_.get() + size_;
+    size_ += count;
+    return begin;
+  }
+
+ private:
+  void grow(std::size_t wanted) {
+    std::size_t capacity = capacity_ == 0 ? 256 : capacity_;
+    while (capacity < wanted) capacity *= 2;
+    auto larger = std::make_unique_for_overwrite<std::byte[]>(capacity);
+    if (size_ != 0) std::memcpy(larger.get(), data_.get(), size_);
+    data_ = std::move(larger);
+    capacity_ = capacity;
+  }
+  std::unique_ptr<std::byte[]> data_;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
+/// Four bytes before every message say how it is encoded: plain CDR, little-endian, no options.
+inline constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::byte{0},
+                                                     std::byte{0}};
+
+/// Appends fields to a buffer. Alignment counts from behind the header.
+/// Real-time: allocates only while the buffer grows.
+class CdrWriter {
+ public:
+  explicit CdrWriter(ByteBuffer& buffer) : buffer_(buffer) {
+    std::memcpy(buffer_.extend(kCdrHeader.size()), kCdrHeader.data(), kCdrHeader.size());
+    begin_ = buffer_.bytes().size();
+  }
+
+  template <CdrPrimitive T>
+  void operator()(const T& value) {
+    put(&value, sizeof value, sizeof value);
+  }
+  void operator()(const std::string& text) {
+    (*this)(static_cast<std::uint32_t>(text.size() + 1));  // with the zero at the end
+    put(text.c_str(), text.size() + 1, 1);
+  }
+  template <class T>
+  void operator()(const std::vector<T>& values) {
+    (*this)(static_cast<std::uint32_t>(values.size()));
+    elements(values);
+  }
+  template <class Container, std::size_t kMost>
+  void operator()(const Bounded<Container, kMost>& values) {
+    (*this)(values.get());
+  }
+  template <class T, std::size_t N>
+  void operator()(const std::array<T, N>& values) {
+    elements(values);
+  }
+  template <class T>
+  void operator()(const T& message) {
+    takt_visit_fields(*this, message);
+  }
+  /// ROS 2 gives a message without fields this one, because IDL knows no empty structure.
+  void no_fields() { (*this)(std::uint8_t{0}); }
+
+ private:
+  template <class Container>
+  void elements(const Container& values) {
+    using T = typename Container::value_type;
+    if constexpr (CdrPrimitive<T> && !std::same_as<T, bool>) {
+      if (!values.empty()) put(values.data(), values.size() * sizeof(T), sizeof(T));
+    } else if constexpr (std::same_as<T, bool>) {
+      for (const bool value : values) (*this)(value);
+    } else {
+      for (const T& value : values) (*this)(value);
+    }
+  }
+  void put(const void* data, std::size_t size, std::size_t alignment) {
+    const std::size_t offset = buffer_.bytes().size() - begin_;
+    const std::size_t padding = (alignment - offset % alignment) % alignment;
+    std::byte* to = buffer_.extend(padding + size);
+    std::memset(to, 0, padding);
+    std::memcpy(to + padding, data, size);
+  }
+
+  ByteBuffer& buffer_;
+  std::size_t begin_ = 0;
+};
+
+/// Adds up how many bytes fields take at the least.
+class CdrLeastSize {
+ public:
+  template <class T>
+  static std::size_t of() {
+    CdrLeastSize least;
+    least(*std::make_unique<T>());  // may be large
+    return std::max<std::size_t>(least.size_, 1);
+  }
+
+  template <CdrPrimitive T>
+  void operator()(const T&) {
+    size_ += sizeof(T);
+  }
+  void operator()(const std::string&) { size_ += sizeof(std::uint32_t); }
+  template <class T>
+  void operator()(const std::vector<T>&) {
+    size_ += sizeof(std::uint32_t);
+  }
+  template <class Container, std::size_t kMost>
+  void operator()(const Bounded<Container, kMost>& values) {
+    (*this)(values.get());
+  }
+  template <class T, std::size_t N>
+  void operator()(const std::array<T, N>& values) {
+    for (const T& value : values) (*this)(value);
+  }
+  template <class T>
+  void operator()(const T& message) {
+    takt_visit_fields(*this, message);
+  }
+  void no_fields() { ++size_; }
+
+ private:
+  std::size_t size_ = 0;
+};
+
+/// Known from the start, as decoding may be on a real-time thread.
+template <class T>
+inline const std::size_t kCdrLeastSize = CdrLeastSize::of<T>();
+
+/// Reads fields in the order in which they were written. Nothing is trusted: every length is
+/// checked against the bytes that are left before anything is allocated for it. After the first
+/// thing that does not fit, `ok()` is false, and the message's content is unspecified.
+class CdrReader {
+ public:
+  /// `bytes`: with the header, which must be that of plain CDR in little-endian order.
+  explicit CdrReader(std::span<const std::byte> bytes)
+      : ok_(bytes.size() >= kCdrHeader.size() && bytes[0] == kCdrHeader[0] &&
+            bytes[1] == kCdrHeader[1]),
+        body_(ok_ ? bytes.subspan(kCdrHeader.size()) : std::span<const std::byte>()) {}
+
+  bool ok() const noexcept { return ok_; }
+
+  template <CdrPrimitive T>
+  void operator()(T& value) {
+    const std::byte* from = take(sizeof(T), sizeof(T));
+    if (from == nullptr) return;
+    if constexpr (std::same_as<T, bool>) {
+      value = *from != std::byte{0};
+    } else {
+      std::memcpy(&value, from, sizeof(T));
+    }
+  }
+  void operator()(std::string& text) {
+    const std::uint32_t size = count(1);
+    const std::byte* from = take(size, 1);
+    if (!ok_ || size == 0) return text.clear();  // some senders write nothing for an empty string
+    if (from[size - 1] != std::byte{0}) return fail();
+    text.assign(reinterpret_cast<const char*>(from), size - 1);
+  }
+  template <class T>
+  void operator()(std::vector<T>& values) {
+    if constexpr (CdrPrimitive<T> && !std::same_as<T, bool>) {
+      const std::uint32_t size = count(sizeof(T));
+      values.resize(size);
+      bulk(values);
+    } else {
+      const std::uint32_t size = count(kCdrLeastSize<T>);
+      values.resize(ok_ ? size : 0);
+      for (std::size_t i = 0; ok_ && i < values.size(); ++i) {
+        if constexpr (std::same_as<T, bool>) {
+          bool value = false;
+          (*this)(value);
+          values[i] = value;
+        } else {
+          (*this)(values[i]);
+        }
+      }
+    }
+  }
+  template <class Container, std::size_t kMost>
+  void operator()(Bounded<Container, kMost>& values) {
+    Container plain = std::move(values).take();
+    (*this)(plain);
+    if (plain.size() > kMost) {
+      fail();
+      plain.clear();
+    }
+    values = std::move(plain);
+  }
+  template <class T, std::size_t N>
+  void operator()(std::array<T, N>& values) {
+    if constexpr (CdrPrimitive<T> && !std::same_as<T, bool>) {
+      bulk(values);
+    } else {
+      for (T& value : values) (*this)(value);
+    }
+  }
+  template <class T>
+  void operator()(T& message) {
+    takt_visit_fields(*this, message);
+  }
+  void no_fields() {
+    std::uint8_t ignored = 0;
+    (*this)(ignored);
+  }
+
+ private:
+  void fail() noexcept {
+    ok_ = false;
+    body_ = {};
+    offset_ = 0;
+  }
+  /// The next `size` bytes, or nullptr.
+  const std::byte* take(std::size_t size, std::size_t alignment) noexcept {
+    const std::size_t padding = (alignment - offset_ % alignment) % alignment;
+    const std::size_t left = body_.size() - offset_;
+    if (!ok_ || padding > left || size > left - padding) return fail(), nullptr;
+    const std::byte* from = body_.data() + offset_ + padding;
+    offset_ += padding + size;
+    return from;
+  }
+  /// A number of elements; 0 when so many cannot follow.
+  std::uint32_t count(std::size_t least_size) noexcept {
+    std::uint32_t value = 0;
+    (*this)(value);
+    if (value > (body_.size() - offset_) / least_size) fail();
+    return ok_ ? value : 0;
+  }
+  template <class Container>
+  void bulk(Container& values) {
+    using T = typename Container::value_type;
+    if (values.empty()) return;
+    if (const std::byte* from = take(values.size() * sizeof(T), sizeof(T))) {
+      std::memcpy(values.data(), from, values.size() * sizeof(T));
+    }
+  }
+
+  bool ok_;
+  std::span<const std::byte> body_;
+  std::size_t offset_ = 0;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_MESSAGES_CDR_HPP_

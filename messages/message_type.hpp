@@ -1,0 +1,237 @@
+// What is known of a message type at run time, and the macro that tells it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_MESSAGES_MESSAGE_TYPE_HPP_
+#define TAKT_MESSAGES_MESSAGE_TYPE_HPP_
+
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "takt/messages/cdr.hpp"
+
+namespace takt {
+
+struct MessageType;
+
+/// A field's type as ROS 2 describes it (REP 2016, type_description_interfaces/msg/FieldType).
+struct FieldShape {
+  enum Id : std::uint8_t {
+    nested = 1,
+    int8 = 2,
+    uint8 = 3,
+    int16 = 4,
+    uint16 = 5,
+    int32 = 6,
+    uint32 = 7,
+    int64 = 8,
+    uint64 = 9,
+    float32 = 10,
+    float64 = 11,
+    character = 13,
+    boolean = 15,
+    byte = 16,
+    string = 17,
+    bounded_string = 21,
+  };
+  /// What is added to the id of what there are several of.
+  static constexpr std::uint8_t kArray = 48, kBoundedSequence = 96, kSequence = 144;
+
+  std::uint8_t id = 0;
+  std::size_t capacity = 0;           // of an array, or a bounded sequence
+  std::size_t string_capacity = 0;    // of a bounded string
+  const MessageType* type = nullptr;  // of what is nested
+
+  Id element() const noexcept { return static_cast<Id>(id % kArray); }
+  bool is_array() const noexcept { return id / kArray == 1; }
+  bool is_sequence() const noexcept { return id / kArray >= 2; }
+};
+
+/// One field: its name, its type in IDL's words ("uint32", "sequence<float>"), and where it lies.
+struct MessageField {
+  std::string name;
+  std::string type;
+  std::size_t offset = 0;
+  bool fixed_size = true;
+  FieldShape shape;
+};
+
+/// One message type. Publishers and subscriptions match by name and layout hash.
+/// Thread safety: never changes.
+struct MessageType {
+  std::string name;  // as in ROS 2: "sensor_msgs/msg/LaserScan"; or an IDL type's: "robot::Scan"
+  std::vector<MessageField> fields;
+  std::size_t size = 0;
+  std::size_t alignment = 0;
+  bool fixed_size = true;         // its bytes are all of it: no strings, no sequences
+  bool is_serialized = false;     // only its name is known: a message is its bytes
+  std::uint64_t layout_hash = 0;  // of names, types and offsets of all fields, nested ones too
+  void (*encode)(const void* message, ByteBuffer& bytes) = nullptr;
+  /// False when the bytes are not such a message.
+  bool (*decode)(std::span<const std::byte> bytes, void* message) = nullptr;
+};
+
+/// A type that TAKT_MESSAGE has described.
+template <class T>
+concept Message = requires(const T* message) {
+  { takt_message_type(message) } -> std::same_as<const MessageType&>;
+};
+
+template <Message T>
+const MessageType& message_type() {
+  return takt_message_type(static_cast<const T*>(nullptr));
+}
+
+/// The type of that name for who sends and receives its bytes; a message is then a
+/// `std::span<const std::byte>`. Lives for ever. From any thread; allocates.
+const MessageType& serialized_type(std::string_view name);
+
+// ---- Behind TAKT_MESSAGE ----
+
+/// Sets size and hash from the rest.
+MessageType finish_message_type(MessageType type);
+
+template <class T>
+FieldShape several(std::uint8_t kind, std::size_t capacity);
+
+template <class T>
+struct FieldType {  // the general case: a nested message
+  static std::string name() {
+    const MessageType& type = message_type<T>();
+    return type.name + "#" + std::to_string(type.layout_hash);
+  }
+  static bool fixed_size() { return message_type<T>().fixed_size; }
+  static FieldShape shape() { return {.id = FieldShape::nested, .type = &message_type<T>()}; }
+};
+template <class T>
+requires std::is_arithmetic_v<T> || std::same_as<T, std::byte>
+struct FieldType<T> {
+  static std::string name() {
+    if constexpr (std::same_as<T, bool>) return "boolean";
+    if constexpr (std::same_as<T, std::byte>) return "octet";
+    if constexpr (std::same_as<T, char>) return "char";
+    if constexpr (std::same_as<T, float>) return "float";
+    if constexpr (std::same_as<T, double>) return "double";
+    return (std::is_signed_v<T> ? "int" : "uint") + std::to_string(8 * sizeof(T));
+  }
+  static bool fixed_size() { return true; }
+  static FieldShape shape() {
+    if constexpr (std::same_as<T, bool>) return {FieldShape::boolean};
+    if constexpr (std::same_as<T, std::byte>) return {FieldShape::byte};
+    if constexpr (std::same_as<T, char>) return {FieldShape::character};
+    if constexpr (std::same_as<T, float>) return {FieldShape::float32};
+    if constexpr (std::same_as<T, double>) return {FieldShape::float64};
+    // int8, uint8, int16 and so on, in this order.
+    constexpr auto kSize = static_cast<std::uint8_t>(std::countr_zero(sizeof(T)));
+    return {
+        static_cast<std::uint8_t>(FieldShape::int8 + 2 * kSize + (std::is_unsigned_v<T> ? 1 : 0))};
+  }
+};
+template <class T>
+requires(std::is_enum_v<T> && !std::same_as<T, std::byte>) struct FieldType<T>
+    : FieldType<std::underlying_type_t<T>> {
+};
+template <>
+struct FieldType<std::string> {
+  static std::string name() { return "string"; }
+  static bool fixed_size() { return false; }
+  static FieldShape shape() { return {FieldShape::string}; }
+};
+template <class T>
+struct FieldType<std::vector<T>> {
+  static std::string name() { return "sequence<" + FieldType<T>::name() + ">"; }
+  static bool fixed_size() { return false; }
+  static FieldShape shape() { return several<T>(FieldShape::kSequence, 0); }
+};
+template <class Container, std::size_t kMost>
+struct FieldType<Bounded<Container, kMost>> {
+  static std::string name() {
+    return "at_most<" + FieldType<Container>::name() + "," + std::to_string(kMost) + ">";
+  }
+  static bool fixed_size() { return false; }
+  static FieldShape shape() {
+    if constexpr (std::same_as<Container, std::string>) {
+      return {.id = FieldShape::bounded_string, .string_capacity = kMost};
+    } else {
+      return several<typename Container::value_type>(FieldShape::kBoundedSequence, kMost);
+    }
+  }
+};
+template <class T, std::size_t N>
+struct FieldType<std::array<T, N>> {
+  static std::string name() { return FieldType<T>::name() + "[" + std::to_string(N) + "]"; }
+  static bool fixed_size() { return FieldType<T>::fixed_size(); }
+  static FieldShape shape() { return several<T>(FieldShape::kArray, N); }
+};
+
+template <class T>
+FieldShape several(std::uint8_t kind, std::size_t capacity) {
+  FieldShape shape = FieldType<T>::shape();
+  shape.id = static_cast<std::uint8_t>(shape.id + kind);
+  shape.capacity = capacity;
+  return shape;
+}
+
+template <class T>
+MessageField describe_field(const char* name, std::size_t offset) {
+  return {name, FieldType<T>::name(), offset, FieldType<T>::fixed_size(), FieldType<T>::shape()};
+}
+
+template <class T>
+void encode_message(const void* message, ByteBuffer& bytes) {
+  CdrWriter writer(bytes);
+  writer(*static_cast<const T*>(message));
+}
+template <class T>
+bool decode_message(std::span<const std::byte> bytes, void* message) {
+  CdrReader reader(bytes);
+  reader(*static_cast<T*>(message));
+  return reader.ok();
+}
+
+// Applies `macro(type, field)` to each further argument, with commas between.
+#define TAKT_PARENS ()
+#define TAKT_EXPAND(...) TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(__VA_ARGS__))))
+#define TAKT_EXPAND3(...) TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(__VA_ARGS__))))
+#define TAKT_EXPAND2(...) TAKT_EXPAND1(TAKT_EXPAND1(TAKT_EXPAND1(TAKT_EXPAND1(__VA_ARGS__))))
+#define TAKT_EXPAND1(...) __VA_ARGS__
+#define TAKT_FOR_EACH(macro, type, ...) \
+  __VA_OPT__(TAKT_EXPAND(TAKT_FOR_EACH_STEP(macro, type, __VA_ARGS__)))
+#define TAKT_FOR_EACH_STEP(macro, type, field, ...) \
+  macro(type, field) __VA_OPT__(, TAKT_FOR_EACH_AGAIN TAKT_PARENS(macro, type, __VA_ARGS__))
+#define TAKT_FOR_EACH_AGAIN() TAKT_FOR_EACH_STEP
+#define TAKT_DESCRIBE_FIELD(type, field) \
+  ::takt::describe_field<decltype(type::field)>(#field, offsetof(type, field))
+
+#define TAKT_VISIT_FIELD(message, field) visitor(message.field)
+
+/// `TAKT_MESSAGE(LaserScan, "sensor_msgs/msg/LaserScan", stamp, ranges);` in the namespace of the
+/// aggregate, with its fields in order of declaration, at most 80 of them: makes it a message.
+#define TAKT_MESSAGE(Type, type_name, ...)                                                  \
+  [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {       \
+    static const ::takt::MessageType type = ::takt::finish_message_type(                    \
+        {.name = type_name,                                                                 \
+         .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},   \
+         .size = sizeof(Type),                                                              \
+         .alignment = alignof(Type),                                                        \
+         .fixed_size = std::is_trivially_copyable_v<Type>,                                  \
+         .encode = &::takt::encode_message<Type>,                                           \
+         .decode = &::takt::decode_message<Type>});                                         \
+    return type;                                                                            \
+  }                                                                                         \
+  template <class Visitor, class Message>                                                   \
+  requires std::same_as<std::remove_const_t<Message>, Type>                                 \
+  void takt_visit_fields(Visitor& visitor, [[maybe_unused]] Message& message) {             \
+    __VA_OPT__(TAKT_FOR_EACH(TAKT_VISIT_FIELD, message, __VA_ARGS__); if constexpr (false)) \
+    visitor.no_fields();                                                                    \
+  }                                                                                         \
+  static_assert(true, "so that the macro ends in a semicolon")
+
+}  // namespace takt
+
+#endif  // TAKT_MESSAGES_MESSAGE_TYPE_HPP_

@@ -1,0 +1,83 @@
+// Lets the callbacks of a node run, or not.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_CALLBACK_GATE_HPP_
+#define TAKT_NODES_CALLBACK_GATE_HPP_
+
+#include <atomic>
+#include <cstdint>
+
+namespace takt {
+
+/// Shared by the managed entities of one LifecycleNode. It begins closed.
+///
+/// The protocol:
+/// 1. An entity that is about to take something reserves; a gate that closes, or is closed,
+///    refuses, and nothing is taken. So what is not served stays where it is.
+/// 2. What was taken is executed: the reservation becomes a Passage, which ends with the callback.
+///    Or it is discarded: the reservation is given back.
+/// 3. Who closes the gate first refuses further reservations, then waits until all others have
+///    ended, except for the passages of the calling thread, within which it closes the gate.
+/// 4. An executor that takes all inputs of a period before it runs the first callback (logical
+///    execution time) holds reservations that cannot end while one of these callbacks closes the
+///    gate. They are not waited for; they become no passages any more.
+///
+/// Thread safety: every method from any thread; open and close one at a time.
+/// Real-time: close blocks; nothing else does, and nothing allocates. A callback costs three atomic
+/// additions.
+class CallbackGate {
+ public:
+  CallbackGate() = default;
+  CallbackGate(const CallbackGate&) = delete;
+  CallbackGate& operator=(const CallbackGate&) = delete;
+
+  /// Whether something may be taken.
+  bool is_open() const noexcept { return (state_.load() & kClosing) == 0; }
+  /// Whether it has been closed and everybody has come out, but for who closed it.
+  bool is_closed() const noexcept { return (state_.load() & kClosed) != 0; }
+  /// How often it has been closed, the beginning included.
+  std::uint32_t closings() const noexcept { return closings_.load(std::memory_order_relaxed); }
+
+  /// A true answer is followed by a Passage or by give_back, on the same thread.
+  bool reserve() noexcept;
+  void give_back() noexcept;
+
+  /// A reserved callback that runs, for as long as the object lives. False: it must not run.
+  class Passage {
+   public:
+    explicit Passage(CallbackGate& gate) noexcept;
+    ~Passage();
+    Passage(const Passage&) = delete;
+    Passage& operator=(const Passage&) = delete;
+    explicit operator bool() const noexcept { return gate_ != nullptr; }
+
+   private:
+    friend class CallbackGate;
+    CallbackGate* gate_;
+    const Passage* outer_ = nullptr;
+    [[gnu::tls_model("initial-exec")]] static thread_local constinit const Passage* innermost_;
+  };
+
+  void open() noexcept { state_.fetch_and(~(kClosing | kClosed)); }
+  /// Afterwards no callback runs, but those that the calling thread is in.
+  void close() noexcept;
+
+ private:
+  // One word, so that a futex serves: two flags, and two counters of 15 bits.
+  static constexpr std::uint32_t kClosing = 1, kClosed = 2, kReserved = 1u << 2,
+                                 kRunning = 1u << 17;
+  static constexpr std::uint32_t reserved(std::uint32_t state) noexcept {
+    return (state % kRunning) / kReserved;
+  }
+  static constexpr std::uint32_t running(std::uint32_t state) noexcept { return state / kRunning; }
+  void leave(std::uint32_t counted) noexcept;
+  std::uint32_t own_passages() const noexcept;
+
+  std::atomic<std::uint32_t> state_{kClosing | kClosed};
+  std::atomic<std::uint32_t> closings_{1};
+  // The reservations of the calling thread, at all gates.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit int held_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_CALLBACK_GATE_HPP_

@@ -1,0 +1,158 @@
+// Tests of the gate: who may pass, and for whom closing waits.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/nodes/callback_gate.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(CallbackGate, BeginsClosed) {
+  CallbackGate gate;
+  EXPECT_FALSE(gate.is_open());
+  EXPECT_TRUE(gate.is_closed());
+  EXPECT_FALSE(gate.reserve());
+  EXPECT_EQ(gate.closings(), 1u);
+}
+
+TEST(CallbackGate, LetsThroughWhileOpen) {
+  CallbackGate gate;
+  gate.open();
+  for (int i = 0; i < 100'000; ++i) {  // more than a counter of 15 bits would bear
+    ASSERT_TRUE(gate.reserve());
+    if (i % 2 == 0) {
+      gate.give_back();
+    } else {
+      const CallbackGate::Passage passage(gate);
+      ASSERT_TRUE(passage);
+    }
+  }
+  gate.close();
+  EXPECT_FALSE(gate.reserve());
+  EXPECT_EQ(gate.closings(), 2u);
+}
+
+TEST(CallbackGate, ClosingWaitsForACallbackThatRuns) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> is_inside{false}, has_ended{false};
+  std::thread worker([&] {
+    ASSERT_TRUE(gate.reserve());
+    const CallbackGate::Passage passage(gate);
+    is_inside = true;
+    is_inside.notify_all();
+    std::this_thread::sleep_for(20ms);
+    EXPECT_FALSE(gate.is_open());
+    EXPECT_FALSE(gate.is_closed());
+    has_ended = true;
+  });
+  is_inside.wait(false);
+  gate.close();
+  EXPECT_TRUE(has_ended);
+  EXPECT_TRUE(gate.is_closed());
+  worker.join();
+}
+
+// What was taken has left its ring: it must run, or it would be lost.
+TEST(CallbackGate, ClosingWaitsForWhatWasTakenOnAnotherThread) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> has_reserved{false}, has_run{false};
+  std::thread worker([&] {
+    ASSERT_TRUE(gate.reserve());
+    has_reserved = true;
+    has_reserved.notify_all();
+    std::this_thread::sleep_for(20ms);
+    const CallbackGate::Passage passage(gate);
+    EXPECT_TRUE(passage);
+    has_run = true;
+  });
+  has_reserved.wait(false);
+  gate.close();
+  EXPECT_TRUE(has_run);
+  worker.join();
+}
+
+TEST(CallbackGate, ACallbackThatClosesIsNotWaitedForNorAreThoseAroundIt) {
+  CallbackGate gate, other;
+  gate.open();
+  other.open();
+  ASSERT_TRUE(gate.reserve());
+  {
+    const CallbackGate::Passage outer(gate);
+    ASSERT_TRUE(other.reserve());
+    const CallbackGate::Passage elsewhere(other);
+    ASSERT_TRUE(gate.reserve());
+    const CallbackGate::Passage inner(gate);
+    gate.close();
+    EXPECT_TRUE(gate.is_closed());
+    EXPECT_TRUE(other.is_open());
+  }
+  gate.open();
+  other.close();
+  EXPECT_TRUE(gate.reserve());
+  gate.give_back();
+}
+
+// Logical execution time: the inputs of all callbacks are taken before the first runs.
+TEST(CallbackGate, WhatTheClosingThreadItselfHasTakenDoesNotRun) {
+  CallbackGate gate;
+  gate.open();
+  ASSERT_TRUE(gate.reserve());
+  ASSERT_TRUE(gate.reserve());
+  ASSERT_TRUE(gate.reserve());
+  {
+    const CallbackGate::Passage first(gate);
+    ASSERT_TRUE(first);
+    gate.close();
+  }
+  {
+    const CallbackGate::Passage second(gate);
+    EXPECT_FALSE(second);
+  }
+  gate.give_back();
+  gate.open();
+  gate.close();  // nothing is left to wait for
+}
+
+TEST(CallbackGate, NobodyIsInsideAClosedGateHoweverManyTry) {
+  CallbackGate gate;
+  gate.open();
+  std::atomic<bool> stop{false};
+  std::atomic<int> inside{0};
+  std::atomic<std::uint64_t> passed{0};
+  std::vector<std::thread> workers;
+  for (int i = 0; i < 3; ++i) {
+    workers.emplace_back([&] {
+      while (!stop) {
+        if (!gate.reserve()) continue;
+        const CallbackGate::Passage passage(gate);
+        ASSERT_TRUE(passage);
+        ++inside;
+        ++passed;
+        --inside;
+      }
+    });
+  }
+  while (passed == 0) std::this_thread::yield();  // all are under way
+  for (int round = 0; round < 300; ++round) {
+    gate.close();
+    ASSERT_EQ(inside, 0);
+    const std::uint64_t before = passed;
+    std::this_thread::yield();
+    ASSERT_EQ(passed, before);
+    gate.open();
+  }
+  stop = true;
+  for (auto& worker : workers) worker.join();
+}
+
+}  // namespace
+}  // namespace takt

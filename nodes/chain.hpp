@@ -1,0 +1,99 @@
+// Cause and effect through several callbacks, with one deadline from end to end.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_CHAIN_HPP_
+#define TAKT_NODES_CHAIN_HPP_
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/histogram.hpp"
+#include "takt/entities/entity.hpp"
+
+namespace takt {
+
+class Node;
+
+/// What is decided about a chain.
+struct ChainOptions {
+  std::string name;
+  int priority = 0;  // larger is more critical; what PiCAS calls the chain's priority
+  Nanoseconds deadline{
+      0};  // from the release of its first callback to the end of its last; 0: none
+};
+
+/// What has been measured of a chain.
+struct ChainStatistics {
+  std::uint64_t instances = 0;  // that have come to the end
+  std::uint64_t misses = 0;     // of these, after the deadline
+  std::uint64_t aborted = 0;    // ended before the end, see OverrunPolicy::abort
+  Histogram latency;            // release of the first callback → end of the last
+};
+
+/// A path of callbacks, each of which publishes what the next one receives. Its instances are told
+/// from others that end in the same callback by the way that they have come.
+/// Thread safety: finished() is serialised by the executor of the last callback, aborted() may be
+/// called by any thread, statistics() while that executor does not spin.
+/// Real-time: finished() and aborted() neither block nor allocate.
+class Chain {
+ public:
+  /// A callback by its node and its name.
+  using Step = std::pair<std::shared_ptr<Node>, std::string>;
+
+  /// Puts the chain together before executors have its callbacks. Throws Error when a name does not
+  /// exist, when a step does not publish what the next one receives, or when one stands twice.
+  static std::shared_ptr<Chain> create(const ChainOptions& options, const std::vector<Step>& path);
+
+  explicit Chain(const ChainOptions& options);
+  /// From 1, over the process.
+  ChainId id() const noexcept { return id_; }
+  const ChainOptions& options() const noexcept { return options_; }
+  ChainStatistics statistics() const;
+
+  // For executors.
+
+  void finished(Nanoseconds latency) noexcept {
+    ++instances_;
+    if (options_.deadline != Nanoseconds::zero() && latency > options_.deadline) ++misses_;
+    latency_.record(latency);
+  }
+  void aborted() noexcept { aborted_.fetch_add(1, std::memory_order_relaxed); }
+
+ private:
+  const ChainOptions options_;
+  const ChainId id_;
+  std::uint64_t instances_ = 0, misses_ = 0;
+  std::atomic<std::uint64_t> aborted_{0};
+  Histogram latency_;
+};
+
+/// Chain instances that were ended before their end: whatever they have sent is received by nobody.
+/// The last 1024 or so are remembered.
+/// Thread safety: from any thread.
+/// Real-time: nothing blocks or allocates.
+class AbortedInstances {
+ public:
+  static void add(std::uint64_t instance) noexcept {
+    place(instance).store(instance);
+    any_.store(true);
+  }
+  static bool contains(std::uint64_t instance) noexcept {
+    return any_.load(std::memory_order_relaxed) && finds(instance);
+  }
+
+ private:
+  static bool finds(std::uint64_t instance) noexcept;
+  static std::atomic<std::uint64_t>& place(std::uint64_t instance) noexcept {
+    return instances_[instance % instances_.size()];
+  }
+  static constinit std::atomic<bool> any_;
+  static constinit std::array<std::atomic<std::uint64_t>, 1024> instances_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_CHAIN_HPP_

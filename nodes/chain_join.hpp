@@ -1,0 +1,96 @@
+// Chains that go on together from a callback that makes one message of several inputs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_CHAIN_JOIN_HPP_
+#define TAKT_NODES_CHAIN_JOIN_HPP_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "takt/entities/entity.hpp"
+
+namespace takt {
+
+/// Chain instances that are about to go on as one.
+class JoiningInstances {
+ public:
+  /// How many can go on as one; more are left out.
+  static constexpr std::size_t kMost = 16;
+  struct Instance {
+    std::uint64_t way = 0;  // so far
+    TimePoint root_release{};
+  };
+
+  const Instance* begin() const noexcept { return instances_.data(); }
+  const Instance* end() const noexcept { return instances_.data() + count_; }
+  /// False: there is no room.
+  bool add(const Instance& instance) noexcept;
+  /// The instance of the dispatch, and those that go on with it since an earlier join. Returns how
+  /// many did not fit.
+  std::size_t add_all_of(const Dispatch& dispatch) noexcept;
+  void remove(std::uint64_t way) noexcept;
+  void clear() noexcept { count_ = 0; }
+
+ private:
+  std::array<Instance, kMost> instances_;
+  std::size_t count_ = 0;
+};
+
+/// What a fusion keeps, so that the chains of all its inputs go on in what it publishes. Without
+/// it, a message belongs to the chain of the input in whose callback it was published:
+///
+///   on left:   join.received(0); left_ = message; fuse();
+///   on right:  join.received(1); right_ = message; fuse();
+///   fuse:      if (!left_ || !right_) return;
+///              join.combine();
+///              publisher->publish(…);
+///
+/// The message carries a number that stands for all instances; the newest kMostJoined such numbers
+/// of the process are known. What is older is measured for the input that came last.
+/// Thread safety: calls are serialised by the user, as a mutually exclusive group of the callbacks
+/// does.
+/// Real-time: received() and combine() neither block nor allocate.
+class ChainJoin {
+ public:
+  static constexpr std::size_t kMostJoined = 1024;
+
+  /// Throws Error when there are no inputs, or more than JoiningInstances::kMost.
+  explicit ChainJoin(std::size_t inputs);
+
+  /// The callback that runs was called for this input, from 0. Of several messages of one input
+  /// the last one counts.
+  void received(std::size_t input) noexcept;
+  /// From here on what the callback that runs publishes belongs to its own chain instance and to
+  /// those of the inputs received since the last combine().
+  void combine() noexcept;
+  /// Instances that ended here because more than JoiningInstances::kMost would have gone on.
+  std::uint64_t left_out() const noexcept { return left_out_; }
+
+ private:
+  std::vector<JoiningInstances> inputs_;
+  std::uint64_t left_out_ = 0;
+};
+
+// For executors.
+
+/// Whether the number stands for several instances.
+constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
+  return static_cast<std::int64_t>(chain_instance) < 0;
+}
+/// The release of the root of the instance that has come to the dispatch on this way, when it is
+/// one of those that were joined.
+std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
+/// The same of any instance.
+inline std::optional<TimePoint> root_release(const Dispatch& dispatch, std::uint64_t way) noexcept {
+  if (dispatch.way == way) return dispatch.root_release;
+  if (!is_joined(dispatch.chain_instance)) return std::nullopt;
+  return joined_root(dispatch, way);
+}
+/// The number that the instance of the input that came last had before it was joined.
+std::uint64_t instance_before_joins(std::uint64_t chain_instance) noexcept;
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_CHAIN_JOIN_HPP_

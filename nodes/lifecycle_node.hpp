@@ -1,0 +1,172 @@
+// A node that is configured, activated, deactivated and shut down from outside.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_LIFECYCLE_NODE_HPP_
+#define TAKT_NODES_LIFECYCLE_NODE_HPP_
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "takt/nodes/callback_gate.hpp"
+#include "takt/nodes/lifecycle_publisher.hpp"
+#include "takt/nodes/lifecycle_state_machine.hpp"
+#include "takt/nodes/managed_entities.hpp"
+#include "takt/nodes/node.hpp"
+
+namespace takt {
+
+/// What became of a request. True: the callback returned SUCCESS.
+struct TransitionResult {
+  /// What the transition's callback returned; nothing: the request was refused, and nothing was
+  /// done.
+  std::optional<CallbackReturn> returned;
+  LifecycleState state = LifecycleState::unknown;  // of the node afterwards
+  std::string message;  // refused or without success: why, and what can be asked for
+
+  explicit operator bool() const noexcept { return returned == CallbackReturn::SUCCESS; }
+};
+
+/// ROS 2's managed node (design.ros2.org/articles/node_lifecycle.html). A request runs one of the
+/// callbacks below, on the calling thread; what that returns decides the next state.
+///
+/// Inactive means inactive, as the design says (in rclcpp only publishers are managed: #1846). The
+/// publishers, subscriptions and timers that this class creates work in the state `active` only:
+/// - what is published otherwise goes nowhere, see LifecyclePublisher;
+/// - messages that arrive otherwise wait, the newest of them as the depth says, until the node is
+///   active again; nobody is woken for them;
+/// - timers rest otherwise. Their phase begins when the node becomes active, also when that is
+///   because on_deactivate returned FAILURE. One that is cancelled stays so.
+/// Before on_deactivate, or on_shutdown of an active node, is called, the running managed callbacks
+/// have returned; no further one begins. If the request comes from one of them, that one is not
+/// waited for. (Two nodes whose managed callbacks deactivate each other at the same time wait for
+/// ever.) Under logical execution time it takes the place of those of its period that have not
+/// begun: their inputs are lost.
+/// What shall always work (services, clients, guard conditions and file descriptors do) is created
+/// by `Node::create_timer(…)` and so on.
+///
+/// Thread safety: every method from any thread. Requests do not wait for each other: one that
+/// comes during another, from whatever thread or callback, is refused.
+/// Real-time: requests block, allocate and run the user's code: for control threads. A managed
+/// callback costs three atomic additions more than another, and nothing allocates.
+/// Errors: exceptions from callbacks are logged and count as ERROR. A request that cannot be says
+/// why in its result; nothing throws.
+class LifecycleNode : public Node {
+ public:
+  using CallbackReturn = takt::CallbackReturn;
+
+  explicit LifecycleNode(std::string_view name, const NodeOptions& options = {});
+
+  /// In the state `unconfigured` → `inactive`.
+  TransitionResult configure() { return trigger_transition("configure"); }
+  /// `inactive` → `unconfigured`.
+  TransitionResult cleanup() { return trigger_transition("cleanup"); }
+  /// `inactive` → `active`.
+  TransitionResult activate() { return trigger_transition("activate"); }
+  /// `active` → `inactive`.
+  TransitionResult deactivate() { return trigger_transition("deactivate"); }
+  /// `unconfigured`, `inactive`, `active` → `finalized`.
+  TransitionResult shutdown() { return trigger_transition("shutdown"); }
+  TransitionResult trigger_transition(std::string_view label);
+  TransitionResult trigger_transition(TransitionId id);
+
+  /// During a transition, the state that stands for it.
+  LifecycleState get_current_state() const noexcept { return state_.load(); }
+
+  // Managed entities, as Node's.
+
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
+                                      std::function<void()> callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto runner = managed_task_runner(name, group);
+    auto timer =
+        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock(),
+                                                  period, std::move(callback), std::move(runner));
+    manage(timer);
+    return adopt_timer(timer);
+  }
+
+  template <Message T>
+  std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
+                                                          PublisherOptions<T> options = {}) {
+    const Endpoint end = endpoint<T>(topic, qos);
+    remember_output(end.topic, options.published_by);
+    return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), std::move(options),
+                                                   participant());
+  }
+
+  template <Message T, SubscriptionCallback<T> F>
+  std::shared_ptr<Subscription<T>> create_subscription(
+      std::string_view topic, const QoS& qos, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto subscription = std::make_shared<ManagedSubscription<T, F>>(
+        gate_, clock().real(), std::string(topic), group, endpoint<T>(topic, qos),
+        std::move(callback), participant());
+    if constexpr (CallbackSubscription<T, F>::kIsTask) {
+      subscription->set_runner(managed_task_runner(std::string(topic), group));
+    }
+    manage(subscription);
+    auto handle = adopt<Subscription<T>>(subscription);
+    subscription->start();
+    return handle;
+  }
+
+  // For LifecycleServices.
+
+  using TransitionListener = std::function<void(const LifecycleTransition&)>;
+  /// Is told of each row of the table that the node has gone through, on the thread of the request.
+  /// Empty: nobody is. When this returns, the listener before is not told any more. Must not be
+  /// called by the listener.
+  void set_transition_listener(TransitionListener listener);
+
+ protected:
+  // `previous` is the state in which the request came: for on_error too.
+
+  virtual CallbackReturn on_configure(LifecycleState previous);
+  virtual CallbackReturn on_cleanup(LifecycleState previous);
+  virtual CallbackReturn on_activate(LifecycleState previous);
+  virtual CallbackReturn on_deactivate(LifecycleState previous);
+  /// The node is finalized even if this returns FAILURE.
+  virtual CallbackReturn on_shutdown(LifecycleState previous);
+  /// After an ERROR. SUCCESS: the node is unconfigured again. Otherwise, and unless it is
+  /// overridden, the node is finalized.
+  virtual CallbackReturn on_error(LifecycleState previous);
+
+ private:
+  template <class Request>
+  TransitionResult request(Request which, const std::string& name);
+  CallbackReturn go_through(const LifecycleTransition& transition);
+  void step(const LifecycleTransition& transition);
+  CallbackReturn call(LifecycleState during, LifecycleState previous) noexcept;
+  CallbackReturn call_unguarded(LifecycleState during, LifecycleState previous);
+
+  std::shared_ptr<TaskRunner> managed_task_runner(const std::string& callback,
+                                                  const std::shared_ptr<CallbackGroup>& group);
+  void manage(const std::shared_ptr<Managed>& entity);
+  std::vector<std::shared_ptr<Managed>> managed() const;
+  void start_managed();
+  void stop_managed();
+
+  const std::shared_ptr<CallbackGate> gate_ = std::make_shared<CallbackGate>();
+  std::atomic<LifecycleState> state_{LifecycleState::unconfigured};
+  std::atomic<bool> is_changing_{false};  // whoever sets it may change the state
+
+  mutable PiMutex managed_mutex_;
+  std::vector<std::weak_ptr<Managed>> managed_;
+
+  PiMutex listener_mutex_;  // held while it is told
+  TransitionListener listener_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_LIFECYCLE_NODE_HPP_

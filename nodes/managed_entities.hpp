@@ -1,0 +1,154 @@
+// Timers and subscriptions that rest while their node is not active.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_MANAGED_ENTITIES_HPP_
+#define TAKT_NODES_MANAGED_ENTITIES_HPP_
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/entities/timer.hpp"
+#include "takt/nodes/callback_gate.hpp"
+
+namespace takt {
+
+/// What a LifecycleNode tells its managed entities. Whether they run is decided by the gate alone;
+/// this is about who has to be woken.
+/// Thread safety: one call at a time; everything else of the entity meanwhile.
+class Managed {
+ public:
+  virtual ~Managed() = default;
+  virtual void opens() noexcept {}
+  virtual void has_opened() noexcept = 0;
+  virtual void has_closed() noexcept = 0;
+};
+
+/// An entity behind a gate: while that is closed it is never ready, and nothing is taken from it.
+/// Thread safety and real-time: as Base and CallbackGate.
+template <class Base>
+class GatedEntity : public Base, public Managed {
+ public:
+  template <class... Arguments>
+  explicit GatedEntity(std::shared_ptr<CallbackGate> gate, Arguments&&... arguments)
+      : Base(std::forward<Arguments>(arguments)...), gate_(std::move(gate)) {}
+
+  std::size_t ready_count() const noexcept override {
+    return gate_->is_open() ? Base::ready_count() : 0;
+  }
+  using Base::take;
+  bool take(Slot& slot) noexcept override {
+    if (!gate_->reserve()) return false;
+    if (Base::take(slot)) return true;
+    gate_->give_back();
+    return false;
+  }
+  void execute(Slot& slot) override {
+    if (const CallbackGate::Passage passage(*gate_); passage) {
+      Base::execute(slot);
+    } else {
+      Base::discard(slot);
+    }
+  }
+  void discard(Slot& slot) noexcept override {
+    Base::discard(slot);
+    gate_->give_back();
+  }
+
+ protected:
+  const CallbackGate& gate() const noexcept { return *gate_; }
+
+ private:
+  const std::shared_ptr<CallbackGate> gate_;
+};
+
+/// A timer of a LifecycleNode: while the node is not active it has no release, whatever reset and
+/// release_at say; when the node becomes active, its phase begins, unless it is cancelled.
+template <std::derived_from<Timer> Base>
+class ManagedTimer final : public GatedEntity<Base> {
+ public:
+  using GatedEntity<Base>::GatedEntity;
+
+  std::optional<TimePoint> next_release() const noexcept override {
+    return this->gate().is_open() ? Timer::next_release() : kNever;
+  }
+  void opens() noexcept override { this->restart(); }
+  void has_opened() noexcept override { tell(); }
+  void has_closed() noexcept override { tell(); }
+
+ private:
+  void tell() noexcept {
+    const ReadSection section;
+    if (Sink* sink = this->sink()) sink->release_changed();
+  }
+};
+
+/// What resumes the coroutines of a LifecycleNode: they go on when the node is active again.
+class ManagedTaskRunner final : public GatedEntity<TaskRunner> {
+ public:
+  using GatedEntity::GatedEntity;
+
+  void has_opened() noexcept override { announce_if_ready(); }
+  void has_closed() noexcept override {}
+};
+
+/// A subscription of a LifecycleNode: while the node is not active it keeps the newest messages, as
+/// its depth says, and tells nobody.
+template <Message T, class F>
+class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
+  using Base = GatedEntity<SubscriptionWith<T, F>>;
+
+ public:
+  template <class... Arguments>
+  ManagedSubscription(std::shared_ptr<CallbackGate> gate, Clock& clock, Arguments&&... arguments)
+      : Base(std::move(gate), std::forward<Arguments>(arguments)...), clock_(clock) {}
+
+  using Base::take;
+  bool take(T& message) override { return this->gate().is_open() && Base::take(message); }
+
+  // Who is told is decided under the mutex, so that of an executor that attaches and a node that
+  // becomes active neither undoes what the other did.
+  void attach(Sink& sink) noexcept override {
+    const std::lock_guard lock(mutex_);
+    Base::attach(sink);
+    if (!this->gate().is_open()) this->set_listener(nullptr);
+  }
+  void detach() noexcept override {
+    const std::lock_guard lock(mutex_);
+    Base::detach();
+  }
+  void has_opened() noexcept override {
+    const std::lock_guard lock(mutex_);
+    Sink* sink = this->sink();
+    if (sink == nullptr) return;
+    this->set_listener(sink);
+    // Sequentially consistent: who sends from now on announces, and what was sent is seen here.
+    if (this->ready_count() == 0) return;
+    Arrival arrival{next_sequence(), clock_.now()};
+    this->front(arrival);  // unless its publisher has not finished
+    sink->announce(arrival);
+  }
+  void has_closed() noexcept override {
+    const std::lock_guard lock(mutex_);
+    this->set_listener(nullptr);
+  }
+  /// What waits for the node is not expected to have been received.
+  Entity::Report report() const override {
+    Entity::Report report = Base::report();
+    if (!this->gate().is_open()) report.expected -= this->ring().size();
+    return report;
+  }
+
+ private:
+  Clock& clock_;
+  PiMutex mutex_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_MANAGED_ENTITIES_HPP_

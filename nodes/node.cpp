@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/nodes/node.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <mutex>
+
+#include <fmt/format.h>
+
+namespace takt {
+namespace {
+
+// ROS 2's rule for one part of a name.
+bool is_name(std::string_view name) {
+  return !name.empty() && std::isdigit(static_cast<unsigned char>(name[0])) == 0 &&
+         std::all_of(name.begin(), name.end(), [](unsigned char character) {
+           return std::isalnum(character) != 0 || character == '_';
+         });
+}
+
+void check_name(std::string_view name, std::string_view what) {
+  if (!is_name(name)) {
+    throw Error(fmt::format("'{}' cannot be the name of a {}", name, what),
+                "use letters, digits and '_', not beginning with a digit");
+  }
+}
+
+void check_path(std::string_view path, std::string_view what) {
+  std::string_view rest = path.substr(std::min<std::size_t>(path.size(), 1));
+  for (;;) {
+    const std::size_t slash = rest.find('/');
+    if (!path.starts_with('/') || !is_name(rest.substr(0, slash))) {
+      throw Error(fmt::format("'{}' cannot be the name of a {}", path, what),
+                  "use letters, digits and '_' between slashes: '/front/scan'");
+    }
+    if (slash == std::string_view::npos) return;
+    rest.remove_prefix(slash + 1);
+  }
+}
+
+std::string absolute_name_space(std::string_view name_space) {
+  if (name_space.empty() || name_space == "/") return {};
+  std::string result(name_space.starts_with('/') ? "" : "/");
+  result += name_space;
+  check_path(result, "namespace");
+  return result;
+}
+
+// What each of the objects that are named will have.
+template <class Object>
+std::map<Object*, CallbackParameters> after(
+    const std::map<std::string, CallbackParameters, std::less<>>& changes,
+    const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
+  std::map<Object*, CallbackParameters> result;
+  for (const auto& change : changes) {  // clang 14 captures no structured bindings
+    const std::string& name = change.first;
+    const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
+      return candidate->name() == name;
+    });
+    if (object == objects.end()) {
+      std::vector<std::string> names;
+      for (const auto& candidate : objects) names.push_back(candidate->name());
+      throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),
+                  suggest(name, names));
+    }
+    result[object->get()] = change.second.or_else((*object)->parameters());
+  }
+  return result;
+}
+
+// The nodes of this process by name, and by the participant through which others see them.
+class NodeNames {
+ public:
+  static NodeNames& instance() {
+    static NodeNames& names = *new NodeNames;  // some nodes are destroyed after static objects
+    return names;
+  }
+  /// False: there is one already.
+  bool add(const Participant* participant, const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    return ++counts_[{participant, name}] == 1;
+  }
+  void remove(const Participant* participant, const std::string& name) noexcept {
+    const std::lock_guard lock(mutex_);
+    const auto found = counts_.find({participant, name});
+    if (--found->second == 0) counts_.erase(found);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<const Participant*, std::string>, int> counts_;
+};
+
+}  // namespace
+
+void check_node_name(std::string_view name) {
+  check_name(name, "node");
+}
+
+Node::Node(std::string_view name, const NodeOptions& options)
+    : options_(options),
+      name_(options.name.empty() ? std::string(name) : options.name),
+      name_space_(absolute_name_space(options.name_space)),
+      fully_qualified_name_(name_space_ + "/" + name_),
+      default_group_(
+          std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
+      parameters_(name_, options.parameters) {
+  check_node_name(name_);
+  groups_.push_back(default_group_);
+  if (options_.parameters.contains(kUseSimTime)) {
+    declare_parameter(kUseSimTime, false,
+                      {.description = "Timers follow /clock.", .read_only = true});
+  }
+  if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
+  if (!NodeNames::instance().add(options_.participant.get(), fully_qualified_name_)) {
+    log(LogLevel::warn,
+        "another node has this name too; give each its own name or namespace, as parameters, "
+        "services and results cannot tell them apart");
+  }
+}
+
+Node::~Node() {
+  NodeNames::instance().remove(options_.participant.get(), fully_qualified_name_);
+  if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
+}
+
+template <class Call>
+void Node::notify(Call&& call) {
+  std::unique_lock lock(mutex_);
+  const std::vector<NodeListener*> listeners = listeners_;
+  for (NodeListener* listener : listeners) {
+    if (std::find(listeners_.begin(), listeners_.end(), listener) == listeners_.end()) continue;
+    const std::pair running(listener, std::this_thread::get_id());
+    listener_calls_.push_back(running);
+    lock.unlock();
+    std::exception_ptr exception;
+    try {
+      call(*listener);
+    } catch (...) {
+      exception = std::current_exception();
+    }
+    lock.lock();
+    listener_calls_.erase(std::find(listener_calls_.begin(), listener_calls_.end(), running));
+    listener_called_.notify_all();
+    if (exception != nullptr) std::rethrow_exception(exception);
+  }
+}
+
+std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, CallbackGroupType type,
+                                                           bool automatically_add_to_executor) {
+  check_name(name, "callback group");
+  const std::vector<std::shared_ptr<CallbackGroup>> existing = groups();
+  if (std::any_of(existing.begin(), existing.end(),
+                  [&](const auto& group) { return group->name() == name; })) {
+    throw Error(fmt::format("node '{}' has two callback groups called '{}'", name_, name),
+                "give each group of a node its own name");
+  }
+  auto group =
+      std::make_shared<CallbackGroup>(std::move(name), type, automatically_add_to_executor);
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(groups_, [](const auto& known) { return known.expired(); });
+    groups_.push_back(group);
+  }
+  notify([&](NodeListener& listener) { listener.group_added(*this, group); });
+  return group;
+}
+
+std::shared_ptr<CallbackGroup> Node::group_or_default(std::shared_ptr<CallbackGroup> group) const {
+  if (group == nullptr) return default_group_;
+  return group;
+}
+
+std::string Node::timeout_name(std::string_view service) {
+  std::string name(service.substr(std::min(service.find_first_not_of("/~"), service.size())));
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name + "_timeout";
+}
+
+void Node::add(const std::shared_ptr<Entity>& entity) {
+  const std::vector<std::shared_ptr<CallbackGroup>> known = groups();
+  if (std::find(known.begin(), known.end(), entity->group()) == known.end()) {
+    throw Error(fmt::format("'{}' of node '{}' was given a callback group of another node",
+                            entity->name(), name_));
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(entities_, [](const auto& old) { return old.expired(); });
+    entities_.push_back(entity);
+  }
+  notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });
+}
+
+std::shared_ptr<Timer> Node::create_timer(std::string name, Nanoseconds period,
+                                          std::function<void()> callback,
+                                          std::shared_ptr<CallbackGroup> group) {
+  return adopt_timer(std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)),
+                                             clock(), period, std::move(callback)));
+}
+
+std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
+  check_name(timer->name(), "timer");
+  const std::string name = timer->name();
+  auto handle = adopt<Timer>(std::move(timer));
+  bool is_first_warning = false;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(timers_, [](const auto& known) { return known.second.expired(); });
+    if (!timers_.try_emplace(name, handle).second) {
+      is_first_warning = timers_of_one_name_.insert(name).second;
+    }
+  }
+  if (is_first_warning) {
+    log(LogLevel::warn,
+        "two timers are called '{}'; give each its own name, as files, chains and results cannot "
+        "tell them apart",
+        name);
+  }
+  return handle;
+}
+
+std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
+  // "tick/resumed" has "tick/resumed/alarm": names that users cannot give.
+  auto alarm = adopt<Timer>(std::make_shared<Timer>(runner->name() + "/alarm", runner->group(),
+                                                    runner->clock(), std::chrono::hours(1),
+                                                    [to = runner.get()] { to->wake_sleepers(); }));
+  runner->set_alarm(std::move(alarm));
+  return adopt<TaskRunner>(std::move(runner));
+}
+
+std::shared_ptr<GuardCondition> Node::create_guard_condition(std::string name,
+                                                             std::function<void()> callback,
+                                                             std::shared_ptr<CallbackGroup> group) {
+  check_name(name, "guard condition");
+  return adopt<GuardCondition>(std::make_shared<GuardCondition>(
+      std::move(name), group_or_default(std::move(group)), clock().real(), std::move(callback)));
+}
+
+std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
+    std::string name, int fd, FileDescriptorEvents events,
+    std::function<void(FileDescriptorEvents)> callback, std::shared_ptr<CallbackGroup> group) {
+  check_name(name, "file descriptor");
+  return adopt<FileDescriptor>(
+      std::make_shared<FileDescriptor>(std::move(name), group_or_default(std::move(group)),
+                                       clock().real(), fd, events, std::move(callback)));
+}
+
+std::string Node::resolve(std::string_view topic) {
+  std::string_view name = topic;
+  if (const auto found = options_.remap.find(topic); found != options_.remap.end()) {
+    const std::lock_guard lock(mutex_);
+    used_remaps_.emplace(topic);
+    name = found->second;
+  }
+  std::string result;
+  if (name.starts_with("~/")) {
+    result = fully_qualified_name() + std::string(name.substr(1));
+  } else if (name.starts_with('/')) {
+    result = name;
+  } else {
+    result = name_space_ + "/" + std::string(name);
+  }
+  check_path(result, "topic");
+  return result;
+}
+
+Endpoint Node::endpoint(std::string_view topic, const MessageType& type, const QoS& qos) {
+  std::string name = resolve(topic);
+  const QoS decided = decide(name, qos);
+  return {std::move(name), &type, decided, fully_qualified_name_};
+}
+
+std::shared_ptr<GenericPublisher> Node::create_generic_publisher(std::string_view topic,
+                                                                 std::string_view type,
+                                                                 const QoS& qos) {
+  const Endpoint end = endpoint(topic, serialized_type(type), qos);
+  remember_output(end.topic, {});
+  return std::make_shared<GenericPublisher>(end, clock().real(), options_.participant);
+}
+
+std::shared_ptr<SubscriptionBase> Node::create_generic_subscription(
+    std::string_view topic, std::string_view type, const QoS& qos, SerializedCallback callback,
+    std::shared_ptr<CallbackGroup> group) {
+  auto subscription = std::make_shared<GenericSubscription>(
+      std::string(topic), group_or_default(std::move(group)),
+      endpoint(topic, serialized_type(type), qos), std::move(callback), options_.participant);
+  auto handle = adopt<SubscriptionBase>(subscription);
+  subscription->start();
+  return handle;
+}
+
+QoS Node::decide(const std::string& topic, const QoS& code) {
+  const std::lock_guard lock(mutex_);
+  topics_.insert(topic);
+  const auto found = options_.qos.find(topic);
+  return found != options_.qos.end() ? found->second.over(code) : code;
+}
+
+void Node::check_deadline(const std::string& topic, const QoS& qos) {
+  if (qos.deadline_period != Nanoseconds::zero()) return;
+  throw Error(fmt::format("'{}' has no deadline that could be missed", topic), "give its QoS one");
+}
+
+void Node::remember_output(const std::string& topic, const std::vector<std::string>& published_by) {
+  const std::lock_guard lock(mutex_);
+  const auto [output, is_new] = outputs_.try_emplace(topic, published_by);
+  if (is_new || output->second.empty()) return;
+  if (published_by.empty()) {
+    output->second.clear();
+  } else {
+    output->second.insert(output->second.end(), published_by.begin(), published_by.end());
+  }
+}
+
+bool Node::publishes(std::string_view callback, std::string_view topic) const {
+  const std::lock_guard lock(mutex_);
+  const auto output = outputs_.find(topic);
+  return output != outputs_.end() &&
+         (output->second.empty() || std::find(output->second.begin(), output->second.end(),
+                                              callback) != output->second.end());
+}
+
+std::shared_ptr<Entity> Node::find_entity(std::string_view name) const {
+  std::vector<std::string> names;
+  for (const auto& entity : entities()) {
+    const std::string& full = entity->name();
+    if (full == name || (full.starts_with('/') && full.substr(1) == name)) return entity;
+    names.push_back(entity->name());
+  }
+  throw Error(fmt::format("node '{}' has no callback '{}'", fully_qualified_name(), name),
+              suggest(name, names));
+}
+
+// With the mutex held: what each object will have, if all of it can be.
+Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
+                                      const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                                      const std::vector<std::shared_ptr<Entity>>& entities) const {
+  ChangedParameters changed{after(changes.callback_groups, groups, "callback group", *this),
+                            after(changes.callbacks, entities, "callback", *this)};
+  const auto of = [](const auto& some, const auto& object) -> const CallbackParameters& {
+    const auto found = some.find(object.get());
+    return found != some.end() ? found->second : object->parameters();
+  };
+  for (const auto& [group, parameters] : changed.groups) parameters.check();
+  for (const auto& [entity, parameters] : changed.callbacks) parameters.check(entity->period());
+  for (const auto& entity : entities) {
+    of(changed.callbacks, entity)
+        .or_else(of(changed.groups, entity->group()))
+        .check(entity->period());
+  }
+  return changed;
+}
+
+void Node::check_callback_parameters(const CallbackParameterChanges& changes) const {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  const std::lock_guard lock(mutex_);
+  checked(changes, all_groups, all_entities);
+}
+
+void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  ChangedParameters before;
+  const auto exchange = [&before](const ChangedParameters& parameters) {
+    before = {};
+    for (const auto& [group, of_group] : parameters.groups) {
+      before.groups.emplace(group, group->parameters());
+      group->set_parameters(of_group);
+    }
+    for (const auto& [entity, of_entity] : parameters.callbacks) {
+      before.callbacks.emplace(entity, entity->parameters());
+      entity->set_parameters(of_entity);
+    }
+  };
+  const auto tell = [this] {
+    notify([this](NodeListener& listener) { listener.parameters_changed(*this); });
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    exchange(checked(changes, all_groups, all_entities));
+  }
+  try {
+    tell();
+  } catch (...) {  // a user's scheduler does not take them
+    {
+      const std::lock_guard lock(mutex_);
+      exchange(ChangedParameters(before));
+    }
+    tell();
+    throw;
+  }
+}
+
+CallbackParameters Node::callback_parameters(const Entity& entity) const {
+  const std::lock_guard lock(mutex_);
+  return entity.parameters().or_else(entity.group()->parameters());
+}
+
+std::vector<std::shared_ptr<Entity>> Node::entities() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<Entity>> result;
+  for (const auto& entity : entities_) {
+    if (auto alive = entity.lock()) result.push_back(std::move(alive));
+  }
+  return result;
+}
+
+std::vector<std::shared_ptr<CallbackGroup>> Node::groups() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<CallbackGroup>> result;
+  for (const auto& group : groups_) {
+    if (auto alive = group.lock()) result.push_back(std::move(alive));
+  }
+  return result;
+}
+
+void Node::add_listener(NodeListener& listener) {
+  const std::lock_guard lock(mutex_);
+  if (std::find(listeners_.begin(), listeners_.end(), &listener) == listeners_.end()) {
+    listeners_.push_back(&listener);
+  }
+}
+
+void Node::remove_listener(NodeListener& listener) noexcept {
+  std::unique_lock lock(mutex_);
+  std::erase(listeners_, &listener);
+  listener_called_.wait(lock, [&] {
+    return std::none_of(listener_calls_.begin(), listener_calls_.end(), [&](const auto& running) {
+      return running.first == &listener && running.second != std::this_thread::get_id();
+    });
+  });
+}
+
+bool Node::claim(const NodeListener* owner) noexcept {
+  const NodeListener* nobody = nullptr;
+  return owner_.compare_exchange_strong(nobody, owner);
+}
+
+void Node::release(const NodeListener* owner) noexcept {
+  owner_.compare_exchange_strong(owner, nullptr);
+}
+
+std::vector<std::string> Node::unused_remaps() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> result;
+  for (const auto& [from, to] : options_.remap) {
+    if (!used_remaps_.contains(from)) result.push_back(from);
+  }
+  return result;
+}
+
+std::vector<std::string> Node::timers_of_one_name() const {
+  const std::lock_guard lock(mutex_);
+  return {timers_of_one_name_.begin(), timers_of_one_name_.end()};
+}
+
+std::vector<std::string> Node::topics() const {
+  const std::lock_guard lock(mutex_);
+  return {topics_.begin(), topics_.end()};
+}
+
+}  // namespace takt

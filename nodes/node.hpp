@@ -1,0 +1,420 @@
+// A part of a program: it owns entities, and gives them names.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_NODE_HPP_
+#define TAKT_NODES_NODE_HPP_
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/entities/client.hpp"
+#include "takt/entities/file_descriptor.hpp"
+#include "takt/entities/generic_publisher.hpp"
+#include "takt/entities/generic_subscription.hpp"
+#include "takt/entities/guard_condition.hpp"
+#include "takt/entities/publisher.hpp"
+#include "takt/entities/qos_event.hpp"
+#include "takt/entities/receiver.hpp"
+#include "takt/entities/service.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/entities/task_runner.hpp"
+#include "takt/entities/timer.hpp"
+#include "takt/nodes/node_parameters.hpp"
+
+namespace takt {
+
+/// What is decided about a node from outside. A component's constructor takes it and hands it on.
+struct NodeOptions {
+  std::string name;                                       // instead of the one the code gives
+  std::string name_space;                                 // "/front"; empty: the root
+  Parameters parameters;                                  // instead of the declared defaults
+  std::map<std::string, std::string, std::less<>> remap;  // topic as the code names it → topic
+  TopicQos qos;  // instead of what the code says, by the topic's full name
+  Clock* clock = &Clock::steady();
+  std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
+  /// Talks to other processes through it; without, messages stay in the process.
+  std::shared_ptr<Participant> participant;
+};
+
+/// The parameter of ROS 2 by which a container gives a node a simulated clock.
+inline constexpr const char* kUseSimTime = "use_sim_time";
+
+class Node;
+
+/// Throws Error when a node cannot have this name.
+void check_node_name(std::string_view name);
+
+/// New parameters of a node's callback groups and callbacks, by name.
+struct CallbackParameterChanges {
+  std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
+};
+
+/// An executor that serves the node or some of its groups: told of what the node gets later.
+class NodeListener {
+ public:
+  virtual void entity_added(Node& node, const std::shared_ptr<Entity>& entity) = 0;
+  virtual void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) = 0;
+  virtual void parameters_changed(Node& node) = 0;
+
+ protected:
+  ~NodeListener() = default;
+};
+
+/// Names, parameters, and a factory of entities. The node knows its entities weakly: they live as
+/// long as the user holds them (dropping the last pointer takes an entity from its executor), the
+/// default callback group as long as the node.
+///
+/// Thread safety: every method from any thread. Entities may be created and dropped while the
+/// executor spins, from callbacks too.
+/// Real-time: set-up only; creating and dropping entities allocates and takes locks.
+class Node : public std::enable_shared_from_this<Node> {
+ public:
+  explicit Node(std::string_view name, const NodeOptions& options = {});
+  virtual ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  const std::string& name() const noexcept { return name_; }
+  const std::string& name_space() const noexcept { return name_space_; }
+  const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
+  /// That of its timers: perhaps a SimulatedClock.
+  Clock& clock() const noexcept { return *options_.clock; }
+
+  /// Writes a line that begins with the node's name. Real-time: as Logger.
+  template <class... Arguments>
+  void log(LogLevel level, fmt::format_string<Arguments...> format,
+           Arguments&&... arguments) const {
+    Logger& logger = Logger::instance();
+    if (level < options_.log_level.value_or(logger.level())) return;
+    char line[Logger::kLineBytes];
+    const auto end =
+        fmt::format_to_n(line, sizeof line, format, std::forward<Arguments>(arguments)...);
+    logger.write_as(fully_qualified_name_, level,
+                    std::string_view(line, std::min(end.size, sizeof line)));
+  }
+
+  std::shared_ptr<CallbackGroup> create_callback_group(std::string name, CallbackGroupType type,
+                                                       bool automatically_add_to_executor = true);
+  const std::shared_ptr<CallbackGroup>& default_callback_group() const noexcept {
+    return default_group_;
+  }
+
+  /// `name` is what configuration files, chains and results call the timer.
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
+                                      std::function<void()> callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr);
+  /// The callback is a coroutine, see Task.
+  template <TaskCallback F>
+  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto runner = create_task_runner(name, group, 1);
+    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock(),
+                                                   period, std::move(callback), std::move(runner)));
+  }
+
+  /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
+  std::shared_ptr<GuardCondition> create_guard_condition(
+      std::string name, std::function<void()> callback = {},
+      std::shared_ptr<CallbackGroup> group = nullptr);
+
+  // It would be made, and never run.
+  template <TaskCallback F>
+  std::shared_ptr<GuardCondition> create_guard_condition(
+      std::string name, F callback, std::shared_ptr<CallbackGroup> group = nullptr) = delete;
+
+  /// A callback for what happens to a publisher or a subscription besides messages; which, tells
+  /// the status that it takes: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
+  /// DeadlineMissedStatus or LivelinessChangedStatus (these two: see EndpointEvent). There is one
+  /// of a kind for each end; the one that is made last is told. Throws Error when a deadline is to
+  /// be told that the QoS does not have. Its name is "TOPIC/publisher/deadline_missed" and so on.
+  template <class Status, class End>
+  std::shared_ptr<Entity> create_qos_event(const End& end,
+                                           std::function<void(const Status&)> callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    std::string name = fmt::format(
+        "{}/{}/{}", end.topic(),
+        std::derived_from<End, SubscriptionBase> ? "subscription" : "publisher", Status::kName);
+    if constexpr (std::same_as<Status, DeadlineMissedStatus>) {
+      check_deadline(end.topic(), end.qos());
+      return adopt<Entity>(std::make_shared<DeadlineEvent>(
+          std::move(name), group_or_default(std::move(group)), clock().real(),
+          end.qos().deadline_period, end.events(), std::move(callback)));
+    } else {
+      auto event =
+          std::make_shared<QosEvent<Status>>(std::move(name), group_or_default(std::move(group)),
+                                             clock().real(), end.events(), std::move(callback));
+      auto handle = adopt<Entity>(event);
+      event->start();
+      return handle;
+    }
+  }
+
+  /// A callback for a device, pipe or socket. `fd` stays yours: keep it open until the entity is
+  /// dropped, and close it afterwards. Throws Error when it cannot be waited for.
+  std::shared_ptr<FileDescriptor> create_file_descriptor(
+      std::string name, int fd, FileDescriptorEvents events,
+      std::function<void(FileDescriptorEvents)> callback,
+      std::shared_ptr<CallbackGroup> group = nullptr);
+  template <TaskCallback<FileDescriptorEvents> F>
+  std::shared_ptr<FileDescriptor> create_file_descriptor(
+      std::string name, int fd, FileDescriptorEvents events, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) = delete;
+
+  template <Message T>
+  std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
+                                                 PublisherOptions<T> options = {}) {
+    const Endpoint end = endpoint<T>(topic, qos);
+    remember_output(end.topic, options.published_by);
+    return std::make_shared<Publisher<T>>(end, clock().real(), std::move(options),
+                                          options_.participant);
+  }
+
+  template <Message T, SubscriptionCallback<T> F>
+  std::shared_ptr<Subscription<T>> create_subscription(
+      std::string_view topic, const QoS& qos, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
+    group = group_or_default(std::move(group));
+    auto subscription =
+        std::make_shared<SubscriptionWith<T, F>>(std::string(topic), group, endpoint<T>(topic, qos),
+                                                 std::move(callback), options_.participant);
+    if constexpr (CallbackSubscription<T, F>::kIsTask) {
+      subscription->set_runner(create_task_runner(std::string(topic), group, 1));
+    }
+    auto handle = adopt<Subscription<T>>(subscription);
+    subscription->start();
+    return handle;
+  }
+
+  /// For messages that coroutines await.
+  template <Message T>
+  std::shared_ptr<Receiver<T>> create_receiver(std::string_view topic, const QoS& qos,
+                                               std::shared_ptr<CallbackGroup> group = nullptr) {
+    auto receiver =
+        std::make_shared<Receiver<T>>(std::string(topic), group_or_default(std::move(group)),
+                                      endpoint<T>(topic, qos), options_.participant);
+    auto handle = adopt<Receiver<T>>(receiver);
+    receiver->start();
+    return handle;
+  }
+
+  /// `type` is a name: "std_msgs/msg/String". What has this name, by bytes.
+  std::shared_ptr<GenericPublisher> create_generic_publisher(std::string_view topic,
+                                                             std::string_view type, const QoS& qos);
+  std::shared_ptr<SubscriptionBase> create_generic_subscription(
+      std::string_view topic, std::string_view type, const QoS& qos, SerializedCallback callback,
+      std::shared_ptr<CallbackGroup> group = nullptr);
+
+  /// `callback` is called with a request and an empty response to fill in, and may be a coroutine;
+  /// or with the request and its RequestId, see Service::send_response.
+  template <ServiceType S, ServiceCallback<S> F>
+  std::shared_ptr<Service<S>> create_service(std::string_view name, F callback,
+                                             std::shared_ptr<CallbackGroup> group = nullptr,
+                                             const ServiceOptions& options = {}) {
+    group = group_or_default(std::move(group));
+    auto service = std::make_shared<CallbackService<S, F>>(
+        std::string(name), group, resolve(name), fully_qualified_name_, clock().real(),
+        std::move(callback), options, options_.participant);
+    if constexpr (CallbackService<S, F>::kIsTask) {
+      service->set_runner(create_task_runner(std::string(name), group, 1));
+    }
+    auto handle = adopt<Service<S>>(service);
+    service->start();
+    return handle;
+  }
+
+  template <ServiceType S>
+  std::shared_ptr<Client<S>> create_client(std::string_view name, const ClientOptions& options = {},
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    auto client = std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
+                                              resolve(name), fully_qualified_name_, clock().real(),
+                                              options, options_.participant);
+    if (options.timeout != Nanoseconds::zero()) {
+      auto timer =
+          std::make_shared<Timer>(timeout_name(name), client->group(), clock().real(),
+                                  options.timeout, [weak = std::weak_ptr<Client<S>>(client)] {
+                                    // So it lives until that returns, dropped or not.
+                                    if (const auto alive = weak.lock()) alive->end_late_calls();
+                                  });
+      timer->cancel();  // before an executor has it, as the client has not got it yet
+      client->set_timer(adopt<Timer>(std::move(timer)));
+    }
+    auto handle = adopt<Client<S>>(client);
+    client->start();
+    return handle;
+  }
+
+  /// What resumes coroutines, for those who make callbacks of their own kinds of others: at most so
+  /// many tasks at a time. `callback` is what it is called after.
+  std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
+                                                 std::shared_ptr<CallbackGroup> group,
+                                                 std::size_t most_tasks) {
+    return adopt_task_runner(std::make_shared<TaskRunner>(
+        callback, group_or_default(std::move(group)), clock(), most_tasks));
+  }
+
+  /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
+  /// is taken for a floating-point number. Throws Error when it is of another type, out of the
+  /// descriptor's range, more than T can hold, or refused by an on-set callback.
+  template <class T>
+  T declare_parameter(std::string_view name, T value, ParameterDescriptor descriptor = {}) {
+    return parameters_.declare(name, std::move(value), std::move(descriptor));
+  }
+  /// ParameterValue as T takes every type. Throws Error when it was not declared, or is of another
+  /// type. Numbers may be read in real-time callbacks, see NodeParameters; a callback that needs
+  /// many of them each time better copies them when they are set.
+  template <class T>
+  T get_parameter(std::string_view name) const {
+    return parameters_.get<T>(name);
+  }
+  bool has_parameter(std::string_view name) const { return parameters_.has(name); }
+  /// Throws Error when it was not declared.
+  ParameterDescriptor describe_parameter(std::string_view name) const {
+    return parameters_.describe(name);
+  }
+  /// Those that are called like a prefix, or "PREFIX.x" with at most `depth` parts after the
+  /// prefix; without prefixes, all with at most `depth` parts. 0: as many as there are.
+  ListParametersResult list_parameters(const std::vector<std::string>& prefixes = {},
+                                       std::uint64_t depth = 0) const {
+    return parameters_.list(prefixes, depth);
+  }
+  /// All values are set, or none with the reason: one is not declared, read-only, of another type
+  /// or out of range, or a callback refuses. Throws Error in an on-set callback of this node.
+  [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
+    return parameters_.set_atomically(values);
+  }
+  /// The callback is told of values that are right by their descriptors, before they are set or
+  /// declared, on the thread that does so. As in rclcpp the one that was added last is called
+  /// first: so only the one that was added first knows that no other refuses, and may act on them.
+  /// It may read parameters, which still have their old values, but not set or declare any.
+  [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
+      OnSetParametersCallback callback) {
+    return parameters_.add_callback(std::move(callback));
+  }
+  /// For ParameterServices; see NodeParameters.
+  void set_parameters_listener(ParametersListener listener) {
+    parameters_.set_listener(std::move(listener));
+  }
+
+  /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
+  std::string resolve(std::string_view topic);
+
+  /// What the changes give takes the place of what was there; what they leave out stays. All of
+  /// them take effect together: no callback runs between them on the node's executor. Handlers are
+  /// not changed. Throws Error, and changes nothing, when a name does not exist or a value cannot
+  /// be.
+  void set_callback_parameters(const CallbackParameterChanges& changes);
+  /// Throws the same Error, and changes nothing.
+  void check_callback_parameters(const CallbackParameterChanges& changes) const;
+  /// What holds for the entity: what it has of its own, and the rest from its group.
+  CallbackParameters callback_parameters(const Entity& entity) const;
+
+  // For executors and containers.
+
+  /// The callback of that name; a topic's first slash may be left out. Throws the Error that lists
+  /// the names when there is none.
+  std::shared_ptr<Entity> find_entity(std::string_view name) const;
+  /// Whether this callback may publish on the topic, as far as publishers tell.
+  bool publishes(std::string_view callback, std::string_view topic) const;
+  std::vector<std::shared_ptr<Entity>> entities() const;
+  std::vector<std::shared_ptr<CallbackGroup>> groups() const;
+  /// From here on the listener is called for every entity and group. Adding it again does nothing.
+  void add_listener(NodeListener& listener);
+  /// When it returns, no call of the listener runs, except one that the calling thread is in.
+  void remove_listener(NodeListener& listener) noexcept;
+  /// Makes the node as a whole this listener's; false when it is another's.
+  bool claim(const NodeListener* owner) noexcept;
+  void release(const NodeListener* owner) noexcept;
+  bool belongs_to(const NodeListener* owner) const noexcept { return owner_.load() == owner; }
+  /// Names in the options that the code has never asked for: parameters, then remaps.
+  std::vector<std::string> unused_parameters() const { return parameters_.unused(); }
+  std::vector<std::string> unused_remaps() const;
+  /// The full names of the topics that the code has asked for so far.
+  std::vector<std::string> topics() const;
+  /// Names that two timers have had at the same time: files and results cannot tell them apart.
+  std::vector<std::string> timers_of_one_name() const;
+
+ protected:
+  // For nodes that make entities of their own kinds.
+
+  /// What the code asks for, as the options have it.
+  template <Message T>
+  Endpoint endpoint(std::string_view topic, const QoS& qos) {
+    return endpoint(topic, message_type<T>(), qos);
+  }
+  Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
+  /// nullptr: messages stay in the process.
+  const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
+  std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
+  void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
+  /// Throws Error when the timer's name cannot be, and warns when another one has it.
+  std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
+  /// What resumes the coroutines of a callback.
+  std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
+
+  /// Adds the entity, and makes the pointer for the user: when it goes, the entity retires.
+  template <class Handle, class Concrete>
+  std::shared_ptr<Handle> adopt(std::shared_ptr<Concrete> entity) {
+    add(entity);
+    Handle* address = entity.get();
+    return std::shared_ptr<Handle>(address, [entity = std::move(entity)](Handle*) mutable {
+      Concrete& retiring = *entity;
+      retiring.retire();
+      retiring.retired(std::move(entity));
+    });
+  }
+
+ private:
+  QoS decide(const std::string& topic, const QoS& code);
+  static void check_deadline(const std::string& topic, const QoS& qos);
+  /// "/arm/move" → "arm_move_timeout".
+  static std::string timeout_name(std::string_view service);
+  void add(const std::shared_ptr<Entity>& entity);
+  /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
+  template <class Call>
+  void notify(Call&& call);
+  struct ChangedParameters {
+    std::map<CallbackGroup*, CallbackParameters> groups;
+    std::map<Entity*, CallbackParameters> callbacks;
+  };
+  ChangedParameters checked(const CallbackParameterChanges& changes,
+                            const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                            const std::vector<std::shared_ptr<Entity>>& entities) const;
+
+  const NodeOptions options_;
+  const std::string name_;
+  const std::string name_space_;
+  const std::string fully_qualified_name_;
+  const std::shared_ptr<CallbackGroup> default_group_;
+  NodeParameters parameters_;
+
+  mutable PiMutex mutex_;  // guards all below
+  std::vector<std::weak_ptr<Entity>> entities_;
+  std::vector<std::weak_ptr<CallbackGroup>> groups_;
+  std::vector<NodeListener*> listeners_;
+  std::vector<std::pair<NodeListener*, std::thread::id>> listener_calls_;  // that run now
+  std::condition_variable_any listener_called_;
+  std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
+  std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
+  // Topic → the callbacks that publish on it; empty: any may.
+  std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
+
+  std::atomic<const NodeListener*> owner_{nullptr};
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_NODE_HPP_

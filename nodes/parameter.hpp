@@ -1,0 +1,59 @@
+// Values that a component is configured with, and what may be said about them.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_PARAMETER_HPP_
+#define TAKT_NODES_PARAMETER_HPP_
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace takt {
+
+/// The value of a parameter: rcl_interfaces' types.
+using ParameterValue =
+    std::variant<bool, std::int64_t, double, std::string, std::vector<bool>,
+                 std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
+using Parameters = std::map<std::string, ParameterValue, std::less<>>;
+
+/// "integer", "string array" and so on.
+std::string_view type_name(const ParameterValue& value) noexcept;
+/// As configuration files write it: 0.5, 'map', [1, 2].
+std::string to_string(const ParameterValue& value);
+
+/// Both ends belong to the range. Between them, only whole steps from `from_value` do; a step of 0
+/// allows every value.
+struct IntegerRange {
+  std::int64_t from_value = 0, to_value = 0;
+  std::uint64_t step = 0;
+};
+/// The same. Values that differ by rounding only are equal.
+struct FloatingPointRange {
+  double from_value = 0, to_value = 0, step = 0;
+};
+
+/// What is known of a parameter besides its value. Its type is that of the default value, for good.
+struct ParameterDescriptor {
+  std::string description;
+  bool read_only = false;                     // the configuration may give it, nobody sets it
+  std::optional<IntegerRange> integer_range;  // of an integer
+  std::optional<FloatingPointRange> floating_point_range;  // of a floating-point number
+};
+
+/// What became of a wish to set parameters.
+struct SetParametersResult {
+  bool successful = true;
+  std::string reason;  // why not
+};
+
+struct ListParametersResult {
+  std::vector<std::string> names;
+  std::vector<std::string> prefixes;  // of these names: "a.b" for "a.b.c"
+};
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_PARAMETER_HPP_

@@ -1,0 +1,171 @@
+// What action servers and clients send each other.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_ACTION_HPP_
+#define TAKT_ROS2_ACTION_HPP_
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "takt/entities/service_message.hpp"
+#include "takt/messages/message_type.hpp"
+#include "takt/messages/packages/action_msgs.hpp"
+#include "takt/messages/packages/builtin_interfaces.hpp"
+#include "takt/messages/packages/unique_identifier_msgs.hpp"
+#include "takt/transport/qos.hpp"
+
+namespace takt {
+
+/// A type that describes an action: `struct Fibonacci { struct Goal {...}; struct Result {...};
+/// struct Feedback {...}; };`, with TAKT_MESSAGE(Fibonacci::Goal,
+/// "example_interfaces/action/Fibonacci_Goal", order) and so on. An .action file gives one.
+template <class A>
+concept ActionType =
+    Message<typename A::Goal> && Message<typename A::Result> && Message<typename A::Feedback>;
+
+/// A goal's name, made by its client.
+using GoalId = unique_identifier_msgs::UUID;
+using action_msgs::CancelGoalError;
+using action_msgs::GoalState;
+
+inline bool operator==(const GoalId& a, const GoalId& b) noexcept {
+  return a.uuid == b.uuid;
+}
+GoalId new_goal_id();
+/// "1f0a…": 32 hexadecimal digits.
+std::string to_string(const GoalId& id);
+
+constexpr bool is_terminal(GoalState state) noexcept {
+  return state == GoalState::succeeded || state == GoalState::canceled ||
+         state == GoalState::aborted;
+}
+std::string_view to_string(GoalState state) noexcept;
+
+/// Names of an action's parts, as ROS 2 has them.
+inline constexpr const char* kSendGoal = "/_action/send_goal";
+inline constexpr const char* kCancelGoal = "/_action/cancel_goal";
+inline constexpr const char* kGetResult = "/_action/get_result";
+inline constexpr const char* kFeedback = "/_action/feedback";
+inline constexpr const char* kStatus = "/_action/status";
+
+/// Who comes late learns the state of all goals.
+inline QoS status_qos() {
+  return QoS(1).transient_local();
+}
+
+// ---- The messages that ROS 2 makes of an action's three ----
+
+template <ActionType A>
+struct SendGoal {
+  struct Request {
+    GoalId goal_id;
+    typename A::Goal goal{};
+
+    static constexpr std::string_view kName = "_SendGoal_Request";
+    using Action = A;
+    template <class Visitor, class Self>
+    static void visit(Visitor& visitor, Self& self) {
+      visitor(self.goal_id), visitor(self.goal);
+    }
+    static std::vector<MessageField> fields() {
+      return {describe_field<GoalId>("goal_id", offsetof(Request, goal_id)),
+              describe_field<typename A::Goal>("goal", offsetof(Request, goal))};
+    }
+  };
+  struct Response {
+    bool accepted = false;
+    builtin_interfaces::Time stamp;
+
+    static constexpr std::string_view kName = "_SendGoal_Response";
+    using Action = A;
+    template <class Visitor, class Self>
+    static void visit(Visitor& visitor, Self& self) {
+      visitor(self.accepted), visitor(self.stamp);
+    }
+    static std::vector<MessageField> fields() {
+      return {describe_field<bool>("accepted", offsetof(Response, accepted)),
+              describe_field<builtin_interfaces::Time>("stamp", offsetof(Response, stamp))};
+    }
+  };
+};
+
+template <ActionType A>
+struct GetResult {
+  struct Request {
+    GoalId goal_id;
+
+    static constexpr std::string_view kName = "_GetResult_Request";
+    using Action = A;
+    template <class Visitor, class Self>
+    static void visit(Visitor& visitor, Self& self) {
+      visitor(self.goal_id);
+    }
+    static std::vector<MessageField> fields() {
+      return {describe_field<GoalId>("goal_id", offsetof(Request, goal_id))};
+    }
+  };
+  struct Response {
+    std::int8_t status = 0;  // a GoalState
+    typename A::Result result{};
+
+    static constexpr std::string_view kName = "_GetResult_Response";
+    using Action = A;
+    template <class Visitor, class Self>
+    static void visit(Visitor& visitor, Self& self) {
+      visitor(self.status), visitor(self.result);
+    }
+    static std::vector<MessageField> fields() {
+      return {describe_field<std::int8_t>("status", offsetof(Response, status)),
+              describe_field<typename A::Result>("result", offsetof(Response, result))};
+    }
+  };
+};
+
+template <ActionType A>
+struct FeedbackMessage {
+  GoalId goal_id;
+  typename A::Feedback feedback{};
+
+  static constexpr std::string_view kName = "_FeedbackMessage";
+  using Action = A;
+  template <class Visitor, class Self>
+  static void visit(Visitor& visitor, Self& self) {
+    visitor(self.goal_id), visitor(self.feedback);
+  }
+  static std::vector<MessageField> fields() {
+    return {describe_field<GoalId>("goal_id", offsetof(FeedbackMessage, goal_id)),
+            describe_field<typename A::Feedback>("feedback", offsetof(FeedbackMessage, feedback))};
+  }
+};
+
+template <class T>
+concept ActionPart = ActionType<typename T::Action> && requires {
+  T::kName;
+  T::fields();
+};
+
+template <ActionPart T>
+const MessageType& takt_message_type(const T*) {
+  static const MessageType type = [] {
+    constexpr std::string_view kGoal = "_Goal";
+    std::string name = message_type<typename T::Action::Goal>().name;
+    if (name.ends_with(kGoal)) name.resize(name.size() - kGoal.size());
+    return finish_message_type({.name = name.append(T::kName),
+                                .fields = T::fields(),
+                                .size = sizeof(T),
+                                .alignment = alignof(T),
+                                .encode = &encode_message<T>,
+                                .decode = &decode_message<T>});
+  }();
+  return type;
+}
+
+template <class Visitor, class T>
+requires ActionPart<std::remove_const_t<T>>
+void takt_visit_fields(Visitor& visitor, T& message) {
+  T::visit(visitor, message);
+}
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_ACTION_HPP_

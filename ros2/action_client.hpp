@@ -1,0 +1,247 @@
+// Sends goals to an action server, without waiting.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_ACTION_CLIENT_HPP_
+#define TAKT_ROS2_ACTION_CLIENT_HPP_
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/pi_mutex.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/ros2/action.hpp"
+
+namespace takt {
+
+/// A goal that a server has accepted. `state` is what the server has last told.
+/// Thread safety: every method from any thread.
+class ClientGoalHandle {
+ public:
+  ClientGoalHandle(const GoalId& id, builtin_interfaces::Time stamp) : id_(id), stamp_(stamp) {}
+  const GoalId& id() const noexcept { return id_; }
+  const builtin_interfaces::Time& stamp() const noexcept { return stamp_; }
+  GoalState state() const noexcept { return state_.load(); }
+  void set_state(GoalState state) noexcept { state_.store(state); }
+
+ private:
+  const GoalId id_;
+  const builtin_interfaces::Time stamp_;
+  std::atomic<GoalState> state_{GoalState::accepted};
+};
+
+/// How a goal has ended. `unknown`: the server does not know it any more, or does not answer.
+template <ActionType A>
+struct GoalResult {
+  GoalState state = GoalState::unknown;
+  typename A::Result result{};
+};
+
+struct ActionClientOptions {
+  /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
+  /// as long as it needs.
+  Nanoseconds timeout{0};
+  /// Goals without a result so far; one more is refused with an Error.
+  std::size_t most_goals = 10;
+  /// Of all its parts; nullptr: the default group.
+  std::shared_ptr<CallbackGroup> group;
+};
+
+/// ROS 2's action client. Its parts are entities of the node: three clients, and the subscriptions
+/// to feedback and status. Every call exists for coroutines, as a Task, and with callbacks, which
+/// run as those of the parts.
+///
+/// Thread safety: every method from any thread.
+/// Real-time: as Client; and it allocates for each goal.
+template <ActionType A>
+class ActionClient {
+ public:
+  using Handle = std::shared_ptr<ClientGoalHandle>;
+  using Goal = typename A::Goal;
+  using FeedbackCallback = std::function<void(const Handle&, const typename A::Feedback&)>;
+  using ResultCallback = std::function<void(const Handle&, const GoalResult<A>&)>;
+  using CancelResult = action_msgs::CancelGoal::Response;
+
+  /// Any may be empty.
+  struct GoalCallbacks {
+    std::function<void(const Handle&)> response;  // nullptr: not accepted, or not in time
+    FeedbackCallback feedback;
+    ResultCallback result;
+  };
+
+  ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
+      : goals_(std::make_shared<Goals>()),
+        feedback_(node.create_subscription<FeedbackMessage<A>>(
+            name + kFeedback, QoS(10),
+            [goals = goals_](const FeedbackMessage<A>& message) {
+              const auto [handle, callback] = goals->find(message.goal_id);
+              if (handle != nullptr && callback) callback(handle, message.feedback);
+            },
+            options.group)),
+        status_(node.create_subscription<action_msgs::GoalStatusArray>(
+            name + kStatus, status_qos(),
+            [goals = goals_](const action_msgs::GoalStatusArray& message) {
+              goals->set_states(message.status_list);
+            },
+            options.group)),
+        send_(node.create_client<SendGoal<A>>(
+            name + kSendGoal, {options.most_goals, options.timeout}, options.group)),
+        cancel_(node.create_client<action_msgs::CancelGoal>(
+            name + kCancelGoal, {options.most_goals, options.timeout}, options.group)),
+        result_(node.create_client<GetResult<A>>(name + kGetResult, {options.most_goals},
+                                                 options.group)) {}
+  ActionClient(const ActionClient&) = delete;
+  ActionClient& operator=(const ActionClient&) = delete;
+
+  /// Whether a goal would be received, and answered.
+  bool action_server_is_ready() const noexcept {
+    return send_->service_is_ready() && cancel_->service_is_ready() && result_->service_is_ready();
+  }
+
+  // ---- For coroutines ----
+
+  /// nullptr: it was not accepted, or not in time. Feedback comes as a callback of its own.
+  Task<Handle> send_goal(Goal goal, FeedbackCallback feedback = {}) {
+    const std::shared_ptr<Goals> goals = goals_;  // as the client may be gone after the call
+    const typename SendGoal<A>::Request request{new_goal_id(), std::move(goal)};
+    const auto answer = co_await send_->call(request);
+    co_return answer && answer->accepted
+        ? goals->add(request.goal_id, answer->stamp, std::move(feedback))
+        : nullptr;
+  }
+  Task<GoalResult<A>> result(Handle goal) {
+    const std::shared_ptr<Goals> goals = goals_;
+    const typename GetResult<A>::Request request{goal->id()};
+    const auto answer = co_await result_->call(request);
+    goals->remove(goal->id());
+    if (!answer) co_return GoalResult<A>{};
+    goal->set_state(static_cast<GoalState>(answer->status));
+    co_return GoalResult<A>{goal->state(), answer->result};
+  }
+  /// An answer without goals: it did not come in time, or says why in return_code.
+  Task<CancelResult> cancel_goal(Handle goal) {
+    const action_msgs::CancelGoal::Request request{{goal->id(), {}}};
+    const auto answer = co_await cancel_->call(request);
+    co_return answer ? *answer : CancelResult{};
+  }
+
+  // ---- With callbacks ----
+
+  void async_send_goal(const Goal& goal, GoalCallbacks callbacks = {}) {
+    const GoalId id = new_goal_id();
+    send_->async_send_request(
+        {id, goal},
+        [goals = goals_, results = std::weak_ptr(result_), id,
+         callbacks = std::move(callbacks)](const typename SendGoal<A>::Response* answer) mutable {
+          const Handle handle = answer != nullptr && answer->accepted
+                                    ? goals->add(id, answer->stamp, std::move(callbacks.feedback))
+                                    : nullptr;
+          if (callbacks.response) callbacks.response(handle);
+          if (handle == nullptr || !callbacks.result) return;
+          // The callback may have dropped the action client.
+          if (const auto client = results.lock()) {
+            ask_result(*client, goals, handle, std::move(callbacks.result));
+          }
+        });
+  }
+  void async_get_result(Handle goal, ResultCallback callback) {
+    ask_result(*result_, goals_, std::move(goal), std::move(callback));
+  }
+  void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
+    cancel({{goal->id(), {}}}, std::move(callback));
+  }
+  /// Everybody's goals.
+  void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
+    cancel({}, std::move(callback));
+  }
+
+ private:
+  /// Accepted, and without a result so far.
+  class Goals {
+   public:
+    Handle add(const GoalId& id, builtin_interfaces::Time stamp, FeedbackCallback feedback) {
+      auto handle = std::make_shared<ClientGoalHandle>(id, stamp);
+      const std::lock_guard lock(mutex_);
+      std::erase_if(goals_, [](const Entry& entry) { return entry.handle.expired(); });
+      goals_.push_back({id, handle, std::move(feedback)});
+      for (const auto& status : told_) tell(status);  // what came before the answer
+      return handle;
+    }
+    void set_states(const std::vector<action_msgs::GoalStatus>& told) {
+      const std::lock_guard lock(mutex_);
+      told_ = told;
+      for (const auto& status : told_) tell(status);
+    }
+    void remove(const GoalId& id) {
+      const std::lock_guard lock(mutex_);
+      std::erase_if(goals_, [&](const Entry& entry) { return entry.id == id; });
+    }
+    std::pair<Handle, FeedbackCallback> find(const GoalId& id) {
+      const std::lock_guard lock(mutex_);
+      for (const Entry& entry : goals_) {
+        if (entry.id == id) return {entry.handle.lock(), entry.feedback};
+      }
+      return {};
+    }
+
+   private:
+    struct Entry {
+      GoalId id;
+      std::weak_ptr<ClientGoalHandle> handle;
+      FeedbackCallback feedback;
+    };
+    void tell(const action_msgs::GoalStatus& status) noexcept {
+      for (const Entry& entry : goals_) {
+        const Handle handle = entry.id == status.goal_info.goal_id ? entry.handle.lock() : nullptr;
+        if (handle != nullptr) handle->set_state(static_cast<GoalState>(status.status));
+      }
+    }
+    PiMutex mutex_;
+    std::vector<Entry> goals_;
+    std::vector<action_msgs::GoalStatus> told_;  // last
+  };
+
+  static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
+                         Handle goal, ResultCallback callback) {
+    const GoalId id = goal->id();
+    client.async_send_request({id}, [goals, goal = std::move(goal), callback = std::move(callback)](
+                                        const typename GetResult<A>::Response* answer) {
+      goals->remove(goal->id());
+      GoalResult<A> result;
+      if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
+      goal->set_state(result.state);
+      if (callback) callback(goal, result);
+    });
+  }
+
+  void cancel(const action_msgs::CancelGoal::Request& request,
+              std::function<void(const CancelResult&)> callback) {
+    cancel_->async_send_request(request,
+                                [callback = std::move(callback)](const CancelResult* answer) {
+                                  if (callback)
+                                    callback(answer != nullptr ? *answer : CancelResult{});
+                                });
+  }
+
+  const std::shared_ptr<Goals> goals_;
+  // In this order, so that who serves what was registered first hears how it goes before the end.
+  const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
+  const std::shared_ptr<Subscription<action_msgs::GoalStatusArray>> status_;
+  const std::shared_ptr<Client<SendGoal<A>>> send_;
+  const std::shared_ptr<Client<action_msgs::CancelGoal>> cancel_;
+  const std::shared_ptr<Client<GetResult<A>>> result_;
+};
+
+/// See ActionClient.
+template <ActionType A>
+std::shared_ptr<ActionClient<A>> create_action_client(Node& node, const std::string& name,
+                                                      const ActionClientOptions& options = {}) {
+  return std::make_shared<ActionClient<A>>(node, name, options);
+}
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_ACTION_CLIENT_HPP_

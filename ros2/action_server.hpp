@@ -1,0 +1,462 @@
+// Reaches goals that others send, and tells them how far it is.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_ACTION_SERVER_HPP_
+#define TAKT_ROS2_ACTION_SERVER_HPP_
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/ros2/action.hpp"
+
+namespace takt {
+
+enum class GoalResponse { reject, accept };
+enum class CancelResponse { reject, accept };
+
+struct ActionServerOptions {
+  /// That are not forgotten: one more takes the place of the oldest that has ended, or is refused.
+  std::size_t most_goals = 10;
+  /// How long the result of a goal that has ended can be asked for.
+  Nanoseconds result_timeout = std::chrono::seconds(10);
+  /// Each part is an entity in a group of its own choice; nullptr: the default group.
+  std::shared_ptr<CallbackGroup> goal_group, cancel_group, result_group;
+  std::shared_ptr<CallbackGroup> execute_group;  // of handle_accepted
+};
+
+template <ActionType A>
+class ActionServerCore;
+
+/// One goal, for who has to reach it. When the last pointer to it goes before it has ended, the
+/// goal is aborted.
+/// Thread safety: every method from any thread.
+/// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. What ends a goal
+/// copies its result.
+template <ActionType A>
+class ServerGoalHandle {
+ public:
+  ServerGoalHandle(std::shared_ptr<ActionServerCore<A>> core, const GoalId& id,
+                   typename A::Goal goal)
+      : core_(std::move(core)), id_(id), goal_(std::move(goal)) {}
+  ~ServerGoalHandle() { core_->abandon(id_); }
+  ServerGoalHandle(const ServerGoalHandle&) = delete;
+  ServerGoalHandle& operator=(const ServerGoalHandle&) = delete;
+
+  const GoalId& id() const noexcept { return id_; }
+  const typename A::Goal& goal() const noexcept { return goal_; }
+  GoalState state() const noexcept { return core_->state(id_); }
+  /// The client wants it to end, by `canceled`.
+  bool is_canceling() const noexcept { return state() == GoalState::canceling; }
+  bool is_active() const noexcept {
+    const GoalState now = state();
+    return now != GoalState::unknown && !is_terminal(now);
+  }
+
+  void publish_feedback(const typename A::Feedback& feedback) {
+    core_->publish_feedback(id_, feedback);
+  }
+  // These throw Error when the goal has ended already, or nobody wants it to be cancelled.
+  void succeed(const typename A::Result& result) { core_->end(id_, GoalState::succeeded, result); }
+  void abort(const typename A::Result& result) { core_->end(id_, GoalState::aborted, result); }
+  void canceled(const typename A::Result& result) { core_->end(id_, GoalState::canceled, result); }
+
+ private:
+  const std::shared_ptr<ActionServerCore<A>> core_;
+  const GoalId id_;
+  const typename A::Goal goal_;
+};
+
+/// What the server and its goals share.
+template <ActionType A>
+class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>> {
+ public:
+  using Handle = ServerGoalHandle<A>;
+  using ResultService = Service<GetResult<A>>;
+  using Result = typename GetResult<A>::Response;
+
+  explicit ActionServerCore(std::string name, const ActionServerOptions& options)
+      : name_(std::move(name)), options_(options) {
+    goals_.reserve(options.most_goals);
+  }
+
+  void set_publishers(std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback,
+                      std::shared_ptr<Publisher<action_msgs::GoalStatusArray>> status) {
+    const std::lock_guard lock(mutex_);
+    feedback_ = std::move(feedback);
+    status_ = std::move(status);
+  }
+  void set_result_service(std::weak_ptr<ResultService> service) {
+    const std::lock_guard lock(mutex_);
+    result_service_ = std::move(service);
+  }
+  /// What calls `expire`.
+  void set_expiry(const std::shared_ptr<Timer>& timer) {
+    timer->cancel();
+    const std::lock_guard lock(mutex_);
+    expiry_ = timer;
+  }
+  /// The server goes: nothing is accepted, published or answered any more. Nobody takes hold of its
+  /// parts from here on, so that none of them goes with the mutex held.
+  void close() noexcept {
+    const std::lock_guard lock(mutex_);
+    feedback_ = nullptr;
+    status_ = nullptr;
+    result_service_.reset();
+    expiry_.reset();
+  }
+
+  /// Makes room for the goal; nullptr: it is known already, there is none, or the server has gone.
+  std::shared_ptr<Handle> accept(const GoalId& id, const typename A::Goal& goal,
+                                 builtin_interfaces::Time stamp) {
+    const std::lock_guard lock(mutex_);
+    if (status_ == nullptr || find(id) != nullptr || !make_room()) return nullptr;
+    auto handle = std::make_shared<Handle>(this->shared_from_this(), id, goal);
+    goals_.push_back({.info = {id, stamp}, .state = GoalState::accepted, .handle = handle});
+    publish_status();
+    return handle;
+  }
+
+  /// Somebody is about to reach it.
+  void begin(const GoalId& id) {
+    const std::lock_guard lock(mutex_);
+    Goal* goal = find(id);
+    if (goal == nullptr || goal->state != GoalState::accepted) return;
+    goal->state = GoalState::executing;
+    publish_status();
+  }
+
+  GoalState state(const GoalId& id) noexcept {
+    const std::lock_guard lock(mutex_);
+    const Goal* goal = find(id);
+    return goal != nullptr ? goal->state : GoalState::unknown;
+  }
+
+  void publish_feedback(const GoalId& id, const typename A::Feedback& feedback) {
+    const std::lock_guard lock(mutex_);
+    if (feedback_ != nullptr) feedback_->publish(FeedbackMessage<A>{id, feedback});
+  }
+
+  void end(const GoalId& id, GoalState state, const typename A::Result& result) {
+    std::unique_lock lock(mutex_);
+    Goal* goal = find(id);
+    const GoalState now = goal != nullptr ? goal->state : GoalState::unknown;
+    const bool fits = now == GoalState::canceling ||
+                      (now == GoalState::executing && state != GoalState::canceled);
+    if (!fits) {
+      throw Error(fmt::format("goal {} of action '{}' is {} and cannot become {}", to_string(id),
+                              name_, to_string(now), to_string(state)),
+                  "end a goal once; as canceled only when is_canceling()");
+    }
+    finish(*goal, state, result, lock);
+  }
+  void abandon(const GoalId& id) noexcept {
+    std::unique_lock lock(mutex_);
+    Goal* goal = find(id);
+    if (goal == nullptr || is_terminal(goal->state)) return;
+    log(LogLevel::warn, "action '{}': nobody has ended goal {}: aborted", name_, to_string(id));
+    finish(*goal, GoalState::aborted, {}, lock);
+  }
+
+  /// Who asks for a result gets it, or is remembered until there is one.
+  void ask_result(const GoalId& id, RequestId request) {
+    std::unique_lock lock(mutex_);
+    Goal* goal = find(id);
+    if (goal != nullptr && !is_terminal(goal->state)) {
+      if (goal->asking.size() == kMostAsking) goal->asking.erase(goal->asking.begin());
+      goal->asking.push_back(request);
+    } else {
+      answer({request}, goal != nullptr ? goal->response : Result{}, lock);
+    }
+  }
+
+  /// Which goals a request is about: see action_msgs::CancelGoal. `may`: asks the user, without the
+  /// lock.
+  template <class May>
+  action_msgs::CancelGoal::Response cancel(const action_msgs::GoalInfo& wanted, May&& may) {
+    const bool has_id = !(wanted.goal_id == GoalId{});
+    const bool has_stamp = nanoseconds_of(wanted.stamp) != 0;
+    std::vector<std::shared_ptr<Handle>> asked;
+    action_msgs::CancelGoal::Response response;
+    const auto code = [&](CancelGoalError error) {
+      response.return_code = static_cast<std::int8_t>(error);
+    };
+    {
+      const std::lock_guard lock(mutex_);
+      if (const Goal* goal = find(wanted.goal_id); has_id && !has_stamp) {
+        if (goal == nullptr) {
+          code(CancelGoalError::unknown_goal_id);
+        } else if (is_terminal(goal->state)) {
+          code(CancelGoalError::goal_terminated);
+        }
+      }
+      for (const Goal& goal : goals_) {
+        const bool is_meant =
+            (!has_id && !has_stamp) || (has_id && goal.info.goal_id == wanted.goal_id) ||
+            (has_stamp && nanoseconds_of(goal.info.stamp) <= nanoseconds_of(wanted.stamp));
+        if (!is_meant || is_terminal(goal.state)) continue;
+        // Ours may be the last pointer to it, and must not go with the mutex held: see abandon.
+        if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));
+      }
+    }
+    for (const auto& handle : asked) {
+      if (may(handle) == CancelResponse::reject) continue;
+      const std::lock_guard lock(mutex_);
+      Goal* goal = find(handle->id());
+      if (goal == nullptr || is_terminal(goal->state)) continue;
+      goal->state = GoalState::canceling;
+      response.goals_canceling.push_back(goal->info);
+    }
+    if (response.goals_canceling.empty() && response.return_code == 0) {
+      code(CancelGoalError::rejected);
+    }
+    const std::lock_guard lock(mutex_);
+    if (!response.goals_canceling.empty()) publish_status();
+    return response;
+  }
+
+  /// Forgets goals that ended too long ago.
+  void expire() noexcept {
+    const std::lock_guard lock(mutex_);
+    const auto timer = expiry_.lock();
+    if (timer == nullptr) return;
+    const TimePoint now = timer->clock().now();
+    std::erase_if(goals_, [&](const Goal& goal) {
+      return is_terminal(goal.state) && now >= goal.ended + options_.result_timeout;
+    });
+    TimePoint next = kNever;
+    for (const Goal& goal : goals_) {
+      if (is_terminal(goal.state)) next = std::min(next, goal.ended + options_.result_timeout);
+    }
+    timer->release_at(next);
+    publish_status();
+  }
+
+ private:
+  // Clients that ask for the same result; more push out the oldest.
+  static constexpr std::size_t kMostAsking = 16;
+  struct Goal {
+    action_msgs::GoalInfo info;
+    GoalState state = GoalState::unknown;
+    std::weak_ptr<Handle> handle;
+    Result response{};
+    std::vector<RequestId> asking;
+    TimePoint ended{};
+  };
+
+  // With the mutex held, as all that follows.
+  Goal* find(const GoalId& id) noexcept {
+    const auto goal = std::find_if(goals_.begin(), goals_.end(),
+                                   [&](const Goal& known) { return known.info.goal_id == id; });
+    return goal != goals_.end() ? &*goal : nullptr;
+  }
+  bool make_room() noexcept {
+    if (goals_.size() < options_.most_goals) return true;
+    const auto ended = std::find_if(goals_.begin(), goals_.end(),
+                                    [](const Goal& goal) { return is_terminal(goal.state); });
+    if (ended == goals_.end()) return false;
+    goals_.erase(ended);
+    return true;
+  }
+  void finish(Goal& goal, GoalState state, const typename A::Result& result,
+              std::unique_lock<PiMutex>& lock) {
+    goal.state = state;
+    goal.response = {static_cast<std::int8_t>(state), result};
+    publish_status();
+    if (const auto timer = expiry_.lock()) {
+      goal.ended = timer->clock().now();
+      if (timer->is_canceled()) timer->release_at(goal.ended + options_.result_timeout);
+    }
+    answer(std::exchange(goal.asking, {}), goal.response, lock);
+  }
+  // Without the lock, for the way back to a client may take a while to be found.
+  void answer(const std::vector<RequestId>& requests, const Result& of,
+              std::unique_lock<PiMutex>& lock) {
+    const Result response = of;
+    const auto service = result_service_.lock();
+    lock.unlock();
+    if (service == nullptr) return;
+    for (const RequestId request : requests) service->send_response(request, response);
+  }
+  void publish_status() {
+    if (status_ == nullptr) return;
+    action_msgs::GoalStatusArray message;
+    for (const Goal& goal : goals_) {
+      message.status_list.push_back({goal.info, static_cast<std::int8_t>(goal.state)});
+    }
+    status_->publish(message);
+  }
+
+  const std::string name_;
+  const ActionServerOptions options_;
+  PiMutex mutex_;  // guards all below
+  std::vector<Goal> goals_;
+  std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback_;
+  std::shared_ptr<Publisher<action_msgs::GoalStatusArray>> status_;
+  std::weak_ptr<ResultService> result_service_;
+  std::weak_ptr<Timer> expiry_;
+};
+
+/// Decides about goals, and reaches them; ROS 2's action server. Its parts are entities of the
+/// node, each in the group that the options give it: the services "NAME/_action/send_goal",
+/// "…/cancel_goal" and "…/get_result", and what calls handle_accepted, "NAME_execute".
+///
+/// - `handle_goal` decides about a goal, and returns at once.
+/// - `handle_cancel` decides whether a goal may be asked to end; it is told by is_canceling().
+/// - `handle_accepted` reaches it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
+///   these as many run as there are goals. Or it keeps the handle, and returns.
+///
+/// Thread safety: any. Dropping it ends all of its parts; goals that are left stay without a
+/// result.
+/// Real-time: no; goals are kept in memory that is allocated when they come.
+template <ActionType A>
+class ActionServer {
+ public:
+  using Handle = ServerGoalHandle<A>;
+
+  template <class HandleGoal, class HandleCancel, class HandleAccepted>
+  ActionServer(Node& node, const std::string& name, HandleGoal handle_goal,
+               HandleCancel handle_cancel, HandleAccepted handle_accepted,
+               const ActionServerOptions& options)
+      : core_(std::make_shared<ActionServerCore<A>>(name, options)) {
+    core_->set_publishers(
+        node.create_publisher<FeedbackMessage<A>>(name + kFeedback, QoS(10)),
+        node.create_publisher<action_msgs::GoalStatusArray>(name + kStatus, status_qos()));
+    constexpr bool kIsTask = TaskCallback<HandleAccepted, std::shared_ptr<Handle>>;
+    std::string base(name.substr(name.find_first_not_of("~/")));
+    std::replace(base.begin(), base.end(), '/', '_');
+    auto execute_group = options.execute_group;
+    if (execute_group == nullptr) execute_group = node.default_callback_group();
+    if constexpr (kIsTask) {
+      runner_ = node.create_task_runner(base + "_execute", execute_group, options.most_goals);
+    }
+    auto accepted = std::make_shared<Accepted>();
+    execute_ = node.create_guard_condition(
+        base + "_execute",
+        [core = core_, accepted, runner = runner_.get(),
+         callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
+          auto goal = accepted->pop();
+          if (goal == nullptr) return;
+          core->begin(goal->id());
+          if constexpr (kIsTask) {
+            if (!runner->reserve()) return;
+            runner->start([&] { return execute(callback, std::move(goal)); });
+          } else {
+            (*callback)(std::move(goal));
+          }
+        },
+        execute_group);
+    accepted->set_listener(execute_);
+    result_ = node.create_service<GetResult<A>>(
+        name + kGetResult,
+        [core = core_](const auto& request, RequestId id) {
+          core->ask_result(request.goal_id, id);
+        },
+        options.result_group, kRareService);
+    core_->set_result_service(result_);
+    cancel_ = node.create_service<action_msgs::CancelGoal>(
+        name + kCancelGoal,
+        [core = core_, handle_cancel = std::move(handle_cancel)](const auto& request,
+                                                                 auto& response) mutable {
+          response = core->cancel(request.goal_info, handle_cancel);
+        },
+        options.cancel_group, kRareService);
+    goal_ = node.create_service<SendGoal<A>>(
+        name + kSendGoal,
+        [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
+            const auto& request, auto& response) mutable {
+          if (handle_goal(request.goal_id, request.goal) == GoalResponse::reject) return;
+          response.stamp = wire_time(std::chrono::system_clock::now());
+          auto goal = core->accept(request.goal_id, request.goal, response.stamp);
+          if (goal == nullptr) return;
+          response.accepted = true;
+          accepted->push(std::move(goal));
+        },
+        options.goal_group, kRareService);
+    expiry_ = node.create_timer(
+        base + "_expiry", std::chrono::hours(1), [core = core_] { core->expire(); },
+        options.result_group);
+    core_->set_expiry(expiry_);
+  }
+  ~ActionServer() { core_->close(); }
+  ActionServer(const ActionServer&) = delete;
+  ActionServer& operator=(const ActionServer&) = delete;
+
+ private:
+  /// Goals that are accepted, on their way to the callback; no more than most_goals. The callback
+  /// is called for one at a time: it may throw, or drop the server.
+  class Accepted {
+   public:
+    /// What calls the callback; before the first goal.
+    void set_listener(const std::shared_ptr<GuardCondition>& listener) { listener_ = listener; }
+    void push(std::shared_ptr<Handle> goal) {
+      {
+        const std::lock_guard lock(mutex_);
+        goals_.push_back(std::move(goal));
+      }
+      trigger();
+    }
+    std::shared_ptr<Handle> pop() {
+      std::shared_ptr<Handle> first;
+      bool more = false;
+      {
+        const std::lock_guard lock(mutex_);
+        if (goals_.empty()) return nullptr;
+        first = std::move(goals_.front());
+        goals_.erase(goals_.begin());
+        more = !goals_.empty();
+      }
+      if (more) trigger();
+      return first;
+    }
+
+   private:
+    void trigger() noexcept {
+      if (const auto listener = listener_.lock()) listener->trigger();
+    }
+
+    std::weak_ptr<GuardCondition> listener_;
+    PiMutex mutex_;
+    std::vector<std::shared_ptr<Handle>> goals_;
+  };
+
+  // It owns the callback, whatever becomes of the server meanwhile.
+  template <class F>
+  static Task<> execute(std::shared_ptr<F> callback, std::shared_ptr<Handle> goal) {
+    co_await (*callback)(std::move(goal));
+  }
+
+  const std::shared_ptr<ActionServerCore<A>> core_;
+  std::shared_ptr<TaskRunner> runner_;
+  std::shared_ptr<GuardCondition> execute_;
+  std::shared_ptr<Service<GetResult<A>>> result_;
+  std::shared_ptr<Service<action_msgs::CancelGoal>> cancel_;
+  std::shared_ptr<Service<SendGoal<A>>> goal_;
+  std::shared_ptr<Timer> expiry_;
+};
+
+/// `handle_goal(const GoalId&, const A::Goal&)` → GoalResponse, `handle_cancel(const
+/// std::shared_ptr<ServerGoalHandle<A>>&)` → CancelResponse, and
+/// `handle_accepted(std::shared_ptr<ServerGoalHandle<A>>)`, perhaps a coroutine: see ActionServer.
+template <ActionType A, class HandleGoal, class HandleCancel, class HandleAccepted>
+std::shared_ptr<ActionServer<A>> create_action_server(Node& node, const std::string& name,
+                                                      HandleGoal handle_goal,
+                                                      HandleCancel handle_cancel,
+                                                      HandleAccepted handle_accepted,
+                                                      const ActionServerOptions& options = {}) {
+  return std::make_shared<ActionServer<A>>(node, name, std::move(handle_goal),
+                                           std::move(handle_cancel), std::move(handle_accepted),
+                                           options);
+}
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_ACTION_SERVER_HPP_

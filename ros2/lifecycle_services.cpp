@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/ros2/lifecycle_services.hpp"
+
+#include <chrono>
+#include <string>
+
+#include "takt/base/logger.hpp"
+
+namespace takt {
+namespace {
+
+using lifecycle_msgs::ChangeState;
+using lifecycle_msgs::GetAvailableStates;
+using lifecycle_msgs::GetAvailableTransitions;
+using lifecycle_msgs::GetState;
+using lifecycle_msgs::TransitionEvent;
+
+lifecycle_msgs::State to_message(LifecycleState state) {
+  return {static_cast<std::uint8_t>(state), std::string(label(state))};
+}
+
+lifecycle_msgs::TransitionDescription to_message(const LifecycleTransition& transition) {
+  return {{static_cast<std::uint8_t>(transition.id), std::string(transition.label)},
+          to_message(transition.start),
+          to_message(transition.goal)};
+}
+
+// On the wire: other machines know nothing of our clocks.
+std::uint64_t wall_time_ns() {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                        std::chrono::system_clock::now().time_since_epoch())
+                                        .count());
+}
+
+TransitionEvent to_event(const LifecycleTransition& transition) {
+  lifecycle_msgs::TransitionDescription description = to_message(transition);
+  return {wall_time_ns(), std::move(description.transition), std::move(description.start_state),
+          std::move(description.goal_state)};
+}
+
+void change_state(LifecycleNode& node, const lifecycle_msgs::Transition& request,
+                  ChangeState::Response& response) {
+  // Requests by label have the id 0, since that is what ROS 2's tools leave it at.
+  const TransitionResult result =
+      request.label.empty() ? node.trigger_transition(static_cast<TransitionId>(request.id))
+                            : node.trigger_transition(request.label);
+  response.success = static_cast<bool>(result);
+  if (!result) log(LogLevel::warn, "{}", result.message);
+}
+
+}  // namespace
+
+LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
+                                     const std::shared_ptr<CallbackGroup>& group)
+    : node_(node),
+      transition_event_(host.create_publisher<TransitionEvent>(
+          node.fully_qualified_name() + "/transition_event", 10)),
+      change_state_(host.create_service<ChangeState>(
+          node.fully_qualified_name() + "/change_state",
+          [&node](const ChangeState::Request& request, ChangeState::Response& response) {
+            change_state(node, request.transition, response);
+          },
+          group, kRareService)),
+      get_state_(host.create_service<GetState>(
+          node.fully_qualified_name() + "/get_state",
+          [&node](const GetState::Request&, GetState::Response& response) {
+            response.current_state = to_message(node.get_current_state());
+          },
+          group, kRareService)),
+      get_available_states_(host.create_service<GetAvailableStates>(
+          node.fully_qualified_name() + "/get_available_states",
+          [](const GetAvailableStates::Request&, GetAvailableStates::Response& response) {
+            for (const LifecycleState state : lifecycle_states()) {
+              response.available_states.push_back(to_message(state));
+            }
+          },
+          group, kRareService)),
+      get_transitions_(host.create_service<GetAvailableTransitions>(
+          node.fully_qualified_name() + "/get_available_transitions",
+          [&node](const GetAvailableTransitions::Request&,
+                  GetAvailableTransitions::Response& response) {
+            for (const auto& transition : lifecycle_transitions(node.get_current_state())) {
+              response.available_transitions.push_back(to_message(transition));
+            }
+          },
+          group, kRareService)),
+      get_transition_graph_(host.create_service<GetAvailableTransitions>(
+          node.fully_qualified_name() + "/get_transition_graph",
+          [](const GetAvailableTransitions::Request&, GetAvailableTransitions::Response& response) {
+            for (const auto& transition : lifecycle_transitions()) {
+              response.available_transitions.push_back(to_message(transition));
+            }
+          },
+          group, kRareService)) {
+  node.set_transition_listener([publisher = transition_event_](const auto& transition) {
+    publisher->publish(std::make_unique<TransitionEvent>(to_event(transition)));
+  });
+}
+
+LifecycleServices::~LifecycleServices() {
+  node_.set_transition_listener({});
+}
+
+}  // namespace takt

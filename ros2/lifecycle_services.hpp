@@ -1,0 +1,45 @@
+// Lets other processes ask a node with a lifecycle for its state, and change it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_LIFECYCLE_SERVICES_HPP_
+#define TAKT_ROS2_LIFECYCLE_SERVICES_HPP_
+
+#include <memory>
+
+#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
+
+namespace takt {
+
+/// ROS 2's interface of a managed node, as `ros2 lifecycle` and launch files use it: the services
+/// ~/change_state, ~/get_state, ~/get_available_states, ~/get_available_transitions,
+/// ~/get_transition_graph and the topic ~/transition_event, under the node's name. change_state
+/// looks at the request's label, and at its id if that is empty; a request that is refused is
+/// answered without success, and the log says why.
+///
+/// Thread safety: make and drop it on any thread, while nobody does so for the same node.
+/// Real-time: change_state runs the callbacks of the node, and may wait for its managed callbacks:
+/// so the host is a node whose executor may block. Answers allocate.
+/// Errors: as Node::create_service.
+class LifecycleServices {
+ public:
+  /// The services and the publisher belong to `host`, which may be the node itself, or one on
+  /// another executor. Both must outlive this object. `group`: the host's.
+  LifecycleServices(LifecycleNode& node, Node& host,
+                    const std::shared_ptr<CallbackGroup>& group = nullptr);
+  ~LifecycleServices();
+  LifecycleServices(const LifecycleServices&) = delete;
+  LifecycleServices& operator=(const LifecycleServices&) = delete;
+
+ private:
+  LifecycleNode& node_;
+  const std::shared_ptr<Publisher<lifecycle_msgs::TransitionEvent>> transition_event_;
+  const std::shared_ptr<Service<lifecycle_msgs::ChangeState>> change_state_;
+  const std::shared_ptr<Service<lifecycle_msgs::GetState>> get_state_;
+  const std::shared_ptr<Service<lifecycle_msgs::GetAvailableStates>> get_available_states_;
+  const std::shared_ptr<Service<lifecycle_msgs::GetAvailableTransitions>> get_transitions_,
+      get_transition_graph_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_LIFECYCLE_SERVICES_HPP_

@@ -1,0 +1,56 @@
+// ROS 2's services for the parameters of a node.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_PARAMETER_SERVICES_HPP_
+#define TAKT_ROS2_PARAMETER_SERVICES_HPP_
+
+#include <memory>
+
+#include "takt/messages/packages/rcl_interfaces.hpp"
+#include "takt/nodes/node.hpp"
+
+namespace takt {
+
+/// The value on the wire, and back. Throws Error when it has none, or one of a type that no
+/// parameter has here (a byte array).
+rcl_interfaces::ParameterValue to_message(const ParameterValue& value);
+ParameterValue from_message(const rcl_interfaces::ParameterValue& message);
+
+/// Serves get_parameters, get_parameter_types, set_parameters, set_parameters_atomically,
+/// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
+/// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
+/// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
+/// another and has a result for each. What is declared and set is told on `/parameter_events`: at
+/// first all that there is.
+///
+/// The services are entities of the host, in its default callback group: the node itself, or
+/// another one whose executor has the time that real-time executors have not. Both nodes outlive
+/// them. When they are destroyed, no request is served any more.
+///
+/// Thread safety: as Node.
+/// Real-time: no; they copy names and values, and call the node's on-set callbacks.
+class ParameterServices {
+ public:
+  ParameterServices(Node& node, Node& host);
+  ~ParameterServices() { node_.set_parameters_listener({}); }
+  ParameterServices(const ParameterServices&) = delete;
+  ParameterServices& operator=(const ParameterServices&) = delete;
+
+ private:
+  template <class S>
+  using Handle = std::shared_ptr<Service<S>>;
+
+  void publish(const Parameters& values, bool are_new) const;
+
+  Node& node_;
+  const std::shared_ptr<Publisher<rcl_interfaces::ParameterEvent>> events_;
+  const Handle<rcl_interfaces::GetParameters> get_;
+  const Handle<rcl_interfaces::GetParameterTypes> get_types_;
+  const Handle<rcl_interfaces::SetParameters> set_;
+  const Handle<rcl_interfaces::SetParametersAtomically> set_atomically_;
+  const Handle<rcl_interfaces::ListParameters> list_;
+  const Handle<rcl_interfaces::DescribeParameters> describe_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_PARAMETER_SERVICES_HPP_

@@ -1,0 +1,231 @@
+// Tests of ROS 2's parameter services, by clients in the same process.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/ros2/parameter_services.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+namespace wire = rcl_interfaces;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::ThrowsMessage;
+
+// One value of each type.
+Parameters all_types() {
+  return {{"a_boolean", true},
+          {"b_integer", std::int64_t{-7}},
+          {"c_number", 0.5},
+          {"d_string", std::string("map")},
+          {"e_booleans", std::vector<bool>{true, false}},
+          {"f_integers", std::vector<std::int64_t>{1, 2}},
+          {"g_numbers", std::vector<double>{0.5, 0.25}},
+          {"h_strings", std::vector<std::string>{"a", "b"}}};
+}
+
+std::vector<std::string> names_of(const Parameters& parameters) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : parameters) names.push_back(name);
+  return names;
+}
+
+TEST(ParameterMessages, AreTheValuesOnTheWire) {
+  for (const auto& [name, value] : all_types()) {
+    EXPECT_EQ(from_message(to_message(value)), value) << name;
+  }
+  EXPECT_EQ(to_message(true).type, static_cast<std::uint8_t>(wire::ParameterType::boolean));
+  EXPECT_EQ(to_message(0.5).double_value, 0.5);
+}
+
+TEST(ParameterMessages, ThatHaveNoValueHereAreErrors) {
+  EXPECT_THAT([] { from_message({}); }, ThrowsMessage<Error>(HasSubstr("no value is given")));
+  EXPECT_THAT([] { from_message({.type = 5}); },
+              ThrowsMessage<Error>(HasSubstr("a byte array is given")));
+  EXPECT_THAT([] { from_message({.type = 200}); },
+              ThrowsMessage<Error>(HasSubstr("unknown type 200")));
+}
+
+class ParameterServicesTest : public testing::Test {
+ protected:
+  ParameterServicesTest() {
+    for (const auto& [name, value] : all_types()) node_->declare_parameter(name, value);
+    node_->declare_parameter(
+        "loop.gain", 1.0,
+        {.description = "of the loop", .floating_point_range = FloatingPointRange{0, 2, 0.5}});
+    node_->declare_parameter("loop.count", 3,
+                             {.read_only = true, .integer_range = IntegerRange{1, 9, 2}});
+  }
+
+  // Calls as an executor of the host and of the caller would have it.
+  template <class S>
+  typename S::Response call(const std::string& service, const typename S::Request& request) {
+    const auto client = caller_->create_client<S>("/front/camera/" + service);
+    EXPECT_TRUE(client->service_is_ready());
+    const auto future = client->async_send_request(request);
+    const std::vector<std::shared_ptr<Entity>> served = host_->entities();
+    for (const auto& entity : served) serve(*entity);
+    serve(*client);
+    return future.get().value();
+  }
+
+  const std::shared_ptr<Node> node_ =
+      std::make_shared<Node>("camera", NodeOptions{.name_space = "/front"});
+  const std::shared_ptr<Node> host_ = std::make_shared<Node>("host");
+  const std::shared_ptr<Node> caller_ = std::make_shared<Node>("caller");
+  const ParameterServices services_{*node_, *host_};
+
+ private:
+  static void serve(Entity& entity) {
+    Slot slot;
+    if (entity.take(slot)) entity.execute(slot);
+  }
+};
+
+TEST_F(ParameterServicesTest, AreEntitiesOfTheirHost) {
+  EXPECT_EQ(host_->entities().size(), 6u);
+  EXPECT_THAT(node_->entities(), IsEmpty());
+}
+
+TEST_F(ParameterServicesTest, GetValuesOfAllTypes) {
+  const auto response = call<wire::GetParameters>("get_parameters", {names_of(all_types())});
+  ASSERT_EQ(response.values.size(), 8u);
+  std::size_t i = 0;
+  for (const auto& [name, value] : all_types()) {
+    EXPECT_EQ(from_message(response.values[i++]), value) << name;
+  }
+  EXPECT_THAT(call<wire::GetParameterTypes>("get_parameter_types", {names_of(all_types())}).types,
+              ElementsAre(1, 2, 3, 4, 6, 7, 8, 9));
+}
+
+TEST_F(ParameterServicesTest, GiveNothingWhenOneNameIsUnknown) {
+  const std::vector<std::string> names{"a_boolean", "unknown"};
+  EXPECT_THAT(call<wire::GetParameters>("get_parameters", {names}).values, IsEmpty());
+  EXPECT_THAT(call<wire::GetParameterTypes>("get_parameter_types", {names}).types, IsEmpty());
+  EXPECT_THAT(call<wire::DescribeParameters>("describe_parameters", {names}).descriptors,
+              IsEmpty());
+}
+
+TEST_F(ParameterServicesTest, SetOneAfterAnother) {
+  const auto response =
+      call<wire::SetParameters>("set_parameters", {{{"b_integer", to_message(std::int64_t{8})},
+                                                    {"b_integr", to_message(std::int64_t{9})},
+                                                    {"d_string", to_message(true)},
+                                                    {"loop.gain", to_message(1.5)},
+                                                    {"loop.gain", to_message(1.6)},
+                                                    {"loop.count", to_message(std::int64_t{5})},
+                                                    {"c_number", {}}}});
+  std::vector<std::string> reasons;
+  for (const auto& [successful, reason] : response.results) {
+    EXPECT_EQ(successful, reason.empty());
+    reasons.push_back(reason);
+  }
+  EXPECT_THAT(reasons,
+              ElementsAre("", HasSubstr("no parameter 'b_integr'; did you mean 'b_integer'?"),
+                          HasSubstr("cannot be true; give a string"), "",
+                          HasSubstr("cannot be 1.6; give a floating-point number from 0 to 2 in "
+                                    "steps of 0.5"),
+                          HasSubstr("is read-only"),
+                          HasSubstr("parameter 'c_number' of node 'camera': no value is given")));
+  EXPECT_EQ(node_->get_parameter<int>("b_integer"), 8);
+  EXPECT_EQ(node_->get_parameter<double>("loop.gain"), 1.5);
+}
+
+TEST_F(ParameterServicesTest, SetAllTypesAtomicallyOrNone) {
+  const Parameters values{{"a_boolean", false},
+                          {"b_integer", std::int64_t{1}},
+                          {"c_number", 2.0},
+                          {"d_string", std::string("odom")},
+                          {"e_booleans", std::vector<bool>{}},
+                          {"f_integers", std::vector<std::int64_t>{3}},
+                          {"g_numbers", std::vector<double>{0.125}},
+                          {"h_strings", std::vector<std::string>{"c"}}};
+  wire::SetParametersAtomically::Request request;
+  for (const auto& [name, value] : values) request.parameters.push_back({name, to_message(value)});
+  request.parameters.push_back({"loop.gain", to_message(3.0)});
+  const auto refused = call<wire::SetParametersAtomically>("set_parameters_atomically", request);
+  EXPECT_FALSE(refused.result.successful);
+  EXPECT_THAT(refused.result.reason, HasSubstr("'loop.gain' of node 'camera' cannot be 3"));
+  EXPECT_TRUE(node_->get_parameter<bool>("a_boolean"));
+  request.parameters.pop_back();
+  EXPECT_TRUE(
+      call<wire::SetParametersAtomically>("set_parameters_atomically", request).result.successful);
+  for (const auto& [name, value] : values) {
+    EXPECT_EQ(node_->get_parameter<ParameterValue>(name), value);
+  }
+}
+
+TEST_F(ParameterServicesTest, TellTheReasonOfACallback) {
+  const auto handle = node_->add_on_set_parameters_callback([](const Parameters&) {
+    return SetParametersResult{false, "not today"};
+  });
+  const auto response =
+      call<wire::SetParameters>("set_parameters", {{{"a_boolean", to_message(false)}}});
+  ASSERT_EQ(response.results.size(), 1u);
+  EXPECT_EQ(response.results[0].reason, "not today");
+}
+
+TEST_F(ParameterServicesTest, ListWithPrefixesAndDepth) {
+  const auto all = call<wire::ListParameters>("list_parameters", {}).result;
+  EXPECT_EQ(all.names.size(), 10u);
+  EXPECT_THAT(all.prefixes, ElementsAre("loop"));
+  const auto some = call<wire::ListParameters>("list_parameters", {{"loop"}, 1}).result;
+  EXPECT_THAT(some.names, ElementsAre("loop.count", "loop.gain"));
+  EXPECT_EQ(call<wire::ListParameters>("list_parameters", {{}, 1}).result.names.size(), 8u);
+}
+
+TEST_F(ParameterServicesTest, DescribeParameters) {
+  const auto response = call<wire::DescribeParameters>("describe_parameters",
+                                                       {{"loop.gain", "loop.count", "d_string"}});
+  ASSERT_EQ(response.descriptors.size(), 3u);
+  const auto& [gain, count, text] =
+      std::tie(response.descriptors[0], response.descriptors[1], response.descriptors[2]);
+  EXPECT_EQ(gain.name, "loop.gain");
+  EXPECT_EQ(gain.type, static_cast<std::uint8_t>(wire::ParameterType::floating_point));
+  EXPECT_EQ(gain.description, "of the loop");
+  EXPECT_FALSE(gain.read_only);
+  ASSERT_EQ(gain.floating_point_range.size(), 1u);
+  EXPECT_EQ(gain.floating_point_range[0].to_value, 2);
+  EXPECT_EQ(gain.floating_point_range[0].step, 0.5);
+  EXPECT_TRUE(count.read_only);
+  ASSERT_EQ(count.integer_range.size(), 1u);
+  EXPECT_EQ(count.integer_range[0].from_value, 1);
+  EXPECT_EQ(text.type, static_cast<std::uint8_t>(wire::ParameterType::string));
+  EXPECT_THAT(text.integer_range, IsEmpty());
+}
+
+TEST(ParameterServices, MayBeServedByTheNodeItself) {
+  const auto node = std::make_shared<Node>("camera");
+  node->declare_parameter("rate", 30);
+  {
+    const ParameterServices services(*node, *node);
+    EXPECT_EQ(node->entities().size(), 6u);
+    EXPECT_TRUE(
+        node->create_client<wire::GetParameters>("/camera/get_parameters")->service_is_ready());
+  }
+  EXPECT_THAT(node->entities(), IsEmpty());
+}
+
+TEST_F(ParameterServicesTest, TellsOfWhatIsSetAndDeclared) {
+  const auto reader =
+      host_->create_subscription<wire::ParameterEvent>("/parameter_events", 10, [](const auto&) {});
+  wire::ParameterEvent event;
+  EXPECT_TRUE(node_->set_parameters_atomically({{"a_boolean", false}}).successful);
+  ASSERT_TRUE(reader->take(event));
+  EXPECT_EQ(event.node, "/front/camera");
+  EXPECT_THAT(event.new_parameters, IsEmpty());
+  ASSERT_EQ(event.changed_parameters.size(), 1u);
+  EXPECT_EQ(event.changed_parameters[0].name, "a_boolean");
+  EXPECT_EQ(from_message(event.changed_parameters[0].value), ParameterValue(false));
+  node_->declare_parameter("later", 1);
+  ASSERT_TRUE(reader->take(event));
+  ASSERT_EQ(event.new_parameters.size(), 1u);
+  EXPECT_EQ(event.new_parameters[0].name, "later");
+  EXPECT_FALSE(node_->set_parameters_atomically({{"loop.gain", 7.0}}).successful);
+  EXPECT_FALSE(reader->take(event));
+}
+
+}  // namespace
+}  // namespace takt

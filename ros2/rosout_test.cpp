@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/ros2/rosout.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/testing/peer_process.hpp"
+
+namespace takt {
+namespace {
+
+TEST(Rosout, LinesOfNodesAndOthersAreTold) {
+  Logger::instance().flush();  // what tests before have logged
+  Logger::instance().set_writer([](LogLevel, std::string_view) {});
+  const auto host = std::make_shared<Node>("container");
+  const auto node = std::make_shared<Node>("lidar", NodeOptions{.name_space = "/front"});
+  const auto reader =
+      host->create_subscription<rcl_interfaces::Log>("/rosout", 10, [](const auto&) {});
+  {
+    const Rosout rosout(*host);
+    node->log(LogLevel::warn, "range {} m", 3);
+    log(LogLevel::error, "of nobody");
+    Logger::instance().flush();
+  }
+  log(LogLevel::error, "nobody listens any more");
+  Logger::instance().flush();
+  Logger::instance().set_writer({});
+  std::vector<std::string> told;
+  rcl_interfaces::Log line;
+  ASSERT_TRUE(eventually([&] {
+    while (reader->take(line)) {
+      told.push_back(fmt::format("{} {}: {}", line.level, line.name, line.msg));
+    }
+    return told.size() >= 2;
+  }));
+  EXPECT_THAT(told, testing::ElementsAre("30 front.lidar: range 3 m", "40 container: of nobody"));
+  EXPECT_GT(line.stamp.sec, 1'700'000'000);
+}
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,23 @@
+// Memory that is there before it is needed: locked pages and touched stacks.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_SCHED_THREADS_MEMORY_LOCK_HPP_
+#define TAKT_SCHED_THREADS_MEMORY_LOCK_HPP_
+
+#include <cstddef>
+#include <string>
+
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+
+/// Locks all present and future pages of the process (mlockall), and tells malloc to keep what it
+/// has, so that no callback meets a page fault. Returns what was refused and why, or nothing.
+/// Throws Error when refused and `realtime` is require. Set-up only.
+std::string lock_memory(Realtime realtime);
+
+/// Touches the next `bytes` of the calling thread's stack.
+void prefault_stack(std::size_t bytes = 256 * 1024) noexcept;
+
+}  // namespace takt
+
+#endif  // TAKT_SCHED_THREADS_MEMORY_LOCK_HPP_

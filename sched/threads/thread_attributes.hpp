@@ -1,0 +1,85 @@
+// What Linux is told about a thread: policy, priority, reservation, nice value, CPUs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_SCHED_THREADS_THREAD_ATTRIBUTES_HPP_
+#define TAKT_SCHED_THREADS_THREAD_ATTRIBUTES_HPP_
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// A Linux thread policy (sched(7)). Ours, which orders callbacks, is a Scheduler.
+enum class ThreadPolicy { other, fifo, rr, batch, idle, deadline };
+
+/// What to do when the system refuses what a thread asks for.
+enum class Realtime {
+  off,      // ask for nothing but name and affinity
+  prefer,   // ask; go on with what is granted, and record what was refused
+  require,  // ask; a refusal is an Error
+};
+
+/// What a thread asks for.
+struct ThreadAttributes {
+  std::string name;  // Linux shows 15 characters of it
+  ThreadPolicy policy = ThreadPolicy::other;
+  int priority = 0;           // 1 to 99 for fifo and rr, larger is more urgent; else 0
+  int nice = 0;               // -20 to 19, for other and batch
+  std::vector<int> affinity;  // CPUs; empty means all
+  /// For deadline: in every period the kernel gives the thread this much CPU time, before the
+  /// deadline, and then no more. It may start threads; they are SCHED_OTHER.
+  Nanoseconds runtime{0};
+  Nanoseconds deadline{0};  // from the beginning of the period; 0: the period
+  Nanoseconds period{0};
+
+  /// Throws an Error about the first value that can never work here (priority 80 for SCHED_OTHER,
+  /// CPU 7 of 2).
+  void check() const;
+  /// Its parts, for who knows where each value stands.
+  void check_priority() const;
+  void check_nice() const;
+  void check_reservation() const;
+  void check_affinity() const;
+};
+
+/// What a thread has, read back from the kernel.
+struct ThreadState {
+  std::string name;
+  int tid = 0;
+  ThreadPolicy policy = ThreadPolicy::other;
+  int priority = 0;
+  int nice = 0;
+  std::vector<int> affinity;
+  Nanoseconds runtime{0}, deadline{0}, period{0};  // of deadline, else 0
+  std::string refused;  // what was asked for and not granted, with the reason; else empty
+};
+
+/// Gives the calling thread these attributes and reads back what is in force.
+/// Throws Error when something is refused and `realtime` is require. Set-up only.
+ThreadState apply(const ThreadAttributes& attributes, Realtime realtime);
+
+/// Throws an Error when those of the threads that are SCHED_DEADLINE, each checked, reserve more
+/// than there is: of each CPU of this process `sched_rt_runtime_us` of each `sched_rt_period_us`.
+/// What passes may be refused nevertheless: other processes, and the kernel itself, reserve too.
+/// Set-up only.
+void check_admission(std::span<const ThreadAttributes> threads);
+/// The same, where so much may be reserved, in CPUs.
+void check_admission(std::span<const ThreadAttributes> threads, double most_cpus);
+
+/// What the calling thread has.
+ThreadState this_thread_state();
+/// What a thread of this process has.
+ThreadState thread_state(int tid);
+
+/// "SCHED_FIFO" and so on; the names of sched(7) and of the configuration file.
+std::string_view to_string(ThreadPolicy policy) noexcept;
+/// Throws an Error that lists the valid names.
+ThreadPolicy thread_policy(std::string_view name);
+
+}  // namespace takt
+
+#endif  // TAKT_SCHED_THREADS_THREAD_ATTRIBUTES_HPP_

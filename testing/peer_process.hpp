@@ -1,0 +1,138 @@
+// A process at the other end, which does what it is told line by line.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TESTING_PEER_PROCESS_HPP_
+#define TAKT_TESTING_PEER_PROCESS_HPP_
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt {
+
+// Test programs that run at the same time do not see each other.
+inline int test_domain() {
+  return 100 + static_cast<int>(getpid() % 100);
+}
+
+template <class Condition>
+bool eventually(Condition&& condition) {
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > limit) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+/// What a process holds: it must not grow with the others that come and go.
+struct Footprint {
+  std::size_t files = 0;
+  long memory_kb = 0;  // of its own, not shared
+};
+inline Footprint footprint(pid_t pid) {
+  Footprint result;
+  const std::string process = "/proc/" + std::to_string(pid);
+  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(process + "/fd")) {
+    ++result.files;
+  }
+  std::ifstream status(process + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("RssAnon:")) result.memory_kb = std::stol(line.substr(8));
+  }
+  return result;
+}
+inline void expect_flat(const Footprint& before, const Footprint& after) {
+  EXPECT_EQ(after.files, before.files);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which keep what is freed
+  EXPECT_LT(after.memory_kb, before.memory_kb + 2048);
+#endif
+}
+
+/// For so long tests let others die; TAKT_FAULT_SECONDS says otherwise.
+inline std::chrono::seconds fault_time() {
+  const char* seconds = std::getenv("TAKT_FAULT_SECONDS");
+  return std::chrono::seconds(seconds != nullptr ? std::atoi(seconds) : 4);
+}
+
+/// Destroyed, it is asked to end, and waited for.
+class PeerProcess {
+ public:
+  /// `first_line` goes to the program, and `greeting` is what it answers.
+  PeerProcess(const char* program, const std::string& first_line) {
+    signal(SIGPIPE, SIG_IGN);  // a peer that was killed is no reason to end
+    std::array<int, 2> to{}, from{};
+    // Another peer must not hold them open.
+    if (pipe2(to.data(), O_CLOEXEC) != 0 || pipe2(from.data(), O_CLOEXEC) != 0) {
+      throw Error("no pipes");
+    }
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(to[0], STDIN_FILENO);
+      dup2(from[1], STDOUT_FILENO);
+      execl(program, program, nullptr);
+      _exit(127);
+    }
+    close(to[0]);
+    close(from[1]);
+    commands_ = fdopen(to[1], "w");
+    answers_ = fdopen(from[0], "r");
+    greeting_ = ask(first_line);
+  }
+  ~PeerProcess() {
+    if (commands_ != nullptr) fclose(commands_);
+    fclose(answers_);
+    waitpid(pid_, nullptr, 0);
+  }
+  PeerProcess(const PeerProcess&) = delete;
+  PeerProcess& operator=(const PeerProcess&) = delete;
+
+  pid_t pid() const noexcept { return pid_; }
+  const std::string& greeting() const noexcept { return greeting_; }
+  std::string ask(const std::string& command) const {
+    std::fprintf(commands_, "%s\n", command.c_str());
+    std::fflush(commands_);
+    std::array<char, 400> answer{};
+    if (std::fgets(answer.data(), answer.size(), answers_) == nullptr) return "dead";
+    std::string text(answer.data());
+    while (text.ends_with('\n')) text.pop_back();
+    return text;
+  }
+  /// Asks it to end. Whether it does in time; else it is killed.
+  bool ends() {
+    fclose(std::exchange(commands_, nullptr));
+    siginfo_t info{};
+    const bool has_ended = eventually([&] {
+      return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOWAIT | WNOHANG) == 0 &&
+             info.si_pid == pid_;
+    });
+    if (!has_ended) kill();
+    return has_ended;
+  }
+  void kill() const { ::kill(pid_, SIGKILL); }
+  void stop() const { ::kill(pid_, SIGSTOP); }
+  void resume() const { ::kill(pid_, SIGCONT); }
+
+ private:
+  pid_t pid_ = 0;
+  FILE* commands_ = nullptr;
+  FILE* answers_ = nullptr;
+  std::string greeting_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TESTING_PEER_PROCESS_HPP_

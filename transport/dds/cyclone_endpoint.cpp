@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/cyclone_endpoint.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <dds/ddsc/dds_loan_api.h>
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/lockfree/sequence.hpp"
+#include "takt/transport/dds/cyclone_participant.hpp"
+
+namespace takt {
+
+CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint& endpoint,
+                                 bool is_writer)
+    : participant_(participant.shared_from_this()),
+      endpoint_(endpoint),
+      is_writer_(is_writer),
+      why_udp_(participant.why_udp(endpoint, is_writer)),
+      topic_(participant.handle(), endpoint, is_shared()),
+      number_(next_sequence()) {
+}
+
+CycloneEndpoint::~CycloneEndpoint() {
+  participant_->remove(handle_);
+}
+
+void CycloneEndpoint::close() noexcept {
+  participant_->remove(*this, endpoint_, handle_);
+  dds_set_listener(handle_, nullptr);  // waits for the one that runs
+}
+
+void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t depth,
+                           const Listener& listener) {
+  // Who is to ignore the own process gets no shared memory from Cyclone: there the reader does it.
+  const bool ignores_own_process = !is_shared() && !participant_->serves_own_process();
+  const WireQoS qos = wire_qos(endpoint_.qos, depth);
+  if (ignores_own_process) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  const std::string told = user_data(endpoint_, participant_->ros_graph());
+  dds_qset_userdata(qos.get(), told.data(), told.size());
+  handle_ = dds_check(
+      create(participant_->handle(), topic_.handle(), qos.get(), listener.get()),
+      fmt::format("no DDS {} for topic '{}'", is_writer_ ? "writer" : "reader", endpoint_.topic));
+  if (is_shared() && !dds_is_loan_available(handle_)) {
+    dds_delete(std::exchange(handle_, 0));
+    throw Error("Cyclone DDS gives no shared memory to topic '" + endpoint_.topic + "'");
+  }
+  if (is_shared()) count_matched(handle_, matched_.load(), 0);
+  participant_->add(*this, endpoint_, handle_, is_writer_);
+}
+
+// On a thread of Cyclone's, or on that which makes an end.
+void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int change) noexcept {
+  if (!is_shared() || participant_->serves_own_process()) {
+    matched_.store(count);
+    if (change != 0) events().matched(change);
+    return;
+  }
+  // Cyclone counts those of our own participant too.
+  const std::lock_guard lock(counting_);  // so that the last one who stores has looked last
+  std::vector<dds_instance_handle_t> others(16);
+  for (;;) {
+    const dds_return_t found =
+        is_writer_ ? dds_get_matched_subscriptions(handle, others.data(), others.size())
+                   : dds_get_matched_publications(handle, others.data(), others.size());
+    if (found < 0) return;  // it is being made, or deleted
+    const bool all = static_cast<std::size_t>(found) <= others.size();
+    others.resize(static_cast<std::size_t>(found));
+    if (all) break;
+  }
+  dds_instance_handle_t own = 0;
+  dds_get_instance_handle(participant_->handle(), &own);
+  count = static_cast<std::size_t>(std::count_if(others.begin(), others.end(), [&](auto other) {
+    auto* data = is_writer_ ? dds_get_matched_subscription_data(handle, other)
+                            : dds_get_matched_publication_data(handle, other);
+    const bool is_outside = data != nullptr && data->participant_instance_handle != own;
+    if (data != nullptr) dds_builtintopic_free_endpoint(data);
+    return is_outside;
+  }));
+  change = static_cast<int>(count) - static_cast<int>(matched_.exchange(count));
+  if (change != 0) events().matched(change);
+}
+
+void put_away(std::unique_ptr<CycloneEndpoint> gone) {
+  static auto& mutex = *new std::mutex;  // never destroyed, as messages may outlive `main`
+  static auto& waiting = *new std::vector<std::unique_ptr<CycloneEndpoint>>;
+  std::vector<std::unique_ptr<CycloneEndpoint>> idle;  // ends without the lock
+  const std::lock_guard lock(mutex);
+  if (gone != nullptr) waiting.push_back(std::move(gone));
+  const auto first = std::partition(waiting.begin(), waiting.end(),
+                                    [](const auto& endpoint) { return !endpoint->is_idle(); });
+  std::move(first, waiting.end(), std::back_inserter(idle));
+  waiting.erase(first, waiting.end());
+}
+
+std::uint64_t random_number() {
+  std::random_device random;
+  return std::uint64_t{random()} << 32 | random();
+}
+
+}  // namespace takt

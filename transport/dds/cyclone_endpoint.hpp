@@ -1,0 +1,93 @@
+// What a writer and a reader of Cyclone DDS have in common.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_CYCLONE_ENDPOINT_HPP_
+#define TAKT_TRANSPORT_DDS_CYCLONE_ENDPOINT_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <dds/dds.h>
+
+#include "takt/base/clock.hpp"
+#include "takt/transport/dds/cyclone_entity.hpp"
+#include "takt/transport/dds/participant.hpp"
+
+namespace takt {
+
+/// A reliable writer keeps what a reader has not confirmed yet: as many as the QoS says, or so
+/// many. They cost memory only while somebody is behind, and the reader's own depth is kept by its
+/// ring.
+inline constexpr std::size_t kUnconfirmed = 100;
+
+using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+
+class CycloneParticipant;
+
+/// What both ends have. One of whose messages some are still held in shared memory lives until they
+/// are released, see put_away.
+class CycloneEndpoint {
+ public:
+  CycloneEndpoint(CycloneParticipant& participant, const Endpoint& endpoint, bool is_writer);
+  virtual ~CycloneEndpoint();
+  CycloneEndpoint(const CycloneEndpoint&) = delete;
+  CycloneEndpoint& operator=(const CycloneEndpoint&) = delete;
+
+  EndpointState state() const {
+    return {.topic = endpoint_.topic,
+            .type = endpoint_.type->name,
+            .is_writer = is_writer_,
+            .reliability = endpoint_.qos.reliability,
+            .matched = matched(),
+            .messages = messages_.load(std::memory_order_relaxed),
+            .way = is_shared() ? "shared memory" : "UDP: " + why_udp_,
+            .uncopied = uncopied_.load(std::memory_order_relaxed),
+            .lost = lost_.load(std::memory_order_relaxed),
+            .id = number_};
+  }
+  std::size_t matched() const noexcept {
+    const std::size_t count = matched_.load();
+    return count != 0 && Clock::steady().now() >= is_known_at_ ? count : 0;
+  }
+  /// From here on nothing comes from it.
+  void close() noexcept;
+  /// No message of it is held any more.
+  bool is_idle() const noexcept { return held_.load() == 0; }
+
+ protected:
+  bool is_shared() const noexcept { return why_udp_.empty(); }
+  /// Makes the DDS entity with `create`: dds_create_writer or dds_create_reader.
+  void make(decltype(&dds_create_writer) create, std::size_t depth, const Listener& listener);
+  void count_matched(dds_entity_t handle, std::size_t count, int change) noexcept;
+  virtual EndpointEvents& events() const noexcept = 0;
+
+  const std::shared_ptr<CycloneParticipant> participant_;  // must go last
+  const Endpoint endpoint_;
+  const bool is_writer_;
+  const std::string why_udp_;  // empty: by shared memory
+  Topic topic_;
+  dds_entity_t handle_ = 0;
+  const std::uint64_t number_;
+  TimePoint is_known_at_{};
+  std::mutex counting_;
+  std::atomic<std::size_t> matched_{0};
+  std::atomic<std::size_t> held_{0};  // by users, in shared memory
+  std::atomic<std::uint64_t> messages_{0}, uncopied_{0}, lost_{0};
+};
+
+/// Ends, or lets live on, an endpoint whose owner has gone, and ends those whose messages have come
+/// back meanwhile. A message that is never released keeps its endpoint, and the participant.
+void put_away(std::unique_ptr<CycloneEndpoint> gone);
+
+std::uint64_t random_number();
+
+std::unique_ptr<RemoteWriter> make_writer(CycloneParticipant& participant, const Endpoint& endpoint,
+                                          std::shared_ptr<EndpointEvents> events);
+std::unique_ptr<RemoteReader> make_reader(CycloneParticipant& participant,
+                                          IntraProcessReader& reader);
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_CYCLONE_ENDPOINT_HPP_

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/cyclone_entity.hpp"
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/messages/type_description.hpp"
+#include "takt/transport/dds/writer_clocks.hpp"
+
+namespace takt {
+namespace {
+
+dds_duration_t duration(Nanoseconds of) {
+  return of == Nanoseconds::zero() ? DDS_INFINITY : of.count();
+}
+Nanoseconds nanoseconds(dds_duration_t of) {
+  return of == DDS_INFINITY ? Nanoseconds::zero() : Nanoseconds(of);
+}
+
+}  // namespace
+
+dds_entity_t dds_check(dds_return_t result, const std::string& what,
+                       const std::string& what_to_do) {
+  if (result < 0) throw Error(fmt::format("{}: {}", what, dds_strretcode(result)), what_to_do);
+  return result;
+}
+
+WireQoS wire_qos(const QoS& qos, std::size_t depth) {
+  WireQoS wire(dds_create_qos(), &dds_delete_qos);
+  dds_qset_history(wire.get(), DDS_HISTORY_KEEP_LAST, static_cast<std::int32_t>(depth));
+  dds_qset_reliability(wire.get(),
+                       qos.reliability == Reliability::reliable ? DDS_RELIABILITY_RELIABLE
+                                                                : DDS_RELIABILITY_BEST_EFFORT,
+                       DDS_MSECS(100));
+  const bool is_kept = qos.durability == Durability::transient_local;
+  dds_qset_durability(wire.get(),
+                      is_kept ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  if (is_kept) {
+    dds_qset_durability_service(wire.get(), 0, DDS_HISTORY_KEEP_LAST,
+                                static_cast<std::int32_t>(qos.depth), DDS_LENGTH_UNLIMITED,
+                                DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  }
+  dds_qset_deadline(wire.get(), duration(qos.deadline_period));
+  dds_qset_lifespan(wire.get(), duration(qos.lifespan_duration));
+  dds_qset_liveliness(wire.get(),
+                      qos.liveliness_kind == Liveliness::automatic ? DDS_LIVELINESS_AUTOMATIC
+                                                                   : DDS_LIVELINESS_MANUAL_BY_TOPIC,
+                      duration(qos.lease_duration));
+  dds_qset_writer_data_lifecycle(wire.get(), false);
+  return wire;
+}
+
+QoS qos_of(const dds_qos_t& wire) {
+  QoS qos(1);
+  dds_history_kind_t history;
+  std::int32_t depth = 0;
+  if (dds_qget_history(&wire, &history, &depth) && history == DDS_HISTORY_KEEP_LAST) {
+    qos.depth = static_cast<std::size_t>(depth);
+  }
+  dds_reliability_kind_t reliability;
+  if (dds_qget_reliability(&wire, &reliability, nullptr)) {
+    qos.reliability =
+        reliability == DDS_RELIABILITY_RELIABLE ? Reliability::reliable : Reliability::best_effort;
+  }
+  dds_durability_kind_t durability;
+  if (dds_qget_durability(&wire, &durability)) {
+    qos.durability =
+        durability == DDS_DURABILITY_VOLATILE ? Durability::volatile_ : Durability::transient_local;
+  }
+  dds_duration_t time = DDS_INFINITY;
+  if (dds_qget_deadline(&wire, &time)) qos.deadline_period = nanoseconds(time);
+  if (dds_qget_lifespan(&wire, &time)) qos.lifespan_duration = nanoseconds(time);
+  dds_liveliness_kind_t liveliness;
+  if (dds_qget_liveliness(&wire, &liveliness, &time)) {
+    qos.liveliness_kind = liveliness == DDS_LIVELINESS_AUTOMATIC ? Liveliness::automatic
+                                                                 : Liveliness::manual_by_topic;
+    qos.lease_duration = nanoseconds(time);
+  }
+  return qos;
+}
+
+std::string_view policy_name(std::uint32_t id) noexcept {
+  switch (id) {
+    case DDS_RELIABILITY_QOS_POLICY_ID:
+      return "reliability";
+    case DDS_DURABILITY_QOS_POLICY_ID:
+      return "durability";
+    case DDS_DEADLINE_QOS_POLICY_ID:
+      return "deadline";
+    case DDS_LIVELINESS_QOS_POLICY_ID:
+      return "liveliness";
+    default:
+      return "another policy";
+  }
+}
+
+std::string user_data(const Endpoint& endpoint, RosGraph form) {
+  if (form == RosGraph::off) return clock_identity();
+  const ServiceIdentity& identity = endpoint.identity;
+  std::string text = identity.id + clock_identity();
+  if (form != RosGraph::jazzy) return text;
+  const std::string hash = identity.id.empty()
+                               ? type_hash(*endpoint.type)
+                               : service_type_hash(*identity.request, *identity.response);
+  if (!hash.empty()) text += "typehash=" + hash + ";";
+  return endpoint.node.empty() ? text : text + "node=" + endpoint.node + ";";
+}
+
+std::string told_in(const dds_qos_t& qos, std::string_view key) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};
+  std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  const std::string start = std::string(key) + "=";
+  std::size_t begin = text.find(start);
+  while (begin != std::string::npos && begin != 0 && text[begin - 1] != ';') {
+    begin = text.find(start, begin + 1);
+  }
+  if (begin == std::string::npos) return {};
+  text.erase(0, begin + start.size());
+  return text.substr(0, text.find(';'));
+}
+
+Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory) {
+  auto* type = new Sertype(*endpoint.type, in_shared_memory);
+  ddsi_sertype* used = type;
+  handle_ = dds_create_topic_sertype(participant, dds_topic_name(endpoint.topic).c_str(), &used,
+                                     nullptr, nullptr, nullptr);
+  if (handle_ < 0) ddsi_sertype_unref(type);
+  dds_check(handle_, fmt::format("topic '{}' with type {} could not be made", endpoint.topic,
+                                 endpoint.type->name));
+  type_ = static_cast<const Sertype*>(used);
+}
+
+}  // namespace takt

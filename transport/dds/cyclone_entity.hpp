@@ -1,0 +1,56 @@
+// What all entities of Cyclone DDS are made with: QoS, topics, user data.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_CYCLONE_ENTITY_HPP_
+#define TAKT_TRANSPORT_DDS_CYCLONE_ENTITY_HPP_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include <dds/dds.h>
+
+#include "takt/transport/dds/cyclone_type.hpp"
+#include "takt/transport/dds/graph.hpp"
+#include "takt/transport/intra_process.hpp"
+
+namespace takt {
+
+/// Throws Error, with what Cyclone calls it, when the result is one.
+dds_entity_t dds_check(dds_return_t result, const std::string& what,
+                       const std::string& what_to_do = {});
+
+using WireQoS = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
+
+/// `depth`: of the history that Cyclone keeps.
+WireQoS wire_qos(const QoS& qos, std::size_t depth);
+/// What others tell of theirs; the depth, which is not told of all, is 1 where it is not.
+QoS qos_of(const dds_qos_t& wire);
+/// As files call it, and QoS::refuses.
+std::string_view policy_name(std::uint32_t id) noexcept;
+
+/// What others want to know of an endpoint beyond its name and type. ROS 2: "typehash=RIHS01_...;",
+/// "serviceid=...;". Takt: "node=/...;", and see clock_identity.
+std::string user_data(const Endpoint& endpoint, RosGraph form);
+/// What `user_data` says under the key; empty: nothing.
+std::string told_in(const dds_qos_t& qos, std::string_view key);
+
+/// A topic of the participant for as long as one of its ends lives.
+class Topic {
+ public:
+  Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory);
+  ~Topic() { dds_delete(handle_); }
+  Topic(const Topic&) = delete;
+  Topic& operator=(const Topic&) = delete;
+
+  dds_entity_t handle() const noexcept { return handle_; }
+  const Sertype& type() const noexcept { return *type_; }
+
+ private:
+  dds_entity_t handle_;
+  const Sertype* type_ = nullptr;  // Cyclone's, alive as long as the topic
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_CYCLONE_ENTITY_HPP_

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/cyclone_type.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include <dds/ddsi/ddsi_shm_transport.h>
+#include <dds/ddsi/q_radmin.h>
+
+#include "takt/transport/shared_memory/shared_memory.hpp"
+
+namespace takt {
+namespace {
+
+constexpr std::size_t kPooled = 64;            // serdata of a type that are kept
+constexpr std::size_t kKeptBytes = 64 * 1024;  // a larger buffer is freed with its message
+
+Serdata& of(ddsi_serdata* data) noexcept {
+  return static_cast<Serdata&>(*data);
+}
+const Serdata& of(const ddsi_serdata* data) noexcept {
+  return static_cast<const Serdata&>(*data);
+}
+const Sertype& of(const ddsi_sertype* type) noexcept {
+  return static_cast<const Sertype&>(*type);
+}
+
+Serdata* make(const Sertype& type, ddsi_serdata_kind kind) {
+  Serdata* data = type.pool->acquire();
+  if (data == nullptr) {
+    data = new Serdata;
+    data->from_heap = true;
+  }
+  data->buffer.clear();
+  data->size = 0;
+  ddsi_serdata_init(data, &type, kind);
+  return data;
+}
+
+// Cyclone sends in units of four bytes.
+void finish(Serdata& data) {
+  data.size = data.buffer.bytes().size();
+  std::fill_n(data.buffer.extend(3), 3, std::byte{0});
+}
+
+// ---- ddsi_serdata_ops. There are no keys: all samples of a topic are of one instance. ----
+
+bool equal_keys(const ddsi_serdata*, const ddsi_serdata*) {
+  return true;
+}
+
+std::uint32_t size_of(const ddsi_serdata* data) {
+  return static_cast<std::uint32_t>(of(data).size);
+}
+
+// Only the encoding header is looked at here, on Cyclone's thread; the receiver decodes.
+ddsi_serdata* checked(Serdata* data) {
+  finish(*data);
+  const auto bytes = data->bytes();
+  if (data->kind == SDK_DATA && (bytes.size() < kCdrHeader.size() || bytes[0] != kCdrHeader[0] ||
+                                 bytes[1] != kCdrHeader[1])) {
+    ddsi_serdata_unref(data);
+    return nullptr;
+  }
+  return data;
+}
+
+// Fragments come in order of their begin and may overlap.
+ddsi_serdata* from_fragments(const ddsi_sertype* type, ddsi_serdata_kind kind,
+                             const nn_rdata* fragment, std::size_t size) {
+  Serdata* data = make(of(type), kind);
+  std::byte* to = data->buffer.extend(size);
+  std::uint32_t done = 0;
+  for (; fragment != nullptr; fragment = fragment->nextfrag) {
+    const std::uint32_t end = std::min(fragment->maxp1, static_cast<std::uint32_t>(size));
+    if (end <= done || fragment->min > done) continue;
+    const auto* payload = reinterpret_cast<const std::byte*>(
+        NN_RMSG_PAYLOADOFF(fragment->rmsg, NN_RDATA_PAYLOAD_OFF(fragment)));
+    std::copy(payload + (done - fragment->min), payload + (end - fragment->min), to + done);
+    done = end;
+  }
+  std::fill(to + done, to + size, std::byte{0});
+  return checked(data);
+}
+
+ddsi_serdata* from_vector(const ddsi_sertype* type, ddsi_serdata_kind kind,
+                          ddsrt_msg_iovlen_t count, const ddsrt_iovec_t* parts, std::size_t size) {
+  Serdata* data = make(of(type), kind);
+  std::byte* to = data->buffer.extend(size);
+  for (ddsrt_msg_iovlen_t i = 0; i < count; ++i) {
+    const auto* from = static_cast<const std::byte*>(parts[i].iov_base);
+    const std::size_t length = std::min<std::size_t>(parts[i].iov_len, size);
+    to = std::copy_n(from, length, to);
+    size -= length;
+  }
+  return checked(data);
+}
+
+ddsi_serdata* from_key(const ddsi_sertype* type, const ddsi_keyhash*) {
+  return make(of(type), SDK_KEY);
+}
+// A chunk, for the readers that do not share memory with us.
+ddsi_serdata* from_sample(const ddsi_sertype* type, ddsi_serdata_kind kind, const void* chunk) {
+  return kind == SDK_DATA ? encode(of(type), static_cast<const ChunkHeader*>(chunk) + 1)
+                          : make(of(type), kind);
+}
+// `subscriber` is nullptr where the chunk is going to be sent.
+ddsi_serdata* from_chunk(const ddsi_sertype* type, ddsi_serdata_kind kind, void* subscriber,
+                         void* chunk) {
+  Serdata* data = make(of(type), kind);
+  data->iox_subscriber = subscriber;
+  data->iox_chunk = chunk;
+  return data;
+}
+
+void to_bytes(const ddsi_serdata* data, std::size_t offset, std::size_t size, void* to) {
+  std::copy_n(of(data).buffer.bytes().data() + offset, size, static_cast<std::byte*>(to));
+}
+ddsi_serdata* to_bytes_ref(const ddsi_serdata* data, std::size_t offset, std::size_t size,
+                           ddsrt_iovec_t* ref) {
+  ref->iov_base = const_cast<std::byte*>(of(data).buffer.bytes().data() + offset);
+  ref->iov_len = size;
+  return ddsi_serdata_ref(data);
+}
+void to_bytes_unref(ddsi_serdata* data, const ddsrt_iovec_t*) {
+  ddsi_serdata_unref(data);
+}
+
+bool to_sample(const ddsi_serdata* data, void* sample, void**, void*) {
+  return of(data->type).message.decode(of(data).bytes(), sample);
+}
+// Stays in Cyclone's map of instances: so it is of its own, without the message's bytes.
+ddsi_serdata* to_untyped(const ddsi_serdata* data) {
+  auto* untyped = new Serdata;
+  untyped->from_heap = true;
+  ddsi_serdata_init(untyped, data->type, SDK_KEY);
+  untyped->type = nullptr;
+  return untyped;
+}
+bool untyped_to_sample(const ddsi_sertype*, const ddsi_serdata*, void*, void**, void*) {
+  return true;
+}
+
+void free_data(ddsi_serdata* data) {
+  Serdata* last = &of(data);
+  if (last->iox_chunk != nullptr && last->iox_subscriber != nullptr) {
+    free_iox_chunk(static_cast<iox_sub_t*>(last->iox_subscriber), &last->iox_chunk);
+  } else if (last->iox_chunk != nullptr) {
+    // It could not be sent. Cyclone 0.10.2 looks at it once more after this: the next one goes.
+    last = of(last->type).unsent.exchange(last);
+    if (last == nullptr) return;
+  }
+  Serdata& ours = *last;
+  if (ours.from_heap) {
+    delete &ours;
+    return;
+  }
+  if (ours.buffer.bytes().size() > kKeptBytes) ours.buffer = {};
+  Pool<Serdata>::recycle(ours);
+}
+
+std::size_t print(const ddsi_sertype* type, const ddsi_serdata* data, char* to, std::size_t size) {
+  return static_cast<std::size_t>(
+      snprintf(to, size, "%s of %zu bytes", type->type_name, of(data).size));
+}
+void key_hash(const ddsi_serdata*, ddsi_keyhash* hash, bool) {
+  *hash = {};
+}
+
+const ddsi_serdata_ops kSerdataOps{.eqkey = equal_keys,
+                                   .get_size = size_of,
+                                   .from_ser = from_fragments,
+                                   .from_ser_iov = from_vector,
+                                   .from_keyhash = from_key,
+                                   .from_sample = from_sample,
+                                   .to_ser = to_bytes,
+                                   .to_ser_ref = to_bytes_ref,
+                                   .to_ser_unref = to_bytes_unref,
+                                   .to_sample = to_sample,
+                                   .to_untyped = to_untyped,
+                                   .untyped_to_sample = untyped_to_sample,
+                                   .free = free_data,
+                                   .print = print,
+                                   .get_keyhash = key_hash,
+                                   .get_sample_size = ddsi_serdata_iox_size,
+                                   .from_iox_buffer = from_chunk};
+
+// ---- ddsi_sertype_ops ----
+
+void free_type(ddsi_sertype* type) {
+  ddsi_sertype_fini(type);
+  delete static_cast<Sertype*>(type);
+}
+bool equal_types(const ddsi_sertype* a, const ddsi_sertype* b) {
+  return of(a).message.layout_hash == of(b).message.layout_hash && a->fixed_size == b->fixed_size;
+}
+std::uint32_t hash_of(const ddsi_sertype* type) {
+  return static_cast<std::uint32_t>(of(type).message.layout_hash);
+}
+// Cyclone's own samples of the type: we never ask for any.
+void zero_samples(const ddsi_sertype*, void*, std::size_t) {
+}
+void realloc_samples(void** pointers, const ddsi_sertype*, void*, std::size_t, std::size_t count) {
+  std::fill_n(pointers, count, nullptr);
+}
+void free_samples(const ddsi_sertype*, void**, std::size_t, dds_free_op_t) {
+}
+
+const ddsi_sertype_ops kSertypeOps{.version = ddsi_sertype_v0,
+                                   .arg = nullptr,
+                                   .free = free_type,
+                                   .zero_samples = zero_samples,
+                                   .realloc_samples = realloc_samples,
+                                   .free_samples = free_samples,
+                                   .equal = equal_types,
+                                   .hash = hash_of,
+                                   .type_id = nullptr,
+                                   .type_map = nullptr,
+                                   .type_info = nullptr,
+                                   .derive_sertype = nullptr,
+                                   .get_serialized_size = nullptr,
+                                   .serialize_into = nullptr};
+
+}  // namespace
+
+Sertype::Sertype(const MessageType& message_type, bool in_shared_memory)
+    : ddsi_sertype{}, message(message_type), pool(Pool<Serdata>::create(kPooled, [](std::uint32_t) {
+        return std::make_unique<Serdata>();
+      })) {
+  ddsi_sertype_init_flags(
+      this, dds_type_name(message.name).c_str(), &kSertypeOps, &kSerdataOps,
+      DDSI_SERTYPE_FLAG_TOPICKIND_NO_KEY | (in_shared_memory ? DDSI_SERTYPE_FLAG_FIXED_SIZE : 0));
+  allowed_data_representation = DDS_DATA_REPRESENTATION_FLAG_XCDR1;
+  if (in_shared_memory) iox_size = static_cast<std::uint32_t>(sizeof(ChunkHeader) + message.size);
+}
+
+Sertype::~Sertype() {
+  Serdata* data = unsent.load();
+  if (data != nullptr && data->from_heap) {
+    delete data;
+  } else if (data != nullptr) {
+    Pool<Serdata>::recycle(*data);
+  }
+}
+
+ddsi_serdata* encode(const Sertype& type, const void* message) {
+  Serdata* data = make(type, SDK_DATA);
+  type.message.encode(message, data->buffer);
+  finish(*data);
+  return data;
+}
+
+std::string dds_type_name(std::string_view name) {
+  if (name.find('/') == std::string_view::npos) return std::string(name);
+  std::string result;
+  for (std::size_t slash; (slash = name.find('/')) != std::string_view::npos;) {
+    result.append(name.substr(0, slash)).append("::");
+    name.remove_prefix(slash + 1);
+  }
+  return result.append("dds_::").append(name).append("_");
+}
+
+std::string dds_topic_name(std::string_view topic) {
+  return topic.starts_with('/') ? "rt" + std::string(topic) : std::string(topic);
+}
+
+}  // namespace takt

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include <dds/dds.h>
+#include <dds/ddsc/dds_loan_api.h>
+
+#include "takt/base/logger.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/base/realtime_scope.hpp"
+#include "takt/transport/dds/cyclone_participant.hpp"
+#include "takt/transport/shared_memory/shared_memory.hpp"
+
+namespace takt {
+namespace {
+
+class CycloneWriter;
+
+/// A message that lies in shared memory and is not sent yet.
+class LentBlock final : public MessageBlock, public PoolNode<LentBlock> {
+ public:
+  void lend(CycloneWriter& writer, ChunkHeader* chunk) noexcept {
+    writer_ = &writer;
+    chunk_ = chunk;
+    payload_ = chunk + 1;
+    set_references(1);
+  }
+  ChunkHeader* take() noexcept { return std::exchange(chunk_, nullptr); }
+
+ private:
+  void recycle() noexcept override;
+
+  CycloneWriter* writer_ = nullptr;
+  ChunkHeader* chunk_ = nullptr;
+};
+
+class CycloneWriter final : public CycloneEndpoint {
+ public:
+  CycloneWriter(CycloneParticipant& participant, const Endpoint& endpoint,
+                std::shared_ptr<EndpointEvents> events)
+      : CycloneEndpoint(participant, endpoint, true),
+        events_(std::move(events)),
+        lent_(Pool<LentBlock>::create(is_shared() ? kMostLent : 0, [](std::uint32_t) {
+          return std::make_unique<LentBlock>();
+        })) {
+    const Listener listener(dds_create_listener(this), &dds_delete_listener);
+    dds_lset_publication_matched(
+        listener.get(),
+        [](dds_entity_t handle, const dds_publication_matched_status_t status, void* self) {
+          auto& writer = *static_cast<CycloneWriter*>(self);
+          if (status.total_count_change > 0) writer.readers_ever_.fetch_add(1);
+          writer.count_matched(handle, status.current_count, status.current_count_change);
+        });
+    dds_lset_offered_incompatible_qos(
+        listener.get(),
+        [](dds_entity_t, const dds_offered_incompatible_qos_status_t status, void* self) {
+          static_cast<CycloneWriter*>(self)->events_->incompatible(
+              policy_name(status.last_policy_id));
+        });
+    make(&dds_create_writer, std::max(endpoint_.qos.depth, kUnconfirmed), listener);
+    if (is_shared()) is_known_at_ = Clock::steady().now() + kHearsayTime;
+  }
+
+  void write(const void* message) noexcept {
+    if (matched_.load(std::memory_order_relaxed) == 0 &&
+        endpoint_.qos.durability == Durability::volatile_) {
+      return;
+    }
+    const ForeignCode cyclone;
+    const dds_time_t published = dds_time();
+    if (is_shared()) return write_copy(message, published);
+    ddsi_serdata* data = encode(topic_.type(), message);
+    data->timestamp.v = published;  // forwardcdr keeps it: encoding is a part of the way
+    count(dds_forwardcdr(handle_, data));
+  }
+
+  MessageBlock* lend(const void* prototype) noexcept {
+    if (!is_shared() || matched() == 0) return nullptr;
+    LentBlock* block = lent_->acquire();
+    if (block == nullptr) return nullptr;
+    ChunkHeader* chunk = borrow();
+    if (chunk == nullptr) {
+      Pool<LentBlock>::recycle(*block);
+      return nullptr;
+    }
+    if (chunk->writer != id_ || chunk->layout_hash != endpoint_.type->layout_hash) {
+      std::memcpy(chunk + 1, prototype, endpoint_.type->size);
+      identify(*chunk);
+    }
+    held_.fetch_add(1);
+    block->lend(*this, chunk);
+    return block;
+  }
+
+  void write_lent(MessageBlock& message) noexcept {
+    if (matched() != 0) {
+      const ForeignCode cyclone;
+      const dds_time_t published = dds_time();
+      const std::lock_guard lock(mutex_);
+      if (send(static_cast<LentBlock&>(message).take(), published)) {
+        uncopied_.fetch_add(1, std::memory_order_relaxed);
+      }
+    }
+    message.release();
+  }
+
+  void give_back(LentBlock& block) noexcept {
+    if (void* chunk = block.take()) {
+      const ForeignCode cyclone;
+      dds_return_loan(handle_, &chunk, 1);
+    }
+    Pool<LentBlock>::recycle(block);
+    held_.fetch_sub(1);  // the last: from here on we may be gone
+  }
+  void assert_liveliness() noexcept { dds_assert_liveliness(handle_); }
+
+ private:
+  // Cyclone and iceoryx allow eight at once; one is for messages that are copied.
+  static constexpr std::size_t kMostLent = 7;
+
+  ChunkHeader* borrow() const noexcept {
+    const ForeignCode cyclone;
+    void* chunk = nullptr;
+    return dds_loan_sample(handle_, &chunk) == DDS_RETCODE_OK ? static_cast<ChunkHeader*>(chunk)
+                                                              : nullptr;
+  }
+  void identify(ChunkHeader& chunk) const noexcept {
+    chunk.layout_hash = endpoint_.type->layout_hash;
+    chunk.participant = participant_->id();
+    chunk.writer = id_;
+  }
+
+  void write_copy(const void* message, dds_time_t published) noexcept {
+    if (matched() == 0) return;
+    const std::lock_guard lock(mutex_);
+    ChunkHeader* chunk = borrow();
+    if (chunk == nullptr) {
+      count(DDS_RETCODE_OUT_OF_RESOURCES);
+      return;
+    }
+    std::memcpy(chunk + 1, message, endpoint_.type->size);
+    send(chunk, published);
+  }
+
+  // Gives the chunk up. With the mutex held, so that sequence is order.
+  bool send(ChunkHeader* chunk, dds_time_t published) noexcept {
+    identify(*chunk);
+    if (const std::uint64_t readers = readers_ever_.load(); readers != readers_known_) {
+      readers_known_ = readers;
+      before_newest_ = sequence_;
+    }
+    chunk->sequence = sequence_ + 1;
+    chunk->before = before_newest_;
+    if (!count(dds_write_ts(handle_, chunk, published))) return false;
+    ++sequence_;
+    return true;
+  }
+
+  bool count(dds_return_t result) noexcept {
+    if (result == DDS_RETCODE_OK) {
+      messages_.fetch_add(1, std::memory_order_relaxed);
+      return true;
+    }
+    lost_.fetch_add(1, std::memory_order_relaxed);
+    if (static constinit LogThrottle throttle; throttle.may_log()) {
+      log(LogLevel::warn, "{}: a message was not sent: no room for it in time", endpoint_.topic);
+    }
+    return false;
+  }
+
+  EndpointEvents& events() const noexcept override { return *events_; }
+
+  const std::shared_ptr<EndpointEvents> events_;
+  const std::uint64_t id_ = random_number();
+  const PoolPtr<LentBlock> lent_;
+  std::atomic<std::uint64_t> readers_ever_{0};
+  PiMutex mutex_;               // guards what follows
+  std::uint64_t sequence_ = 0;  // of the last one sent by shared memory
+  std::uint64_t readers_known_ = 0, before_newest_ = 0;
+};
+
+void LentBlock::recycle() noexcept {
+  writer_->give_back(*this);
+}
+
+/// What its publisher has of a writer, which may live longer.
+class WriterEnd final : public RemoteWriter {
+ public:
+  explicit WriterEnd(std::unique_ptr<CycloneWriter> writer) : writer_(std::move(writer)) {}
+  ~WriterEnd() override {
+    writer_->close();
+    put_away(std::move(writer_));
+  }
+  std::size_t reader_count() const noexcept override { return writer_->matched(); }
+  void write(const void* message) noexcept override { writer_->write(message); }
+  MessageBlock* lend(const void* prototype) noexcept override { return writer_->lend(prototype); }
+  void write_lent(MessageBlock& message) noexcept override { writer_->write_lent(message); }
+  void assert_liveliness() noexcept override { writer_->assert_liveliness(); }
+
+ private:
+  std::unique_ptr<CycloneWriter> writer_;
+};
+
+}  // namespace
+
+std::unique_ptr<RemoteWriter> make_writer(CycloneParticipant& participant, const Endpoint& endpoint,
+                                          std::shared_ptr<EndpointEvents> events) {
+  return std::make_unique<WriterEnd>(
+      std::make_unique<CycloneWriter>(participant, endpoint, std::move(events)));
+}
+
+}  // namespace takt

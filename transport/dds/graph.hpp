@@ -1,0 +1,41 @@
+// ROS 2's graph: which nodes there are on a domain, and what they send and receive.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_GRAPH_HPP_
+#define TAKT_TRANSPORT_DDS_GRAPH_HPP_
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/transport/qos.hpp"
+
+namespace takt {
+
+/// In whose form a process tells others of its nodes. They see its topics and services anyway.
+enum class RosGraph {
+  off,     // it tells nothing, and sees no names of nodes
+  humble,  // ROS 2 up to Humble: no type hashes
+  jazzy,   // since Iron
+};
+
+/// One end of a topic or of a service, anybody's on the domain.
+struct GraphEndpoint {
+  std::string name;       // "/scan"; a service's too: "/add"
+  std::string type;       // "sensor_msgs/msg/LaserScan", "example_interfaces/srv/AddTwoInts"
+  std::string node;       // its full name; empty when nobody tells
+  std::string type_hash;  // empty when nobody tells
+  QoS qos;                // of publishers and subscriptions
+};
+
+/// What is known by now. Sorted by name.
+struct Graph {
+  std::vector<std::string> nodes;
+  std::vector<GraphEndpoint> publishers, subscriptions, services, clients;
+};
+
+/// "serviceid=1f.3a...;": an id that no other service or client has, for user data.
+std::string new_service_id(std::string_view kind);
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_GRAPH_HPP_

@@ -1,0 +1,49 @@
+// Reads what the processes of a domain tell of themselves.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
+#define TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
+
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "takt/transport/dds/cyclone_entity.hpp"
+
+namespace takt {
+
+/// Thread safety: read from any thread.
+/// Real-time: no. Until somebody reads, the last 1000 changes of other processes' nodes are kept.
+class GraphReader {
+ public:
+  /// `form`: that of the others' names of nodes; off: they are not read.
+  GraphReader(dds_entity_t participant, RosGraph form);
+  ~GraphReader();
+  GraphReader(const GraphReader&) = delete;
+  GraphReader& operator=(const GraphReader&) = delete;
+
+  Graph read();
+
+ private:
+  using Gid = std::string;  // the 16 bytes of a DDS GUID
+  /// The nodes of one process: "/ns/name" and the endpoints' owners.
+  struct Process {
+    std::vector<std::string> nodes;
+    std::map<Gid, std::string> owners;
+  };
+  template <std::size_t kGidBytes>
+  void take_discovered();
+  template <class Sample, class Use>
+  void for_each(dds_entity_t builtin_topic, Use&& use) const;
+  void read_endpoints(Graph& graph, bool writers) const;
+
+  const dds_entity_t participant_;
+  const RosGraph form_;
+  std::mutex mutex_;
+  const std::unique_ptr<const Topic> topic_;
+  const dds_entity_t reader_;
+  std::map<Gid, Process> processes_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/node_announcer.hpp"
+
+#include <algorithm>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "takt/messages/packages/rmw_dds_common.hpp"
+
+namespace takt {
+namespace {
+
+namespace wire = rmw_dds_common;
+
+dds_guid_t guid_of(dds_entity_t entity) {
+  dds_guid_t guid{};
+  dds_get_guid(entity, &guid);
+  return guid;
+}
+
+template <std::size_t kBytes>
+wire::BasicGid<kBytes> gid_of(const dds_guid_t& guid) {
+  wire::BasicGid<kBytes> gid;
+  std::copy(std::begin(guid.v), std::end(guid.v), gid.data.begin());
+  return gid;
+}
+
+dds_entity_t make_writer(dds_entity_t participant, const Topic& topic, const Endpoint& endpoint,
+                         RosGraph form) {
+  const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
+  const std::string told = user_data(endpoint, form);
+  dds_qset_userdata(qos.get(), told.data(), told.size());
+  return dds_check(dds_create_writer(participant, topic.handle(), qos.get(), nullptr),
+                   "nodes cannot be told to others",
+                   "permit the topic ros_discovery_info, or say `dds: {ros_graph: off}`");
+}
+
+}  // namespace
+
+Endpoint discovery_endpoint(RosGraph form) {
+  QoS qos(1);
+  qos.durability = Durability::transient_local;
+  return {"ros_discovery_info",
+          form == RosGraph::humble ? &message_type<wire::HumbleParticipantEntitiesInfo>()
+                                   : &message_type<wire::ParticipantEntitiesInfo>(),
+          qos};
+}
+
+NodeAnnouncer::NodeAnnouncer(dds_entity_t participant, RosGraph form)
+    : form_(form),
+      participant_(guid_of(participant)),
+      topic_(participant, discovery_endpoint(form), false),
+      writer_(make_writer(participant, topic_, discovery_endpoint(form), form)) {
+}
+
+void NodeAnnouncer::add_node(const std::string& node) {
+  const std::lock_guard lock(mutex_);
+  ++nodes_[node].count;
+  tell();
+}
+
+void NodeAnnouncer::remove_node(const std::string& node) {
+  const std::lock_guard lock(mutex_);
+  if (--nodes_[node].count == 0) nodes_.erase(node);
+  tell();
+}
+
+void NodeAnnouncer::add_endpoint(const std::string& node, dds_entity_t endpoint, bool is_writer) {
+  const std::lock_guard lock(mutex_);
+  const auto found = nodes_.find(node);
+  if (found == nodes_.end()) return;
+  (is_writer ? found->second.writers : found->second.readers)[endpoint] = guid_of(endpoint);
+  tell();
+}
+
+void NodeAnnouncer::remove_endpoint(dds_entity_t endpoint) {
+  const std::lock_guard lock(mutex_);
+  bool is_known = false;
+  for (auto& [name, node] : nodes_) {
+    is_known = node.readers.erase(endpoint) + node.writers.erase(endpoint) != 0 || is_known;
+  }
+  if (is_known) tell();
+}
+
+void NodeAnnouncer::tell() const {
+  form_ == RosGraph::humble ? send<24>() : send<16>();
+}
+
+template <std::size_t kGidBytes>
+void NodeAnnouncer::send() const {
+  wire::BasicParticipantEntitiesInfo<kGidBytes> info{.gid = gid_of<kGidBytes>(participant_)};
+  for (const auto& [name, node] : nodes_) {
+    const std::size_t slash = name.rfind('/');
+    auto& told = info.node_entities_info_seq.emplace_back();
+    told.node_namespace = slash == 0 ? "/" : name.substr(0, slash);
+    told.node_name = name.substr(slash + 1);
+    for (const auto& [endpoint, guid] : node.readers) {
+      told.reader_gid_seq.push_back(gid_of<kGidBytes>(guid));
+    }
+    for (const auto& [endpoint, guid] : node.writers) {
+      told.writer_gid_seq.push_back(gid_of<kGidBytes>(guid));
+    }
+  }
+  ddsi_serdata* data = encode(topic_.type(), &info);
+  data->timestamp.v = dds_time();
+  dds_forwardcdr(writer_, data);
+}
+
+std::string new_service_id(std::string_view kind) {
+  std::random_device random;
+  std::array<unsigned, 16> bytes{};
+  std::generate(bytes.begin(), bytes.end(), [&] { return random() & 0xff; });
+  return fmt::format("{}={:x};", kind, fmt::join(bytes, "."));
+}
+
+}  // namespace takt

@@ -1,0 +1,56 @@
+// Tells the other processes of a domain which nodes this one has.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_NODE_ANNOUNCER_HPP_
+#define TAKT_TRANSPORT_DDS_NODE_ANNOUNCER_HPP_
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "takt/transport/dds/cyclone_entity.hpp"
+
+namespace takt {
+
+/// Where nodes are told: rmw's topic, and the bytes of a DDS GUID in it.
+Endpoint discovery_endpoint(RosGraph form);
+
+/// Sends all of it again whenever something changes, as ROS 2 does; the last one holds, and who
+/// comes late gets it.
+/// Thread safety: every method from any thread.
+/// Real-time: set-up only.
+class NodeAnnouncer {
+ public:
+  NodeAnnouncer(dds_entity_t participant, RosGraph form);
+  ~NodeAnnouncer() { dds_delete(writer_); }
+  NodeAnnouncer(const NodeAnnouncer&) = delete;
+  NodeAnnouncer& operator=(const NodeAnnouncer&) = delete;
+
+  /// Nodes are called by their full names, and endpoints belong to nodes that were added. Of two
+  /// with the same name the endpoints are one's.
+  void add_node(const std::string& node);
+  void remove_node(const std::string& node);
+  void add_endpoint(const std::string& node, dds_entity_t endpoint, bool is_writer);
+  void remove_endpoint(dds_entity_t endpoint);
+
+ private:
+  using Guid = dds_guid_t;
+  struct Node {
+    std::size_t count = 0;  // with that name
+    std::map<dds_entity_t, Guid> readers, writers;
+  };
+  template <std::size_t kGidBytes>
+  void send() const;
+  void tell() const;
+
+  const RosGraph form_;
+  const Guid participant_;
+  const Topic topic_;
+  const dds_entity_t writer_;
+  std::mutex mutex_;
+  std::map<std::string, Node> nodes_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_NODE_ANNOUNCER_HPP_

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/topic_watch.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "takt/base/logger.hpp"
+#include "takt/messages/type_description.hpp"
+
+namespace takt {
+namespace {
+
+using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+
+std::string of_node(const std::string& node) {
+  return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
+}
+std::string_view kind(bool is_writer) {
+  return is_writer ? "publisher" : "subscription";
+}
+
+}  // namespace
+
+TopicWatch::TopicWatch(dds_entity_t participant) {
+  dds_get_instance_handle(participant, &own_);
+  const auto watch = [&](dds_entity_t topic, dds_on_data_available_fn told) {
+    const Listener listener(dds_create_listener(this), &dds_delete_listener);
+    dds_lset_data_available(listener.get(), told);
+    return dds_check(dds_create_reader(participant, topic, nullptr, listener.get()),
+                     "what is on the domain cannot be watched");
+  };
+  writers_ = watch(DDS_BUILTIN_TOPIC_DCPSPUBLICATION, [](dds_entity_t reader, void* self) {
+    static_cast<TopicWatch*>(self)->discover(reader, true);
+  });
+  readers_ = watch(DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, [](dds_entity_t reader, void* self) {
+    static_cast<TopicWatch*>(self)->discover(reader, false);
+  });
+  discover(writers_, true);  // what was known before
+  discover(readers_, false);
+}
+
+TopicWatch::~TopicWatch() {
+  dds_delete(writers_);
+  dds_delete(readers_);
+}
+
+void TopicWatch::add(const Endpoint& endpoint, bool is_writer) {
+  const End end{endpoint.type->name, endpoint.node, endpoint.qos, is_writer};
+  const std::lock_guard lock(mutex_);
+  Ends& topic = topics_[dds_topic_name(endpoint.topic)];
+  topic.ours.emplace(&endpoint, end);
+  for (const auto& [gid, other] : topic.others) compare(endpoint.topic, end, other);
+}
+
+void TopicWatch::remove(const Endpoint& endpoint) noexcept {
+  const std::string name = dds_topic_name(endpoint.topic);
+  const std::lock_guard lock(mutex_);
+  topics_[name].ours.erase(&endpoint);
+  forget_if_empty(name);
+}
+
+// On a thread of Cyclone's.
+void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
+  std::array<void*, 16> samples{};
+  std::array<dds_sample_info_t, 16> infos{};
+  for (dds_return_t count; (count = dds_take(reader, samples.data(), infos.data(), samples.size(),
+                                             samples.size())) > 0;) {
+    for (dds_return_t i = 0; i < count; ++i) {
+      const auto& found = *static_cast<const dds_builtintopic_endpoint_t*>(samples[i]);
+      const std::string gid(reinterpret_cast<const char*>(found.key.v), sizeof found.key.v);
+      const std::lock_guard lock(mutex_);
+      if (infos[i].instance_state != DDS_ALIVE_INSTANCE_STATE) {
+        if (const auto known = names_.find(gid); known != names_.end()) {
+          topics_[known->second].others.erase(gid);
+          forget_if_empty(known->second);
+          names_.erase(known);
+        }
+      } else if (infos[i].valid_data && found.participant_instance_handle != own_ &&
+                 !names_.contains(gid)) {
+        const End other{ros_type_name(found.type_name), told_in(*found.qos, "node"),
+                        qos_of(*found.qos), writers};
+        Ends& topic = topics_[found.topic_name];
+        names_.emplace(gid, found.topic_name);
+        topic.others.emplace(gid, other);
+        for (const auto& [endpoint, ours] : topic.ours) {
+          if (compare(endpoint->topic, ours, other)) break;  // one line of each that comes
+        }
+      }
+    }
+    dds_return_loan(reader, samples.data(), count);
+  }
+}
+
+void TopicWatch::forget_if_empty(const std::string& name) noexcept {
+  const auto topic = topics_.find(name);
+  if (topic->second.ours.empty() && topic->second.others.empty()) topics_.erase(topic);
+}
+
+// True: there was something to say.
+bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other) {
+  if (ours.type != other.type) {
+    log(LogLevel::error,
+        "topic '{}' has two types, so no message passes: {} for the {} of {} here, {} for the {} "
+        "of "
+        "{} in another process; give both one type",
+        topic, ours.type, kind(ours.is_writer), of_node(ours.node), other.type,
+        kind(other.is_writer), of_node(other.node));
+    return true;
+  }
+  if (ours.is_writer == other.is_writer) return false;
+  const std::string_view policy =
+      ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
+  if (policy.empty()) return false;
+  log(LogLevel::warn,
+      "topic '{}': the publisher of {} {} offers less than the subscription of {} {} asks for: {}; "
+      "no message passes",
+      topic, of_node(ours.is_writer ? ours.node : other.node),
+      ours.is_writer ? "here" : "in another process",
+      of_node(ours.is_writer ? other.node : ours.node),
+      ours.is_writer ? "in another process" : "here", policy);
+  return true;
+}
+
+}  // namespace takt

@@ -1,0 +1,54 @@
+// Says which ends of a topic in other processes do not fit to ours, and why.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
+#define TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
+
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "takt/transport/dds/cyclone_entity.hpp"
+
+namespace takt {
+
+/// DDS does not match two ends of a topic whose types differ, and says nothing; of QoS it says only
+/// the policy. So the ends that DDS discovers are compared with ours here, as they come. Each pair
+/// is logged once: different types as an error, QoS that does not fit as a warning.
+/// Thread safety: every method from any thread.
+/// Real-time: no. Discovered ends are compared on Cyclone's threads.
+class TopicWatch {
+ public:
+  /// Throws Error when Cyclone refuses to tell what it discovers.
+  explicit TopicWatch(dds_entity_t participant);
+  ~TopicWatch();
+  TopicWatch(const TopicWatch&) = delete;
+  TopicWatch& operator=(const TopicWatch&) = delete;
+
+  /// One of ours, which lives until it is removed.
+  void add(const Endpoint& endpoint, bool is_writer);
+  void remove(const Endpoint& endpoint) noexcept;
+
+ private:
+  struct End {
+    std::string type, node;
+    QoS qos{1};
+    bool is_writer = false;
+  };
+  struct Ends {
+    std::map<const Endpoint*, End> ours;
+    std::map<std::string, End> others;  // by the 16 bytes of the DDS GUID
+  };
+  void discover(dds_entity_t reader, bool writers) noexcept;
+  void forget_if_empty(const std::string& name) noexcept;
+  static bool compare(const std::string& topic, const End& ours, const End& other);
+
+  dds_instance_handle_t own_ = 0;
+  std::mutex mutex_;
+  std::map<std::string, Ends> topics_;        // by the name that it has in DDS
+  std::map<std::string, std::string> names_;  // of the topics of the others' ends
+  dds_entity_t writers_ = 0, readers_ = 0;    // where Cyclone tells of them
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_

@@ -1,0 +1,44 @@
+// Whether the time stamps of a writer mean anything here.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_WRITER_CLOCKS_HPP_
+#define TAKT_TRANSPORT_DDS_WRITER_CLOCKS_HPP_
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <dds/dds.h>
+
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// What an endpoint of ours carries in its user data, "takt_clock=...;": equal for all processes
+/// under one kernel, and so with one CLOCK_REALTIME.
+std::string clock_identity();
+
+/// Turns the time stamps of one reader's messages into times of CLOCK_MONOTONIC. Messages carry
+/// CLOCK_REALTIME of the host that sent them. A difference of wall clocks must not decide about
+/// deadlines: so the stamp counts only where writer and reader share the clock.
+/// Thread safety: for the one thread that takes the reader's messages.
+/// Real-time: for threads of DDS; the first message of a writer asks Cyclone, and allocates.
+class WriterClocks {
+ public:
+  /// `are_synchronized`: other hosts keep the same time (PTP), so their stamps count too.
+  explicit WriterClocks(bool are_synchronized) : are_synchronized_(are_synchronized) {}
+
+  /// When the message was sent; on another host's clock, when it arrived: now. Never later.
+  TimePoint sent_at(dds_entity_t reader, const dds_sample_info_t& info);
+
+ private:
+  bool is_ours(dds_entity_t reader, dds_instance_handle_t writer);
+
+  static constexpr std::size_t kMostKnown = 64;
+  const bool are_synchronized_;
+  std::vector<std::pair<dds_instance_handle_t, bool>> known_;  // forgotten when it is full
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_WRITER_CLOCKS_HPP_

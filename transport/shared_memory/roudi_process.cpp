@@ -1,0 +1,305 @@
+// RouDi belongs to nobody who may be killed. Its parent is a keeper, a process that nothing else
+// ends, and the kernel says when it is over:
+//   1. Who needs RouDi takes the lock `start`, so that one at a time looks for it, and then a share
+//      of the lock `users`, which it keeps. Its children inherit that.
+//   2. If none runs, it forks a keeper, which starts RouDi, answers by a pipe, and frees `start`.
+//   3. The keeper waits for the whole lock `users`. The kernel gives it when no user is left,
+//      however they have ended. It removes the files, kills RouDi, and ends.
+//   4. A user that ends waits for that, if it was the last: each keeper has a share of the lock
+//      `keepers`. One that begins meanwhile waits in step 1.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <grp.h>
+#include <sys/file.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/transport/shared_memory/shared_memory.hpp"
+
+namespace takt {
+
+/// The kernel frees it when the last process that has it open has ended.
+class RoudiProcess::LockFile {
+ public:
+  explicit LockFile(const char* name)
+      : fd_(open(fmt::format("/tmp/.takt_roudi_{}.{}", geteuid(), name).c_str(),
+                 O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600)) {}
+  ~LockFile() { close(fd_); }
+  LockFile(const LockFile&) = delete;
+  LockFile& operator=(const LockFile&) = delete;
+
+  /// LOCK_SH or LOCK_EX; false: it was not to be waited for, and is not free.
+  bool lock(int how) const {
+    int result;
+    do {
+      result = flock(fd_, how);
+    } while (result != 0 && errno == EINTR);
+    return result == 0;
+  }
+
+  /// What the keeper does. It keeps `report`, and until RouDi serves the lock `start`, as who has
+  /// begun this may be killed.
+  [[noreturn]] static void keep(int report, const LockFile& start, std::vector<ChunkPool> pools);
+
+ private:
+  const int fd_;
+};
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
+constexpr std::size_t kMostPools = 32;
+constexpr auto kStartLimit = 20s;
+
+constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
+  return (message_bytes + kChunkOverhead + 7) / 8 * 8;
+}
+
+/// At most as many pools as iceoryx allows, in order of size.
+std::vector<ChunkPool> arrange(std::vector<ChunkPool> pools) {
+  std::sort(pools.begin(), pools.end(),
+            [](const auto& a, const auto& b) { return a.message_bytes < b.message_bytes; });
+  const auto cost = [&pools](std::size_t i) {  // of giving the messages of i chunks of the next
+    return pools[i].chunks * (pools[i + 1].message_bytes - pools[i].message_bytes);
+  };
+  const auto merge = [&pools](std::size_t i) {
+    pools[i + 1].chunks += pools[i].chunks;
+    pools.erase(pools.begin() + static_cast<std::ptrdiff_t>(i));
+  };
+  for (std::size_t i = 0; i + 1 < pools.size();) {
+    // iceoryx takes the smallest chunk that is large enough, and we ask for larger ones than that.
+    if (pools[i + 1].message_bytes - pools[i].message_bytes < kChunkOverhead) {
+      merge(i);
+    } else {
+      ++i;
+    }
+  }
+  while (pools.size() > kMostPools) {
+    std::size_t cheapest = 0;
+    for (std::size_t i = 1; i + 1 < pools.size(); ++i) {
+      if (cost(i) < cost(cheapest)) cheapest = i;
+    }
+    merge(cheapest);
+  }
+  return pools;
+}
+
+std::string segment_path() {
+  const group* ours = getgrgid(getegid());
+  return fmt::format("/dev/shm/{}", ours != nullptr ? ours->gr_name : std::to_string(getegid()));
+}
+
+void remove_files() {
+  const std::string segment = segment_path();
+  for (const char* file :
+       {kRoudiSocket, "/tmp/roudi.lock", kRoudiLock, kRoudiManagement, segment.c_str()}) {
+    unlink(file);
+  }
+  // Of clients that could not say goodbye, "iceoryx_rt_PID_TIME", and the keeper's own question to
+  // a RouDi that has died instead of an answer, "iceoryx_rt_PID_takt".
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/tmp", ignored)) {
+    int pid = 0;
+    if (std::sscanf(entry.path().filename().c_str(), "iceoryx_rt_%d_", &pid) == 1 &&
+        (pid == getpid() || (kill(pid, 0) != 0 && errno == ESRCH))) {
+      unlink(entry.path().c_str());
+    }
+  }
+}
+
+std::string contents_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// RouDi, as a child of the keeper.
+class Server {
+ public:
+  explicit Server(std::vector<ChunkPool> pools);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  void wait_until_it_serves();
+  pid_t pid() const noexcept { return pid_; }
+
+ private:
+  std::string folder_;  // of its configuration and its log
+  pid_t pid_ = 0;
+};
+
+Server::Server(std::vector<ChunkPool> pools) {
+  if (pools.empty()) pools.push_back({1024, kChunksOfWriter});
+  pools = arrange(std::move(pools));
+  std::size_t bytes = kManagementBytes;
+  std::string configuration = "[general]\nversion = 1\n[[segment]]\n";
+  for (const ChunkPool& pool : pools) {
+    // iceoryx adds its own header, of 64 bytes at the most, to each.
+    bytes += pool.chunks * (chunk_bytes(pool.message_bytes) + 64);
+    configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
+                                 chunk_bytes(pool.message_bytes), pool.chunks);
+  }
+  remove_files();  // of one that was killed
+  std::error_code failed;
+  const fs::space_info space = fs::space("/dev/shm", failed);
+  if (failed || space.available < bytes) {
+    throw Error(fmt::format("shared memory needs {} MiB, and /dev/shm has {} MiB left",
+                            (bytes >> 20) + 1, failed ? 0 : space.available >> 20),
+                "mount -o remount,size=… /dev/shm, or smaller depths of the large topics");
+  }
+  std::string folder = fs::temp_directory_path() / "takt_roudi_XXXXXX";
+  if (mkdtemp(folder.data()) == nullptr) {
+    throw Error("no folder for RouDi's configuration: " + errno_message(errno));
+  }
+  folder_ = folder;
+  const std::string file = folder_ + "/roudi.toml", log = folder_ + "/log";
+  std::ofstream(file) << configuration;
+  pid_ = fork();
+  if (pid_ == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const int output = open(log.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    dup2(output, STDOUT_FILENO), dup2(output, STDERR_FILENO);
+    execlp("iox-roudi", "iox-roudi", "-m", "off", "-c", file.c_str(), nullptr);
+    _exit(127);
+  }
+}
+
+// Not gently: it would first end all its clients, also those that are not ours. Its files go
+// first, so that nobody turns to it any more.
+Server::~Server() {
+  const pid_t holder = holder_of_roudi_lock();
+  if (holder == pid_ || holder == 0) remove_files();  // else it has ended, and another has begun
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void Server::wait_until_it_serves() {
+  const auto limit = std::chrono::steady_clock::now() + kStartLimit;
+  for (;;) {
+    const std::string words = contents_of(folder_ + "/log");
+    if (words.find("ready for clients") != std::string::npos) {
+      const Roudi found = find_roudi();
+      if (found.pid == pid_ && found.unusable.empty()) return;
+    }
+    siginfo_t end{};
+    waitid(P_PID, static_cast<id_t>(pid_), &end, WEXITED | WNOHANG | WNOWAIT);
+    if (end.si_pid == pid_ || std::chrono::steady_clock::now() > limit) {
+      throw Error(fmt::format("RouDi does not start: {}", words),
+                  "is there memory enough, and another RouDi?");
+    }
+    std::this_thread::sleep_for(5ms);
+  }
+}
+
+void tell(int report, const std::string& text) {
+  [[maybe_unused]] const ssize_t ignored = write(report, text.data(), text.size());
+  close(report);
+}
+
+std::string hear(int report) {
+  std::string text;
+  std::array<char, 4096> part{};
+  for (ssize_t size; (size = read(report, part.data(), part.size())) != 0;) {
+    if (size > 0) text.append(part.data(), static_cast<std::size_t>(size));
+    if (size < 0 && errno != EINTR) break;
+  }
+  close(report);
+  return text;
+}
+
+}  // namespace
+
+void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector<ChunkPool> pools) {
+  // In a session of its own, away from Ctrl-C and a terminal that is closed.
+  setsid();
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
+  prctl(PR_SET_NAME, "takt_roudi");
+  // Nothing else of its parent's stays open: neither its share of `users`, nor the pipe that
+  // somebody reads to its end.
+  constexpr unsigned kFirst = STDERR_FILENO + 1;
+  const auto [lower, higher] =
+      std::minmax({static_cast<unsigned>(report), static_cast<unsigned>(start.fd_)});
+  if (lower > kFirst) close_range(kFirst, lower - 1, 0);
+  if (higher > lower + 1) close_range(lower + 1, higher - 1, 0);
+  close_range(higher + 1, ~0U, 0);
+  const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, fd);
+  try {
+    const LockFile keepers("keepers"), users("users");
+    keepers.lock(LOCK_SH);
+    Server server(std::move(pools));
+    server.wait_until_it_serves();
+    tell(report, std::to_string(server.pid()));
+    close(start.fd_);
+    users.lock(LOCK_EX);
+  } catch (const std::exception& error) {
+    tell(report, error.what());
+  }
+  _exit(0);
+}
+
+RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
+    : users_(std::make_unique<LockFile>("users")) {
+  const LockFile start("start");
+  if (!start.lock(LOCK_EX) || !users_->lock(LOCK_SH)) {
+    throw Error(fmt::format("/tmp/.takt_roudi_{}.users cannot be locked: {}", geteuid(),
+                            errno_message(errno)),
+                "remove it, if it is not yours");
+  }
+  pid_ = find_roudi().pid;
+  if (pid_ != 0) return;  // when it cannot be used, who joins says why
+  if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
+  const std::vector<ChunkPool> wanted = pools();
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw Error("no pipe: " + errno_message(errno));
+  keeper_ = fork();
+  if (keeper_ == 0) LockFile::keep(ends[1], start, wanted);
+  close(ends[1]);
+  const std::string said = hear(ends[0]);
+  pid_ = std::atoi(said.c_str());
+  if (pid_ != 0) return;
+  waitpid(keeper_, nullptr, 0);
+  throw Error(said.empty() ? "the process that starts RouDi has died" : said);
+}
+
+RoudiProcess::~RoudiProcess() {
+  users_.reset();
+  const LockFile start("start"), users("users"), keepers("keepers");
+  start.lock(LOCK_EX);
+  // Others have shares of it, unless a keeper has the whole.
+  if (!users.lock(LOCK_EX | LOCK_NB) && users.lock(LOCK_SH | LOCK_NB)) return;
+  users.lock(LOCK_UN);
+  keepers.lock(LOCK_EX);
+  if (keeper_ > 0) waitpid(keeper_, nullptr, 0);
+}
+
+bool RoudiProcess::is_installed() {
+  const char* path = std::getenv("PATH");
+  std::string folders = path != nullptr ? path : "/usr/bin";
+  for (std::size_t begin = 0; begin <= folders.size();) {
+    const std::size_t end = std::min(folders.find(':', begin), folders.size());
+    if (access((folders.substr(begin, end - begin) + "/iox-roudi").c_str(), X_OK) == 0) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+}  // namespace takt
