@@ -125,7 +125,11 @@ def test_rules():
              "class B {};\n\n}  // namespace takt\n"},
             "base/a.hpp:7: the comment of A has no 'Thread safety:'",
             "base/a.hpp:9: the comment of B has no 'Thread safety:' and no 'Real-time:'")
-    accepted("a class that is not installed has none", {"tools/a.hpp": SPDX + "class A {};\n"})
+    a_class = SPDX + "class A {};\n"
+    accepted("a class that is not installed has none",
+             {"tools/a.hpp": a_class, "base/own.hpp": a_class, "base/other.hpp": a_class,
+              "cmake/TaktPackage.cmake": "# SPDX-License-Identifier: Apache-2.0\nlist(FILTER headers "
+              'EXCLUDE REGEX "_test\\\\.hpp$|/(own|\\\nother)\\\\.hpp$")\n'})
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},
