@@ -25,8 +25,7 @@ json reader(const char* topic, int messages = 0, bool is_reliable = true) {
   return endpoint(topic, false, messages, is_reliable);
 }
 json process(const std::vector<json>& endpoints, int pending = 0, bool serves_itself = false) {
-  return {
-      {"endpoints", std::move(endpoints)}, {"pending", pending}, {"serves_itself", serves_itself}};
+  return {{"endpoints", endpoints}, {"pending", pending}, {"serves_itself", serves_itself}};
 }
 Countable all_of(const std::vector<json>& processes) {
   return Countable(ends_of(processes), [] { return true; });
