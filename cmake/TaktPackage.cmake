@@ -17,7 +17,7 @@ install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder
 foreach(module ${takt_modules})
   file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS ${module}/*.hpp)
   # These are for files of the library; most need Cyclone's headers.
-  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|container_parts|\
+  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|configuration_reader|container_parts|\
 cyclone_endpoint|cyclone_entity|cyclone_participant|cyclone_type|domain|graph_reader|loopback_sockets|manual|node_announcer|reactor|refused_chunks|\
 roudi_probe|topic_watch|writer_clocks|writer_sequences)\\.hpp$")
   foreach(header ${headers})

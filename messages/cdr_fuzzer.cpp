@@ -52,7 +52,8 @@ TAKT_MESSAGE(Everything, "fuzz_msgs/msg/Everything", flag, letter, small, number
 // may ask for memory for elements of its own, and then all turns out not to be there: so twice.
 constexpr std::size_t kMemoryPerByte = 16;
 
-std::size_t allocated = 0;
+// By the thread that decodes: libFuzzer has another one, which looks at the memory in use.
+thread_local std::size_t allocated = 0;
 
 void demand(bool holds, const char* what) {
   if (holds) return;

@@ -28,7 +28,7 @@ namespace takt {
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
 /// 4. Who publishes on the taker's own thread, while nothing waits, needs no ticket: the item lies
 ///    beside the cells, and is older than all that come into them before it is taken.
-/// docs/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
+/// docs/explanation/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread, but push_here only from the one that
 /// takes; the destructor frees no items.

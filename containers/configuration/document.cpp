@@ -129,6 +129,11 @@ const Value* find(const Value& map, std::string_view key) {
   return found == content->values.end() ? nullptr : &*found;
 }
 
+bool is_empty_list(const Value* value) noexcept {
+  const auto* list = value != nullptr ? std::get_if<List>(&value->content) : nullptr;
+  return list != nullptr && list->empty();
+}
+
 std::size_t count(const Value& value) {
   const std::vector<Value>* values = values_in(value);
   if (values == nullptr) return 1;

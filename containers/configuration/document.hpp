@@ -57,6 +57,7 @@ struct Value {
 
 /// The value under this key, nullptr when there is none or it is no map.
 const Value* find(const Value& map, std::string_view key);
+bool is_empty_list(const Value* value) noexcept;
 /// How many values these are, with all that lies in them.
 std::size_t count(const Value& value);
 

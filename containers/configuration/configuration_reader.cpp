@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/configuration/configuration_reader.hpp"
+
+#include <fmt/format.h>
+
+#include "takt/containers/configuration/duration.hpp"
+
+namespace takt {
+namespace {
+
+template <class T>
+std::optional<T> item_of(const document::Value& value) {
+  if (const T* content = std::get_if<T>(&value.content)) return *content;
+  if constexpr (std::is_same_v<T, double>) {  // among other numbers, 1 is 1.0
+    if (const auto integer = item_of<std::int64_t>(value)) return static_cast<double>(*integer);
+  }
+  return {};
+}
+
+// The list as an array of T, if all of it is.
+template <class T>
+std::optional<ParameterValue> array_of(const document::List& list) {
+  std::vector<T> result;
+  for (const document::Value& value : list) {
+    const std::optional<T> item = item_of<T>(value);
+    if (!item) return {};
+    result.push_back(*item);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::map<std::string, CallbackParameterChanges> ConfigurationReader::read_changes(
+    const Value& root) {
+  std::map<std::string, CallbackParameterChanges> changes;
+  each_in_map([&](const Value& node) { read_changes(node, changes[node.name]); })(root);
+  return changes;
+}
+
+ComponentDescription ConfigurationReader::read_one(const Value& component,
+                                                   const std::vector<std::string>& executors,
+                                                   const LoadPolicy& policy) {
+  executors_ = {executors.begin(), executors.end()};
+  policy_ = &policy;
+  read_component(component);
+  return system_.components.empty() ? ComponentDescription{} : system_.components.front();
+}
+
+std::vector<ReferenceSection> ConfigurationReader::describe_file() {
+  return describe([this](const Value& root) { read_file(root); });
+}
+
+SystemDescription ConfigurationReader::read(const Value& root) {
+  read_file(root);
+  check_number_of_containers(root);
+  check_that_loading_can_be_asked_for(root);
+  if (const Value* executors = document::find(root, "executors"); executors != nullptr) {
+    errors_.passes(executors->line, [this] { check_admission(executors_threads_); });
+  }
+  return std::move(system_);
+}
+
+std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& value) {
+  if (describes("`true` or `false`, integer, number, text, a list of one of these that is not "
+                "empty, or a map of them")) {
+    return {};
+  }
+  if (const auto* list = std::get_if<document::List>(&value.content)) {
+    std::optional<ParameterValue> array = array_of<bool>(*list);
+    if (!array) array = array_of<std::int64_t>(*list);
+    if (!array) array = array_of<double>(*list);
+    if (!array) array = array_of<std::string>(*list);
+    if (array && !list->empty()) return array;
+    refuse(value, list->empty() ? "at least one item, which tells the type"
+                                : "items of one type: numbers, texts, or true and false");
+    return {};
+  }
+  const auto take = [](const auto& content) -> std::optional<ParameterValue> {
+    if constexpr (std::is_constructible_v<ParameterValue, decltype(content)>) return content;
+    return {};
+  };
+  std::optional<ParameterValue> result = std::visit(take, value.content);
+  if (!result) refuse(value, "a value, or leave it out");
+  return result;
+}
+
+void ConfigurationReader::read_file(const Value& root) {
+  read_map(
+      root, "the file",
+      {{"realtime",
+        "What to do when the system refuses rights. `require`: an error. `prefer`: go on, and "
+        "say so in the notes. `off`: threads ask for nothing but name and CPUs, and memory is "
+        "not locked.",
+        into(system_.realtime, {{"require", Realtime::require},
+                                {"prefer", Realtime::prefer},
+                                {"off", Realtime::off}})},
+       {"memory", "What is kept in memory.", [this](const Value& memory) { read_memory(memory); }},
+       {"cpu_dma_latency_us",
+        "Holds `/dev/cpu_dma_latency` open with this value while the container lives. Without "
+        "it, the device is left alone.",
+        into(system_.cpu_dma_latency_us, 0)},
+       {"threads", "Descriptions of threads by name, for executors and DDS.",
+        each_in_map([this](const Value& thread) { read_thread(thread); })},
+       {"dds", "Joins a DDS domain.", [this](const Value& dds) { read_dds(dds); }},
+       {"topics",
+        "What holds for both ends of a topic instead of what the code says, by the topic's full "
+        "name.",
+        each_in_map([this](const Value& topic) { read_topic(topic); })},
+       {"schedulers", "Schedulers that are not Takt's, by the name that their library registers.",
+        each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
+       {"executors", "Executors by name.",
+        each_in_map([this](const Value& executor) { read_executor(executor); })},
+       {"container", "The only container. This key or `containers` is needed.",
+        [this](const Value& container) { system_.name = read_container(container); }},
+       {"containers", "Each is a process of its own, and needs its own `name`.",
+        [this](const Value& containers) { read_containers(containers); }},
+       {"lifecycle", "Lifecycle nodes that are brought up together.",
+        [this](const Value& lifecycle) { read_lifecycle(lifecycle); }},
+       {"chains",
+        "Ways of messages from callback to callback, measured from end to end. `auto`: every "
+        "way from a timer to where nothing follows is a chain, of which the one with the "
+        "shorter period is the more critical.",
+        [this](const Value& chains) { read_chains(chains); }}});
+}
+
+void ConfigurationReader::read_memory(const Value& memory) {
+  read_map(memory, "memory",
+           {{"lock",
+             "Locks all present and future pages (mlockall), and tells malloc to keep what it has.",
+             into(system_.lock_memory)}});
+}
+
+// Notes in `is_sound` when the reading adds an error.
+SystemReader::Read ConfigurationReader::noting(bool& is_sound, Read read) {
+  return [this, &is_sound, read = std::move(read)](const Value& value) {
+    const std::size_t before = errors_.size();
+    read(value);
+    is_sound &= errors_.size() == before;
+  };
+}
+
+// A duration that the check, which throws Error, accepts.
+SystemReader::Read ConfigurationReader::into_duration(Nanoseconds& duration,
+                                                      std::function<void()> check) {
+  return [this, &duration, check = std::move(check)](const Value& value) {
+    const bool is_set = duration != Nanoseconds::zero();
+    if (describes("duration", is_set ? fmt::format("`{}`", to_string(duration)) : "")) return;
+    const auto* text = std::get_if<std::string>(&value.content);
+    if (text == nullptr) {
+      return refuse(value, "a number and one of ns, us, ms, s, m, h, such as 20ms");
+    }
+    errors_.passes(value.line, [&] {
+      duration = parse_duration(*text);
+      check();
+    });
+  };
+}
+
+std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std::string& text) {
+  document::Errors errors("request");
+  auto changes = ConfigurationReader(errors).read_changes(document::parse_yaml(text, errors));
+  errors.throw_if_any();
+  return changes;
+}
+
+ComponentDescription read_component(const document::Value& component,
+                                    const std::vector<std::string>& executors,
+                                    const LoadPolicy& policy, document::Errors& errors) {
+  return ConfigurationReader(errors).read_one(component, executors, policy);
+}
+
+std::optional<ParameterValue> read_parameter(const document::Value& value,
+                                             document::Errors& errors) {
+  return ConfigurationReader(errors).parameter_value(value);
+}
+
+std::vector<ReferenceSection> describe_configuration() {
+  document::Errors none("");
+  return ConfigurationReader(none).describe_file();
+}
+
+SystemDescription read_configuration(const document::Value& root, document::Errors& errors) {
+  return ConfigurationReader(errors).read(root);
+}
+
+}  // namespace takt

@@ -1,0 +1,111 @@
+// Reads the configuration file: its keys, and what is checked about them.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_READER_HPP_
+#define TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_READER_HPP_
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/containers/configuration/system_reader.hpp"
+#include "takt/containers/parameter_service.hpp"
+
+namespace takt {
+
+/// Of each key at the top of the file there is a file of this class in `keys/`.
+class ConfigurationReader : private SystemReader {
+ public:
+  explicit ConfigurationReader(document::Errors& errors) : SystemReader(errors) {}
+
+  std::map<std::string, CallbackParameterChanges> read_changes(const Value& root);
+  ComponentDescription read_one(const Value& component, const std::vector<std::string>& executors,
+                                const LoadPolicy& policy);
+  std::vector<ReferenceSection> describe_file();
+  SystemDescription read(const Value& root);
+  std::optional<ParameterValue> parameter_value(const Value& value);
+
+ private:
+  void read_file(const Value& root);
+  void read_memory(const Value& memory);
+  Read noting(bool& is_sound, Read read);
+  Read into_duration(Nanoseconds& duration, std::function<void()> check);
+
+  // Threads
+  void read_thread(const Value& value);
+  bool passes(const Value& thread, std::string_view key, const std::function<void()>& check);
+  Read into_policy(ThreadPolicy& policy);
+  void read_cpu(const Value& value, std::vector<int>& cpus);
+
+  // DDS
+  void read_dds(const Value& value);
+  void read_security(const Value& value, DdsSecurity& security);
+  struct PemFile {
+    std::string_view mark, kind;
+  };
+  Read into_file(std::string& path, PemFile wanted);
+  Read into_domain(int& domain);
+
+  // Topics
+  void read_topic(const Value& value);
+
+  // Schedulers
+  void read_scheduler(const Value& value);
+  Read into_scheduler(std::string& target);
+
+  // Executors
+  void read_executor(const Value& value);
+  Read into_trigger(TriggerOptions& trigger);
+  ThreadAttributes find_thread(int line, const std::string& name);
+  Read into_executor(std::string& target);
+
+  // Containers
+  void read_containers(const Value& value);
+  void check_number_of_containers(const Value& root);
+  void check_that_loading_can_be_asked_for(const Value& root);
+  std::string read_container(const Value& value);
+  Read into_load(LoadPolicy& load);
+  void read_folder(const Value& value, LoadPolicy& load);
+  Read into_restart(RestartOptions& restart);
+
+  // Lifecycle
+  void read_lifecycle(const Value& value);
+  static LifecycleDescription::ManagedNode* find_managed(LifecycleDescription& lifecycle,
+                                                         std::string_view name);
+  std::string find_node(const Value& value);
+  std::string find_node(int line, const std::string& name);
+  void read_dependencies(const Value& value, LifecycleDescription& lifecycle);
+
+  // Components
+  void read_component(const Value& value);
+  void read_library(const Value& value, std::string& library);
+  std::string beside(const std::string& path) const;
+  void read_parameters(const Value& map, const std::string& prefix,
+                       ComponentDescription& component);
+  void read_remap(const Value& value, ComponentDescription& component);
+  void read_group(const Value& value, ComponentDescription& component);
+  void read_callback(const Value& value, ComponentDescription& component);
+  void read_callback_map(const Value& value, std::string_view whose,
+                         const std::vector<Field>& fields, const CallbackParameters& parameters);
+  std::vector<Field> parameter_fields(CallbackParameters& parameters);
+  void read_changes(const Value& value, CallbackParameterChanges& changes);
+
+  // Chains
+  void read_chains(const Value& value);
+  void read_chain(const Value& value);
+  void read_step(const Value& value, ChainDescription& chain,
+                 std::set<std::pair<std::string, std::string>>& steps);
+
+  const LoadPolicy* policy_ = nullptr;  // of a request; nullptr: a file, which may load anything
+  std::set<std::string> broken_schedulers_;
+  std::map<std::string, ThreadAttributes> threads_;
+  std::vector<ThreadAttributes> executors_threads_;  // one for each name in an executor's list
+  std::set<std::string> executors_{"default"};       // always there
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_READER_HPP_
