@@ -15,7 +15,6 @@ namespace takt {
 namespace {
 
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 struct Shape {

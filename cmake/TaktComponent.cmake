@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # takt_add_component(demo SOURCES lidar.cpp camera.cpp COMPONENTS demo::Lidar demo::Camera
 #                    [LIBRARIES …])
 #

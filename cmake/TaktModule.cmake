@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How the parts of Takt are declared. See docs/explanation/architecture.md for who may include whom.
 
 # takt_module(NAME executors USES entities sched base [FOLDERS engine] SOURCES a.cpp engine/b.cpp

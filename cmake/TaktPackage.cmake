@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What is installed, and how other projects find it. No file knows its prefix: it may be moved.
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/takt)

@@ -214,7 +214,7 @@ TEST(Container, AnExceptionOfACallbackEndsTheRun) {
         create_timer("timer", 1ms, [] { throw std::runtime_error("boom"); });
   };
   components().add("test::Bomb", "throws", [](const NodeOptions& options) {
-    return std::make_unique<Component>(std::make_shared<Bomb>(options));
+    return std::make_unique<Component>(Component{std::make_shared<Bomb>(options)});
   });
   SystemDescription system;
   system.components.push_back({.type = "test::Bomb"});

@@ -1,6 +1,6 @@
 // Programs of bytes that load, unload and release components: a container begins the phase of
-// timers, and touches none that somebody has cancelled, or given a time. SPDX-License-Identifier:
-// Apache-2.0
+// timers, and touches none that somebody has cancelled, or given a time.
+// SPDX-License-Identifier: Apache-2.0
 #include <map>
 #include <optional>
 #include <random>

@@ -168,7 +168,8 @@ std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, Cal
 }
 
 std::shared_ptr<CallbackGroup> Node::group_or_default(std::shared_ptr<CallbackGroup> group) const {
-  return group != nullptr ? std::move(group) : default_group_;
+  if (group == nullptr) return default_group_;
+  return group;
 }
 
 std::string Node::timeout_name(std::string_view service) {

@@ -371,8 +371,9 @@ class Node : public std::enable_shared_from_this<Node> {
     add(entity);
     Handle* address = entity.get();
     return std::shared_ptr<Handle>(address, [entity = std::move(entity)](Handle*) mutable {
-      entity->retire();
-      entity->retired(std::move(entity));
+      Concrete& retiring = *entity;
+      retiring.retire();
+      retiring.retired(std::move(entity));
     });
   }
 

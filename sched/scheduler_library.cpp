@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/scheduler_library.hpp"
 
 #include <algorithm>

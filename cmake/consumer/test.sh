@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Uses a build of Takt as another project would: test.sh FindPackage|PkgConfig|AddSubdirectory BUILD
+# SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 way=$1 build=$2
 consumer=$(cd "$(dirname "$0")" && pwd)

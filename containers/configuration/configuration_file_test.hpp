@@ -65,7 +65,7 @@ inline void provide_workload() {
     components().check("takt::Workload");
   } catch (const Error&) {
     components().add("takt::Workload", "stands for the real one", [](const NodeOptions& options) {
-      return std::make_unique<Component>(std::make_shared<Node>("workload", options));
+      return std::make_unique<Component>(Component{std::make_shared<Node>("workload", options)});
     });
   }
 }

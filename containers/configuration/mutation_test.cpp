@@ -1,6 +1,6 @@
 // A fuzz test of the readers: right and wrong files, changed at random, are read or refused. What
-// it tries is the same in every run; how much of it, a budget says. SPDX-License-Identifier:
-// Apache-2.0
+// it tries is the same in every run; how much of it, a budget says.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cctype>
 #include <chrono>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # takt_add_messages(robot_msgs msg/Scan.msg srv/Plan.srv drive.idl [PACKAGE name] [LIBRARIES …])
 #
 # C++ messages from interface files: IDL, and ROS 2's .msg, .srv and .action. robot_msgs is made as an

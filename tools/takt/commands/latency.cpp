@@ -192,63 +192,66 @@ void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outc
   }
 }
 
+json thread_json(const rt::CyclicResult& result, const rt::CyclicOptions& cyclic) {
+  json histogram = json::object();
+  for (std::size_t bin = 0; bin < result.bins.size(); ++bin) {
+    if (result.bins[bin] != 0) histogram[std::to_string(bin)] = result.bins[bin];
+  }
+  const bool empty = result.cycles == 0;
+  return {{"histogram", std::move(histogram)},
+          {"cycles", result.cycles},
+          {"min", empty ? 0 : in_unit(result.min, cyclic)},
+          {"max", empty ? 0 : in_unit(result.max, cyclic)},
+          {"avg", empty ? 0
+                        : static_cast<double>(result.mean().count()) /
+                              static_cast<double>(cyclic.bin.count())},
+          {"cpu", result.in_force.affinity.empty() ? 0 : result.in_force.affinity.front()},
+          {"node", 0},
+          {"name", result.name},
+          {"p50_us", result.rounds.p50()},
+          {"p99_us", result.rounds.p99()},
+          {"p999_us", rt::us(result.rounds.all.percentile(0.999))},
+          {"round_p50_us", result.rounds.p50_us},
+          {"round_p99_us", result.rounds.p99_us},
+          {"overflows", result.overflows},
+          {"early", result.early},
+          {"missed", result.missed},
+          {"cpu_percent", result.cpu_percent()},
+          {"page_faults", result.counters.minor_faults + result.counters.major_faults},
+          {"asked",
+           {{"policy", std::string(to_string(cyclic.thread.policy))},
+            {"priority", cyclic.thread.priority},
+            {"affinity", cyclic.thread.affinity}}},
+          {"in_force",
+           {{"policy", std::string(to_string(result.in_force.policy))},
+            {"priority", result.in_force.priority},
+            {"affinity", result.in_force.affinity},
+            {"refused", result.in_force.refused}}}};
+}
+
+std::string utc(std::time_t value) {
+  std::tm parts{};
+  gmtime_r(&value, &parts);
+  std::array<char, 64> text{};
+  std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S +0000", &parts);
+  return text.data();
+}
+
 /// The shape of rt-tests 2.4; what is ours stands beside it.
 json to_json(const Rows& rows, const rt::CyclicOptions& cyclic, const Options& options,
              const Outcome& outcome) {
   utsname name{};
   uname(&name);
-  const auto time = [](std::time_t value) {
-    std::tm parts{};
-    gmtime_r(&value, &parts);
-    std::array<char, 64> text{};
-    std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S +0000", &parts);
-    return std::string(text.data());
-  };
   json threads = json::object();
   int number = 0;
   for (const auto& row : rows) {
-    const rt::CyclicResult& result = row->result();
-    json histogram = json::object();
-    for (std::size_t bin = 0; bin < result.bins.size(); ++bin) {
-      if (result.bins[bin] != 0) histogram[std::to_string(bin)] = result.bins[bin];
-    }
-    const bool empty = result.cycles == 0;
-    threads[std::to_string(number++)] = {
-        {"histogram", std::move(histogram)},
-        {"cycles", result.cycles},
-        {"min", empty ? 0 : in_unit(result.min, cyclic)},
-        {"max", empty ? 0 : in_unit(result.max, cyclic)},
-        {"avg", empty ? 0
-                      : static_cast<double>(result.mean().count()) /
-                            static_cast<double>(cyclic.bin.count())},
-        {"cpu", result.in_force.affinity.empty() ? 0 : result.in_force.affinity.front()},
-        {"node", 0},
-        {"name", result.name},
-        {"p50_us", result.rounds.p50()},
-        {"p99_us", result.rounds.p99()},
-        {"p999_us", rt::us(result.rounds.all.percentile(0.999))},
-        {"round_p50_us", result.rounds.p50_us},
-        {"round_p99_us", result.rounds.p99_us},
-        {"overflows", result.overflows},
-        {"early", result.early},
-        {"missed", result.missed},
-        {"cpu_percent", result.cpu_percent()},
-        {"page_faults", result.counters.minor_faults + result.counters.major_faults},
-        {"asked",
-         {{"policy", std::string(to_string(cyclic.thread.policy))},
-          {"priority", cyclic.thread.priority},
-          {"affinity", cyclic.thread.affinity}}},
-        {"in_force",
-         {{"policy", std::string(to_string(result.in_force.policy))},
-          {"priority", result.in_force.priority},
-          {"affinity", result.in_force.affinity},
-          {"refused", result.in_force.refused}}}};
+    threads[std::to_string(number++)] = thread_json(row->result(), cyclic);
   }
   return {{"file_version", 1},
           {"cmdline:", command_line()},
           {"rt_test_version:", fmt::format("takt {}", TAKT_VERSION)},
-          {"start_time", time(outcome.start)},
-          {"end_time", time(outcome.end)},
+          {"start_time", utc(outcome.start)},
+          {"end_time", utc(outcome.end)},
           {"return_code", 0},
           {"sysinfo",
            {{"sysname", name.sysname},

@@ -65,15 +65,7 @@ json trace_json(const std::string& process, const ThreadStatistics& thread) {
           {"events", std::move(events)}};
 }
 
-}  // namespace
-
-json result_document(json runs) {
-  return {{"takt", {{"version", TAKT_VERSION}}},
-          {"machine", rt::machine_json()},
-          {"runs", std::move(runs)}};
-}
-
-json process_json(const ProcessResult& process) {
+json callbacks_json(const ProcessResult& process) {
   json callbacks = json::array();
   for (const auto& callback : process.callbacks) {
     const CallbackStatistics& statistics = callback.statistics;
@@ -96,6 +88,10 @@ json process_json(const ProcessResult& process) {
                          {"latency_us", histogram_json(statistics.latency, true)},
                          {"execution_us", histogram_json(statistics.execution, true)}});
   }
+  return callbacks;
+}
+
+json chains_json(const ProcessResult& process) {
   json chains = json::array();
   for (const auto& chain : process.chains) {
     chains.push_back({{"process", process.name},
@@ -106,6 +102,18 @@ json process_json(const ProcessResult& process) {
                       {"aborted", chain.statistics.aborted},
                       {"latency_us", histogram_json(chain.statistics.latency, true)}});
   }
+  return chains;
+}
+
+}  // namespace
+
+json result_document(json runs) {
+  return {{"takt", {{"version", TAKT_VERSION}}},
+          {"machine", rt::machine_json()},
+          {"runs", std::move(runs)}};
+}
+
+json process_json(const ProcessResult& process) {
   json threads = json::array(), trace = json::array();
   for (const auto& thread : process.threads) {
     const ThreadStatistics& statistics = thread.statistics;
@@ -125,8 +133,8 @@ json process_json(const ProcessResult& process) {
   };
   return {
       {"duration_s", process.duration_s},
-      {"callbacks", std::move(callbacks)},
-      {"chains", std::move(chains)},
+      {"callbacks", callbacks_json(process)},
+      {"chains", chains_json(process)},
       {"threads", std::move(threads)},
       {"processes",
        json::array({{{"name", process.name},

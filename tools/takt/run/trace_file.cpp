@@ -37,14 +37,12 @@ json event(const char* phase, const Execution& execution, const std::string& nam
           {"ts", us(time_ns)}};
 }
 
-}  // namespace
-
-void write_trace(const json& threads, const std::string& path) {
-  json events = json::array();
+/// The executions of all threads, by their start, in nanoseconds since the first was ready. Adds
+/// the names of processes and threads to the events.
+std::vector<Execution> read_executions(const json& threads, json& events) {
   std::vector<Execution> executions;
   std::map<std::string, int> processes;  // their number stands for them
   std::int64_t begin_ns = INT64_MAX;
-  std::uint64_t overwritten = 0;
   for (const json& thread : threads) {
     const std::string name = thread.at("process");
     const int process =
@@ -57,58 +55,77 @@ void write_trace(const json& threads, const std::string& path) {
                       {"tid", tid},
                       {"name", "thread_name"},
                       {"args", {{"name", thread.at("thread")}}}});
-    overwritten += thread.at("overwritten").get<std::uint64_t>();
     for (const json& entry : thread.at("events")) {
       executions.push_back({process, tid, entry[0], entry[1], entry[2], entry[3], entry[4],
                             entry[5], entry[6], entry[7]});
       begin_ns = std::min(begin_ns, executions.back().ready_ns);
     }
   }
-  std::sort(executions.begin(), executions.end(),
-            [](const auto& a, const auto& b) { return a.start_ns < b.start_ns; });
-  std::map<std::pair<int, std::uint64_t>, std::vector<const Execution*>> chains;
-  std::uint64_t number = 0;
   for (Execution& execution : executions) {
     execution.ready_ns -= begin_ns;
     execution.start_ns -= begin_ns;
     execution.end_ns -= begin_ns;
-    json slice = event("X", execution, execution.name, execution.start_ns);
-    slice["cat"] = execution.kind;
-    slice["dur"] = us(execution.end_ns - execution.start_ns);
-    slice["args"] = {{"latency_us", us(execution.start_ns - execution.ready_ns)},
-                     {"sequence", execution.sequence},
-                     {"chain_instance", execution.chain}};
-    events.push_back(std::move(slice));
-    for (const bool begins : {true, false}) {
-      json wait = event(begins ? "b" : "e", execution, "ready: " + execution.name,
-                        begins ? execution.ready_ns : execution.start_ns);
-      wait["cat"] = "ready";
-      wait["id"] = number;
-      events.push_back(std::move(wait));
-    }
-    ++number;
-    if (execution.lost != 0) {
-      json mark = event("i", execution, fmt::format("{} lost {}", execution.name, execution.lost),
-                        execution.start_ns);
-      mark["s"] = "t";
-      events.push_back(std::move(mark));
-    }
+  }
+  std::sort(executions.begin(), executions.end(),
+            [](const auto& a, const auto& b) { return a.start_ns < b.start_ns; });
+  return executions;
+}
+
+/// The execution, its time in the queue before, and what was lost before it.
+void add_execution(json& events, const Execution& execution, std::size_t number) {
+  json slice = event("X", execution, execution.name, execution.start_ns);
+  slice["cat"] = execution.kind;
+  slice["dur"] = us(execution.end_ns - execution.start_ns);
+  slice["args"] = {{"latency_us", us(execution.start_ns - execution.ready_ns)},
+                   {"sequence", execution.sequence},
+                   {"chain_instance", execution.chain}};
+  events.push_back(std::move(slice));
+  for (const bool begins : {true, false}) {
+    json wait = event(begins ? "b" : "e", execution, "ready: " + execution.name,
+                      begins ? execution.ready_ns : execution.start_ns);
+    wait["cat"] = "ready";
+    wait["id"] = number;
+    events.push_back(std::move(wait));
+  }
+  if (execution.lost != 0) {
+    json mark = event("i", execution, fmt::format("{} lost {}", execution.name, execution.lost),
+                      execution.start_ns);
+    mark["s"] = "t";
+    events.push_back(std::move(mark));
+  }
+}
+
+/// Arrows from each execution of a chain instance to the next.
+void add_chains(json& events, const std::vector<Execution>& executions) {
+  std::map<std::pair<int, std::uint64_t>, std::vector<const Execution*>> chains;
+  for (const Execution& execution : executions) {
     chains[{execution.process, execution.chain}].push_back(&execution);
   }
-  std::uint64_t chain_number = 0;
+  std::uint64_t number = 0;
   for (const auto& [instance, steps] : chains) {
-    ++chain_number;
+    ++number;
     for (std::size_t i = 0; steps.size() > 1 && i < steps.size(); ++i) {
       json arrow = event(i == 0                  ? "s"
                          : i + 1 == steps.size() ? "f"
                                                  : "t",
                          *steps[i], "chain", steps[i]->start_ns);
       arrow["cat"] = "chain";
-      arrow["id"] = chain_number;
+      arrow["id"] = number;
       arrow["bp"] = "e";
       events.push_back(std::move(arrow));
     }
   }
+}
+
+}  // namespace
+
+void write_trace(const json& threads, const std::string& path) {
+  json events = json::array();
+  const std::vector<Execution> executions = read_executions(threads, events);
+  for (std::size_t i = 0; i < executions.size(); ++i) add_execution(events, executions[i], i);
+  add_chains(events, executions);
+  std::uint64_t overwritten = 0;
+  for (const json& thread : threads) overwritten += thread.at("overwritten").get<std::uint64_t>();
   std::ofstream file(path);
   file << json{{"traceEvents", std::move(events)},
                {"displayTimeUnit", "ns"},

@@ -45,72 +45,116 @@ extern "C" dds_entity_t dds_create_domain(const dds_domainid_t domain, const cha
   return cyclones(domain, lossy.c_str());
 }
 
-int main(int, char** argv) {
-  using namespace takt;
-  const std::string own = argv[1], other = argv[2];
-  loss = argv[3];
+namespace {
+
+using namespace takt;
+
+std::shared_ptr<Node> make_node(const std::string& name) {
   NodeOptions options;
   options.participant = Participant::create({.domain = 0, .loopback_only = false});
-  const auto node = std::make_shared<Node>(own, options);
+  return std::make_shared<Node>(name, options);
+}
 
-  std::mutex mutex;  // guards the next three
-  std::int64_t last = 0;
-  std::size_t received = 0, gaps = 0, received_best_effort = 0;
-  const QoS all(3000);
-  const auto publisher = node->create_publisher<Numbered>(own, all);
-  const auto hasty = node->create_publisher<Numbered>(own + "/hasty", QoS(all).best_effort());
-  const auto subscription =
-      node->create_subscription<Numbered>(other, all, [&](const Numbered& message) {
-        const std::lock_guard lock(mutex);
-        ++received;
-        if (message.number != last + 1) ++gaps;
-        last = message.number;
-      });
-  const auto hasty_subscription = node->create_subscription<Numbered>(
-      other + "/hasty", QoS(all).best_effort(), [&](const Numbered&) {
-        const std::lock_guard lock(mutex);
-        ++received_best_effort;
-      });
-  const auto service = node->create_service<Echo>(
-      own, [](const Echo::Request& request, Echo::Response& response) { response = request; });
-  const auto client = node->create_client<Echo>(other, {.timeout = std::chrono::seconds(30)});
-  const auto executor = executors().make("events", {});
-  executor->add_node(node);
-  std::thread spinning([&] { executor->spin(); });
+class Host {
+ public:
+  Host(std::string own, std::string other)
+      : own_(std::move(own)), other_(std::move(other)), node_(make_node(own_)) {
+    executor_->add_node(node_);
+    spinning_ = std::thread([this] { executor_->spin(); });
+  }
+  ~Host() {
+    executor_->cancel();
+    spinning_.join();
+  }
 
-  std::int64_t number = 0;
+  bool is_ready() {
+    return publisher_->subscription_count() == 1 && hasty_->subscription_count() == 1 &&
+           subscription_->outside_publisher_count() == 1 &&
+           hasty_subscription_->outside_publisher_count() == 1 && client_->service_is_ready();
+  }
+  /// The number of the last message.
+  std::int64_t publish(std::size_t count, std::size_t bytes) {
+    for (; count != 0; --count) {
+      const Numbered message{++number_, std::vector<std::byte>(bytes)};
+      publisher_->publish(message);
+      hasty_->publish(message);
+    }
+    return number_;
+  }
+  /// "MESSAGES GAPS BEST_EFFORT_MESSAGES".
+  std::string received() {
+    const std::lock_guard lock(mutex_);
+    std::ostringstream text;
+    text << received_ << ' ' << gaps_ << ' ' << received_best_effort_;
+    return text.str();
+  }
+  /// What the other host answers; -1: it does not.
+  std::int64_t call(std::int64_t value) {
+    std::promise<std::int64_t> answer;
+    client_->async_send_request({.value = value}, [&](const Echo::Response* response) {
+      answer.set_value(response != nullptr ? response->value : -1);
+    });
+    return answer.get_future().get();
+  }
+
+ private:
+  void receive(const Numbered& message) {
+    const std::lock_guard lock(mutex_);
+    ++received_;
+    if (message.number != last_ + 1) ++gaps_;
+    last_ = message.number;
+  }
+
+  const std::string own_, other_;
+  const QoS all_{3000};
+  std::int64_t number_ = 0;
+  std::mutex mutex_;  // guards the next two lines
+  std::int64_t last_ = 0;
+  std::size_t received_ = 0, gaps_ = 0, received_best_effort_ = 0;
+  const std::shared_ptr<Node> node_;
+  const std::shared_ptr<Publisher<Numbered>> publisher_ =
+      node_->create_publisher<Numbered>(own_, all_);
+  const std::shared_ptr<Publisher<Numbered>> hasty_ =
+      node_->create_publisher<Numbered>(own_ + "/hasty", QoS(all_).best_effort());
+  const std::shared_ptr<Subscription<Numbered>> subscription_ =
+      node_->create_subscription<Numbered>(other_, all_,
+                                           [this](const Numbered& message) { receive(message); });
+  const std::shared_ptr<Subscription<Numbered>> hasty_subscription_ =
+      node_->create_subscription<Numbered>(other_ + "/hasty", QoS(all_).best_effort(),
+                                           [this](const Numbered&) {
+                                             const std::lock_guard lock(mutex_);
+                                             ++received_best_effort_;
+                                           });
+  const std::shared_ptr<Service<Echo>> service_ = node_->create_service<Echo>(
+      own_, [](const Echo::Request& request, Echo::Response& response) { response = request; });
+  const std::shared_ptr<Client<Echo>> client_ =
+      node_->create_client<Echo>(other_, {.timeout = std::chrono::seconds(30)});
+  const std::unique_ptr<Executor> executor_ = executors().make("events", {});
+  std::thread spinning_;
+};
+
+}  // namespace
+
+int main(int, char** argv) {
+  loss = argv[3];
+  Host host(argv[1], argv[2]);
   for (std::string line; std::getline(std::cin, line);) {
     std::istringstream words(line);
     std::string command;
     words >> command;
     if (command == "ready") {
-      std::cout << (publisher->subscription_count() == 1 && hasty->subscription_count() == 1 &&
-                    subscription->outside_publisher_count() == 1 &&
-                    hasty_subscription->outside_publisher_count() == 1 &&
-                    client->service_is_ready());
+      std::cout << host.is_ready();
     } else if (command == "publish") {
       std::size_t count = 0, bytes = 0;
       words >> count >> bytes;
-      for (; count != 0; --count) {
-        const Numbered message{++number, std::vector<std::byte>(bytes)};
-        publisher->publish(message);
-        hasty->publish(message);
-      }
-      std::cout << number;
+      std::cout << host.publish(count, bytes);
     } else if (command == "received") {
-      const std::lock_guard lock(mutex);
-      std::cout << received << ' ' << gaps << ' ' << received_best_effort;
+      std::cout << host.received();
     } else if (command == "call") {
-      Echo::Request request;
-      words >> request.value;
-      std::promise<std::int64_t> answer;
-      client->async_send_request(request, [&](const Echo::Response* response) {
-        answer.set_value(response != nullptr ? response->value : -1);
-      });
-      std::cout << answer.get_future().get();
+      std::int64_t value = 0;
+      words >> value;
+      std::cout << host.call(value);
     }
     std::cout << std::endl;
   }
-  executor->cancel();
-  spinning.join();
 }

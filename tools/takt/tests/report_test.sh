@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Draws a report and opens it in a real browser: report_test.sh TAKT
+# SPDX-License-Identifier: Apache-2.0
 set -euo pipefail
 takt=$1
 browser=$(command -v chromium || command -v chromium-browser || true)

@@ -1,0 +1,296 @@
+#!/usr/bin/env python3
+"""What formatters and compilers cannot see: ./dev check runs it.
+
+It reads the files that git tracks, and new ones. Findings that are older than their rule are listed
+in tools/check/exceptions.txt with their number, which may only fall.
+SPDX-License-Identifier: Apache-2.0
+"""
+import argparse
+import ast
+import collections
+import dataclasses
+import functools
+import pathlib
+import re
+import subprocess
+import sys
+import urllib.parse
+
+import cpp_source
+from phrases import RETIRED
+
+MOST_LINES = 500
+MOST_LINES_OF_FUNCTION = 60
+EXCEPTIONS = "tools/check/exceptions.txt"
+CPP = {".cpp", ".hpp", ".c", ".h"}
+SOURCES = CPP | {".py", ".sh", ".cmake"}
+PROSE = SOURCES | {".md", ".in", ".yaml", ".xml"}
+SCRIPTS = {"dev", ".ci/run"}
+NOT_INSTALLED = {"bench", "examples", "measuring", "rt_tests", "testing", "tools"}
+RULES = {
+    "format": "clang-format has nothing to change",
+    "file-length": f"lines above {MOST_LINES} in a file",
+    "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
+    "spdx": "sources with the SPDX line",
+    "contract": "public classes say 'Thread safety:' and 'Real-time:'",
+    "link": "links in documents lead somewhere",
+    "phrase": "retired phrases",
+}
+
+
+@dataclasses.dataclass
+class Finding:
+    path: str
+    line: int
+    rule: str
+    message: str
+    weight: int = 1  # what counts against the exception
+
+
+@dataclasses.dataclass
+class File:
+    path: str
+    text: str
+
+    def __post_init__(self):
+        self.suffix = pathlib.PurePath(self.path).suffix
+        self.name = pathlib.PurePath(self.path).name
+        self.is_source = (self.suffix in SOURCES or self.name == "CMakeLists.txt"
+                          or self.path in SCRIPTS)
+        self.lines = self.text.splitlines()
+
+    def line_at(self, offset):
+        return self.text.count("\n", 0, offset) + 1
+
+
+# ---- Rules: each yields its findings in one file ----
+
+def check_file_length(file, _):
+    above = len(file.lines) - MOST_LINES
+    if file.is_source and above > 0:
+        yield Finding(file.path, MOST_LINES + 1, "file-length",
+                      f"{len(file.lines)} lines, {MOST_LINES} at most", above)
+
+
+def functions_of(file):
+    """(name, first line, last line) of each function."""
+    if file.suffix in CPP:
+        for kind, name, first, last, _ in cpp_source.outline(file.text):
+            if kind == "function":
+                yield name, first, last
+    elif file.suffix == ".py":
+        for node in ast.walk(ast.parse(file.text, file.path)):
+            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+                yield node.name, node.lineno, node.end_lineno
+
+
+def check_function_length(file, _):
+    for name, first, last in functions_of(file):
+        above = last - first + 1 - MOST_LINES_OF_FUNCTION
+        if above > 0:
+            yield Finding(file.path, first, "function-length",
+                          f"{name} has {last - first + 1} lines, {MOST_LINES_OF_FUNCTION} at most",
+                          above)
+
+
+def check_spdx(file, _):
+    if file.is_source and not any("SPDX-License-Identifier: Apache-2.0" in line
+                                  for line in file.lines[:40]):
+        yield Finding(file.path, 1, "spdx", "no line 'SPDX-License-Identifier: Apache-2.0'")
+
+
+@functools.lru_cache
+def internal_headers(root):
+    """The pattern of the headers that cmake/TaktPackage.cmake does not install."""
+    package = root / "cmake/TaktPackage.cmake"
+    text = package.read_text(encoding="utf-8") if package.exists() else ""
+    found = re.search(r'headers EXCLUDE REGEX "((?:[^"\\]|\\.)*)"', text, re.DOTALL)
+    return re.compile(found[1].replace("\\\n", "").replace(r"\\", "\\") if found else r"_test\.hpp$")
+
+
+def check_contract(file, root):
+    if (file.suffix != ".hpp" or file.path.split("/")[0] in NOT_INSTALLED
+            or internal_headers(root).search(file.path)):
+        return
+    for kind, name, first, _, around in cpp_source.outline(file.text):
+        is_public = (kind == "class" and "::" not in name and
+                     all(scope == "namespace" and called and "detail" not in called.split("::")
+                         for scope, called in around))
+        if not is_public:
+            continue
+        said = cpp_source.comment_above(file.lines, first)
+        missing = [f"'{contract}:'" for contract in ("Thread safety", "Real-time")
+                   if not re.search(rf"\b{contract}:|Thread safety and real-time:", said)]
+        if missing:
+            yield Finding(file.path, first, "contract",
+                          f"the comment of {name} has no {' and no '.join(missing)}")
+
+
+def anchor_of(heading):
+    """As GitHub makes it."""
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+# Fenced, indented, or in a line.
+CODE = re.compile(r"^```.*?^```|(?<=\n\n)(?:(?: {4}[^\n]*)?\n)+|`(?:[^`\n]|\n(?!\n))+`",
+                  re.DOTALL | re.MULTILINE)
+
+
+def without_code(text):
+    """The same places, with spaces for code."""
+    return CODE.sub(lambda code: re.sub(r"[^\n]", " ", code[0]), text)
+
+
+def anchors_of(text):
+    fenced = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+    anchors = set(re.findall(r'<a (?:id|name)="([^"]+)"', fenced))
+    count = collections.Counter()
+    for heading in re.findall(r"^#+ +(.*?)(?: +#+)?$", fenced, re.MULTILINE):
+        anchor = anchor_of(heading)
+        anchors.add(f"{anchor}-{count[anchor]}" if count[anchor] else anchor)
+        count[anchor] += 1
+    return anchors
+
+
+def check_links(file, root):
+    if file.suffix != ".md":
+        return
+    for link in re.finditer(r"\]\(<?([^)\s>]+)[^)]*\)", without_code(file.text)):
+        target, _, anchor = urllib.parse.unquote(link[1]).partition("#")
+        if re.match(r"\w+:", target):
+            continue
+        leads_to = (root / file.path).parent / target if target else root / file.path
+        line = file.line_at(link.start())
+        if not leads_to.exists():
+            yield Finding(file.path, line, "link", f"there is no {link[1]}")
+        elif anchor and leads_to.suffix == ".md":
+            if anchor not in anchors_of(leads_to.read_text(encoding="utf-8")):
+                yield Finding(file.path, line, "link", f"there is no heading for {link[1]}")
+
+
+# The end of a line within a comment, a paragraph, or a string that goes on.
+LINE_END = re.compile(r'"?[ \t]*\n[ \t]*(?:/{2,}|#+|\*)?[ \t]*"?')
+# One pattern, so that no word is counted twice; the group says which phrase it is.
+PHRASES = re.compile("|".join(f"(?P<p{number}>{pattern})" for number, (pattern, _)
+                              in enumerate(RETIRED)).replace(" ", " +"),
+                     re.IGNORECASE)
+
+
+def check_phrases(file, _):
+    is_prose = file.suffix in PROSE or file.is_source
+    if not is_prose or file.path.startswith("tools/check/"):
+        return
+    text = LINE_END.sub(lambda end: " " * len(end[0]), file.text)
+    for found in PHRASES.finditer(text):
+        phrase = " ".join(found[0].split())
+        better = RETIRED[int(found.lastgroup[1:])][1]
+        yield Finding(file.path, file.line_at(found.start()), "phrase", f"'{phrase}': {better}")
+
+
+def check_format(files, root):
+    """One finding for each file that clang-format would change."""
+    paths = [file.path for file in files if file.suffix in CPP]
+    if not paths:
+        return
+    done = subprocess.run(["clang-format", "--dry-run", *paths], cwd=root, text=True,
+                          stderr=subprocess.PIPE, check=True)
+    seen = set()
+    for path, line in re.findall(r"^(.+?):(\d+):\d+: warning: .*clang-format", done.stderr,
+                                 re.MULTILINE):
+        if path not in seen:
+            seen.add(path)
+            yield Finding(path, int(line), "format", "not as clang-format has it: ./dev format")
+
+
+# ---- Exceptions ----
+
+def read_exceptions(path):
+    """(path, rule) → how much is allowed."""
+    allowed = {}
+    if path.exists():
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            words = line.split()
+            if not words or words[0].startswith("#"):
+                continue
+            if len(words) != 3 or words[1] not in RULES or not words[2].isdigit():
+                sys.exit(f"{path}:{number}: write: PATH RULE NUMBER")
+            allowed[words[0], words[1]] = int(words[2])
+    return allowed
+
+
+HEADER = """\
+# Findings that are older than their rule: path, rule, number. The numbers only fall:
+# `./dev check --update` lowers them, and follows files that have moved.
+"""
+
+
+def update(path, allowed, found):
+    """Writes down what is found; refuses where the sum of a rule would grow."""
+    for rule in RULES:
+        before = sum(count for key, count in allowed.items() if key[1] == rule)
+        now = sum(count for key, count in found.items() if key[1] == rule)
+        if now > before:
+            sys.exit(f"{rule}: {now} found, and the exceptions allow {before}: repair the rest first")
+    width = max((len(key[0]) for key in found), default=0)
+    rows = [f"{key[0]:{width}}  {key[1]:15} {count:4}\n" for key, count in sorted(found.items())]
+    path.write_text(HEADER + "".join(rows), encoding="utf-8")
+
+
+def report(findings, allowed, found):
+    """Prints what is not allowed, and a summary. True when there is nothing."""
+    wrong = collections.Counter()
+    for finding in sorted(findings, key=lambda each: (each.path, each.line)):
+        if found[finding.path, finding.rule] > allowed.get((finding.path, finding.rule), 0):
+            print(f"{finding.path}:{finding.line}: {finding.message}")
+    for (path, rule), limit in sorted(allowed.items()):
+        now = found[path, rule]
+        if now > limit:
+            print(f"{path}:1: {rule}: {now}, and the exceptions allow {limit}")
+        elif now < limit:
+            wrong[rule] += 1
+            print(f"{path}:1: {rule}: {now}, and the exceptions allow {limit} still: "
+                  "./dev check --update")
+    for (path, rule), now in found.items():
+        wrong[rule] += now > allowed.get((path, rule), 0)
+    print(f"{'':15} {'found':>6} {'allowed':>8}")
+    for rule, meaning in RULES.items():
+        sums = [sum(count for key, count in table.items() if key[1] == rule)
+                for table in (found, allowed)]
+        verdict = f"FAILED in {wrong[rule]}" if wrong[rule] else "ok"
+        print(f"{rule:15} {sums[0]:6} {sums[1]:8}  {verdict:13} {meaning}")
+    return not wrong.total()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--root", type=pathlib.Path, help="the tree; else the one of this file",
+                        default=pathlib.Path(__file__).resolve().parents[2])
+    parser.add_argument("--update", action="store_true",
+                        help="lowers the exceptions to what is found")
+    options = parser.parse_args()
+    root = options.root
+    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+                            cwd=root, capture_output=True, text=True, check=True).stdout
+    files = []
+    for path in sorted(set(listed.split("\0")) - {""}):
+        is_read = (pathlib.PurePath(path).suffix in PROSE or path in SCRIPTS
+                   or path.endswith("CMakeLists.txt"))
+        if is_read and "/testdata/" not in path and (root / path).is_file():
+            files.append(File(path, (root / path).read_text(encoding="utf-8")))
+    findings = list(check_format(files, root))
+    for file in files:
+        for rule in (check_file_length, check_function_length, check_spdx, check_contract,
+                     check_links, check_phrases):
+            findings.extend(rule(file, root))
+    found = collections.Counter()
+    for finding in findings:
+        found[finding.path, finding.rule] += finding.weight
+    allowed = read_exceptions(root / EXCEPTIONS)
+    if options.update:
+        update(root / EXCEPTIONS, allowed, found)
+    elif not report(findings, allowed, found):
+        sys.exit(1)
+
+
+main()

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+"""Tests of check.py: each rule finds what it is for in a bad tree, and nothing in a good one.
+
+usage: check_test.py
+SPDX-License-Identifier: Apache-2.0
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, finish, skip  # noqa: E402
+
+HERE = pathlib.Path(__file__).resolve().parent
+SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
+EXCEPTIONS = "tools/check/exceptions.txt"
+
+
+def run(files, *options, exceptions=None):
+    """Checks a tree of these files; returns the status, what it says, and its exceptions then."""
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        if exceptions is not None:
+            files = {**files, EXCEPTIONS: exceptions}
+        for path, text in files.items():
+            (root / path).parent.mkdir(parents=True, exist_ok=True)
+            (root / path).write_text(text, encoding="utf-8")
+        shutil.copy(HERE.parents[1] / ".clang-format", root)
+        subprocess.run(["git", "init", "-q"], cwd=root, check=True)
+        done = subprocess.run([HERE / "check.py", "--root", root, *options], text=True, check=False,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        listed = root / EXCEPTIONS
+        return done.returncode, done.stdout, listed.read_text() if listed.exists() else ""
+
+
+def refused(what, files, *findings, exceptions=None):
+    """The tree is refused with exactly these lines."""
+    status, said, _ = run(files, exceptions=exceptions)
+    lines = [line for line in said.splitlines() if line.split(":")[0] in files]
+    check(what, status == 1 and lines == list(findings), status, said, findings)
+
+
+def accepted(what, files, exceptions=None):
+    status, said, _ = run(files, exceptions=exceptions)
+    check(what, status == 0 and "FAILED" not in said, status, said)
+
+
+def function(name, lines):
+    return f"void {name}() {{\n" + "  work();\n" * (lines - 2) + "}\n"
+
+
+GOOD = {
+    "base/good.hpp": SPDX + """
+namespace takt {
+
+/// A list of `news { of } {`.
+///
+/// Thread safety: none.
+/// Real-time: allocates.
+template <class T, Handler<T> F>
+requires std::integral<T>
+class [[nodiscard]] Good : public Base<T> {
+ public:
+  Good() : number_{1}, text_("{") {}
+
+ private:
+  class Inner {};
+  int number_;
+  std::string text_;
+};
+
+/// Thread safety and real-time: as Good.
+class Better : public Good<int> {};
+
+class Declared;
+
+struct Options {};
+
+namespace detail {
+
+class Hidden {};
+
+}  // namespace detail
+}  // namespace takt
+""".replace("`news { of } {`", "`{ of } {`"),
+    "base/good_test.cpp": SPDX + "class Fixture {};\n\n" + function("sixty", 60),
+    "docs/good.md": """# A page: `code`, and *more*
+
+[here](#a-page-code-and-more), [there](sub/other.md#again-1), [a folder](sub), [far](https://x.y#z)
+
+Questions: Who reads this? The two can be told apart; tell the thread to stop.
+
+    [](const int& number) { use(number); }
+
+```
+[no](link)
+```
+""",
+    "docs/sub/other.md": "# Again\n\n## Again\n\n[back](../good.md)\n",
+}
+
+
+def test_rules():
+    accepted("a good tree is accepted", GOOD)
+    refused("a long file", {"a.py": "# SPDX-License-Identifier: Apache-2.0\n" * 501},
+            "a.py:501: 501 lines, 500 at most")
+    refused("a long function, in a class too",
+            {"tools/a.cpp": SPDX + function("f", 61) + "class A {\n public:\n" +
+             "".join("  " + line + "\n" for line in function("g", 62).splitlines()) + "};\n"},
+            "tools/a.cpp:2: f has 61 lines, 60 at most",
+            "tools/a.cpp:65: g has 62 lines, 60 at most")
+    refused("a long test", {"tools/a.cpp": SPDX + "TEST(Timer, Keeps) {\n" + "  work();\n" * 60 + "}\n"},
+            "tools/a.cpp:2: TEST(Timer, Keeps) has 62 lines, 60 at most")
+    refused("a long function in Python",
+            {"a.py": "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60},
+            "a.py:2: f has 61 lines, 60 at most")
+    for path in ("a.cpp", "a.hpp", "a.c", "a.py", "a.sh", "a.cmake", "sub/CMakeLists.txt", "dev"):
+        refused(f"no SPDX line in {path}", {path: "\n"},
+                f"{path}:1: no line 'SPDX-License-Identifier: Apache-2.0'")
+    refused("a public class without its contract",
+            {"base/a.hpp": SPDX + "\nnamespace takt {\n\n/// A.\n/// Real-time: yes.\nclass A {};\n\n"
+             "class B {};\n\n}  // namespace takt\n"},
+            "base/a.hpp:7: the comment of A has no 'Thread safety:'",
+            "base/a.hpp:9: the comment of B has no 'Thread safety:' and no 'Real-time:'")
+    a_class = SPDX + "class A {};\n"
+    accepted("a class that is not installed has none",
+             {"tools/a.hpp": a_class, "base/own.hpp": a_class, "base/other.hpp": a_class,
+              "cmake/TaktPackage.cmake": "# SPDX-License-Identifier: Apache-2.0\nlist(FILTER headers "
+              'EXCLUDE REGEX "_test\\\\.hpp$|/(own|\\\nother)\\\\.hpp$")\n'})
+    refused("links that lead nowhere",
+            {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
+             "c.md": "```\n# no\n```\n"},
+            "a.md:3: there is no b.md",
+            "a.md:4: there is no heading for #pages",
+            "a.md:5: there is no heading for c.md#no")
+
+
+def test_phrases():
+    refused("retired phrases, also over the end of a line",
+            {"a.cpp": SPDX + "// The listener is\n// told of it.\n"
+             'const char* text =\n    "a thread for "\n    "who waits";\nint news;\n',
+             "b.md": "Tells of\nmisses. Who sleeps\nis woken: those who\nsleep.\n"},
+            "a.cpp:2: 'is told': is notified, is reported",
+            "a.cpp:5: 'for who': name it: the thread that",
+            "a.cpp:7: 'news': events",
+            "b.md:1: 'Tells of': reports",
+            "b.md:2: 'Who': name it: the thread that, which",
+            "b.md:3: 'those who': those that, all that")
+
+
+def test_format():
+    refused("a file that clang-format would change", {"a.cpp": SPDX + "int  a;\nint  b;\n"},
+            "a.cpp:2: not as clang-format has it: ./dev format")
+
+
+def test_exceptions():
+    long = {"a.py": "# SPDX-License-Identifier: Apache-2.0\n" * 510}
+    accepted("what is an exception is accepted", long, exceptions="a.py file-length 10\n")
+    refused("an exception that grows", long,
+            "a.py:501: 510 lines, 500 at most",
+            "a.py:1: file-length: 10, and the exceptions allow 9", exceptions="a.py file-length 9\n")
+    refused("an exception that is too large", long,
+            "a.py:1: file-length: 10, and the exceptions allow 11 still: ./dev check --update",
+            exceptions="a.py file-length 11\n")
+    status, said, _ = run(GOOD, exceptions="gone.py file-length 11\n")
+    check("an exception for nothing", status == 1 and "gone.py:1: file-length: 0, and the exceptions "
+          "allow 11 still" in said, status, said)
+    status, said, _ = run(GOOD, exceptions="# a comment\na.py long 3\n")
+    check("an exception that means nothing",
+          status == 1 and "exceptions.txt:2: write: PATH RULE NUMBER" in said, status, said)
+    status, said, now = run(long, "--update", exceptions="moved.py file-length 12\n")
+    check("--update follows what has moved, and lowers",
+          status == 0 and now.endswith("\na.py  file-length       10\n") and "moved.py" not in now, said, now)
+    status, said, now = run(long, "--update", exceptions="moved.py file-length 9\n")
+    check("--update lets no sum grow", status == 1 and now == "moved.py file-length 9\n" and
+          "file-length: 10 found, and the exceptions allow 9" in said, said, now)
+
+
+if not shutil.which("clang-format"):
+    skip("needs clang-format")
+test_rules()
+test_phrases()
+test_format()
+test_exceptions()
+finish()

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/experiments.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "takt/executors/executor.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/transport/shared_memory/shared_memory.hpp"
+
+#include "embedded.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kManyProcesses{"--composition", "per-node"};
+const std::vector<std::string> kOneProcess{"--composition", "single"};
+const std::vector<std::string> kOneProcessOverDds{"--composition", "single", "--transport", "dds"};
+const std::vector<std::string> kLoaded{"--composition", "dynamic"};
+const std::vector<std::string> kLoadedOverDds{"--composition", "dynamic", "--transport", "dds"};
+
+}  // namespace
+
+std::vector<std::string> joined(std::vector<std::string> words,
+                                const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int subscribers,
+                              int work_us, std::int64_t fill_bytes) {
+  std::string text = fmt::format(
+      "container:\n  name: bench\n  components:\n"
+      "    - component: takt::Workload\n      name: publisher\n      parameters:\n"
+      "        publishers.topic: [/data]\n        publishers.period_us: [{}]\n"
+      "        publishers.size_bytes: [{}]\n        publishers.fill_bytes: [{}]\n",
+      period_us, bytes, fill_bytes);
+  for (int i = 0; i < subscribers; ++i) {
+    text += fmt::format(
+        "    - component: takt::Workload\n      name: subscriber_{}\n      parameters:\n"
+        "        subscriptions.topic: [/data]\n        subscriptions.work_us: [{}]\n",
+        i, work_us);
+  }
+  return text;
+}
+
+namespace {
+
+/// A publisher that lends shared memory, and a subscriber in another process.
+std::string publish_subscribe_loaned(std::int64_t bytes, std::int64_t period_us,
+                                     std::int64_t fill_bytes = 0) {
+  return fmt::format(
+      "dds: {{shared_memory: require}}\ncontainer:\n  name: bench\n  components:\n"
+      "    - component: takt::Workload\n      name: publisher\n      parameters:\n"
+      "        publishers.topic: [/data]\n        publishers.period_us: [{0}]\n"
+      "        publishers.fixed_bytes: [{1}]\n        publishers.fill_bytes: [{2}]\n"
+      "    - component: takt::Workload\n      name: subscriber\n      parameters:\n"
+      "        subscriptions.topic: [/data]\n        subscriptions.fixed_bytes: [{1}]\n",
+      period_us, bytes, fill_bytes);
+}
+std::string why_no_loans() {
+  return RoudiProcess::is_installed() || find_roudi().pid != 0
+             ? ""
+             : "iox-roudi is missing: apt-get install iceoryx";
+}
+
+/// So many nodes, each of which publishes 1 KB at 10 Hz and listens to its neighbour.
+std::string ring_of_nodes(int count) {
+  std::string text = "container:\n  name: bench\n  components:\n";
+  for (int i = 0; i < count; ++i) {
+    text += fmt::format(
+        "    - component: takt::Workload\n      name: node_{0}\n      parameters:\n"
+        "        publishers.topic: [/ring_{0}]\n        publishers.period_us: [100000]\n"
+        "        publishers.size_bytes: [1024]\n        subscriptions.topic: [/ring_{1}]\n",
+        i, (i + 1) % count);
+  }
+  return text;
+}
+
+std::vector<Variant> memory(const BenchOptions&) {
+  std::vector<Variant> variants;
+  for (const int nodes : {1, 2, 3, 5, 10, 15, 20}) {
+    const std::string system = ring_of_nodes(nodes);
+    variants.push_back({"multi_process", nodes * 1.0, system, kManyProcesses});
+    variants.push_back({"manual", nodes * 1.0, system, kOneProcessOverDds});
+    variants.push_back({"dynamic", nodes * 1.0, system, kLoadedOverDds});
+    variants.push_back({"manual, without DDS", nodes * 1.0, system, kOneProcess});
+  }
+  return variants;
+}
+
+std::vector<Variant> latency_by_size(const BenchOptions&) {
+  std::vector<Variant> variants;
+  for (const int kb : {1, 50, 100, 500, 1000, 5000}) {
+    const std::string system = publish_subscribe(kb * 1000, 20'000, 1, 0);
+    variants.push_back({"multi_process", kb * 1.0, system, kManyProcesses});
+    variants.push_back({.series = "multi_process_loaned",
+                        .x = kb * 1.0,
+                        .system = publish_subscribe_loaned(kb * 1000, 20'000),
+                        .words = kManyProcesses,
+                        .missing = why_no_loans()});
+    variants.push_back({"manual", kb * 1.0, system, kOneProcessOverDds});
+    variants.push_back({"dynamic", kb * 1.0, system, kLoadedOverDds});
+    variants.push_back({"ipc", kb * 1.0, system, kOneProcess});
+  }
+  return variants;
+}
+
+std::vector<Variant> goodput(const BenchOptions&) {
+  std::vector<Variant> variants;
+  for (const std::int64_t kb : {50, 100, 500, 1000, 5000}) {
+    // Always due: as much as the publisher can write.
+    const std::string system = publish_subscribe(kb * 1000, 1, 1, 0, kb * 1000);
+    const auto x = static_cast<double>(kb);
+    variants.push_back({"multi_process", x, system, kManyProcesses, kb * 1000, {}});
+    variants.push_back({.series = "multi_process_loaned",
+                        .x = x,
+                        .system = publish_subscribe_loaned(kb * 1000, 1, kb * 1000),
+                        .words = kManyProcesses,
+                        .message_bytes = kb * 1000,
+                        .missing = why_no_loans()});
+    variants.push_back({.series = "ddsperf",
+                        .x = x,
+                        .message_bytes = kb * 1000,
+                        .missing = rt::why_no_ddsperf(),
+                        .is_ddsperf = true});
+    variants.push_back({"composition", x, system, kOneProcessOverDds, kb * 1000, {}});
+    variants.push_back({"ipc", x, system, kOneProcess, kb * 1000, {}});
+  }
+  return variants;
+}
+
+std::vector<Variant> executors_by_subscribers(const BenchOptions&) {
+  std::vector<Variant> variants;
+  for (const int subscribers : {1, 5, 10}) {
+    const std::string system = publish_subscribe(500'000, 20'000, subscribers, 500);
+    for (const std::string& executor : executors().names()) {
+      variants.push_back(
+          {executor, subscribers * 1.0, system, joined(kOneProcess, {"--executor", executor})});
+    }
+  }
+  return variants;
+}
+
+std::vector<Variant> robot(const std::string& system) {
+  // Whoever is in a process of its own has one thread, whatever the file says of all together.
+  std::vector<Variant> variants{
+      {"multi_process", 0, system, joined(kManyProcesses, {"--executor", "single_threaded"})}};
+  const auto add = [&](const char* series, const std::string& text,
+                       const std::vector<std::string>& words,
+                       const std::vector<const char*>& executors) {
+    for (const char* executor : executors) {
+      variants.push_back({fmt::format("{}, {}", series, executor), 0, text,
+                          joined(words, {"--executor", executor})});
+    }
+  };
+  add("manual", system, kOneProcess, {"single_threaded", "isolated", "multi_threaded", "events"});
+  // Whoever loads comes over DDS; so beside what is loaded stands what is not, with the same.
+  add("manual with DDS", "dds: {parameter_services: false}\n" + system, kOneProcess,
+      {"isolated", "multi_threaded"});
+  add("dynamic", system, kLoaded, {"isolated", "multi_threaded"});
+  return variants;
+}
+
+std::vector<Variant> reference_system(const BenchOptions&) {
+  std::vector<Variant> variants;
+  for (const std::string& executor : executors().names()) {
+    variants.push_back({.series = executor,
+                        .system = kReferenceSystem,
+                        .words = joined(kOneProcess, {"--executor", executor}),
+                        .is_reference_system = true});
+  }
+  // As the file says: chain_aware, with Takt's assignment from the hot path.
+  variants.push_back({.series = "takt plan",
+                      .system = kReferenceSystem,
+                      .words = kOneProcess,
+                      .is_reference_system = true});
+  return variants;
+}
+
+std::vector<Variant> topologies(const BenchOptions& options) {
+  if (options.files.empty()) {
+    throw Error("takt bench topologies needs files",
+                "give workloads of irobot-ros/ros2-performance, or configuration files: takt bench "
+                "topologies sierra_nevada.json");
+  }
+  std::vector<Variant> variants;
+  for (const std::string& file : options.files) {
+    for (const std::string& executor : executors().names()) {
+      variants.push_back({fmt::format("{}, {}", fs::path(file).stem().string(), executor),
+                          0,
+                          file,
+                          {"--executor", executor}});
+    }
+  }
+  return variants;
+}
+
+}  // namespace
+
+const std::vector<Experiment>& experiments() {
+  static const std::vector<Experiment> all{
+      {"memory", "Memory against the number of nodes", "nodes", {"pss_mb"}, memory},
+      {"latency",
+       "Latency and CPU against the size of messages, 50 Hz",
+       "message size (KB)",
+       {"latency_us", "cpu_percent"},
+       latency_by_size},
+      {"goodput",
+       "Goodput against the size of messages",
+       "message size (KB)",
+       {"goodput_mb_s", "cpu_percent"},
+       goodput},
+      {"executors",
+       "500 KB at 50 Hz to subscribers with 500 µs of work",
+       "subscribers",
+       {"latency_us", "cpu_percent"},
+       executors_by_subscribers},
+      {"nav2",
+       "A Nav2-like robot",
+       "",
+       {"pss_mb", "cpu_percent", "latency_us"},
+       [](const BenchOptions&) { return robot(kNav2Robot); }},
+      {"create3",
+       "A Create 3-like robot",
+       "",
+       {"pss_mb", "cpu_percent", "latency_us"},
+       [](const BenchOptions&) { return robot(kCreate3Robot); }},
+      {"reference_system",
+       "The Autoware reference system",
+       "",
+       {"hot_path_ms", "hot_path_max_ms", "hot_path_drops", "planner_jitter_ms", "cpu_percent"},
+       reference_system},
+      {"topologies",
+       "Topologies of irobot-ros/ros2-performance",
+       "",
+       {"latency_us", "p99_us", "cpu_percent", "pss_mb"},
+       topologies},
+  };
+  return all;
+}
+
+}  // namespace takt::tools

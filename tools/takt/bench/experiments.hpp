@@ -1,0 +1,48 @@
+// The experiments of takt bench: what each runs, and which figures matter.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_EXPERIMENTS_HPP_
+#define TAKT_TOOLS_TAKT_EXPERIMENTS_HPP_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace takt::tools {
+
+struct BenchOptions {
+  std::string name, duration = "2s", report, json;
+  std::vector<std::string> files;
+  int repeat = 3;
+};
+
+/// One point of a curve, or one row of a table.
+struct Variant {
+  std::string series;
+  double x = 0;
+  std::string system;                // the text of a configuration file, or the path of one
+  std::vector<std::string> words;    // more of the command line
+  std::int64_t message_bytes = 0;    // for goodput
+  std::string missing;               // why it cannot be run here
+  bool is_reference_system = false;  // its key figures come from a trace
+  bool is_ddsperf = false;           // not Takt at all
+};
+
+struct Experiment {
+  std::string name, title, x_label;  // no label: a table, not curves
+  std::vector<std::string> metrics;  // the keys that matter, in this order
+  std::function<std::vector<Variant>(const BenchOptions&)> variants;
+};
+
+const std::vector<Experiment>& experiments();
+
+/// A publisher, and so many subscribers in nodes of their own.
+std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int subscribers,
+                              int work_us, std::int64_t fill_bytes = 0);
+
+std::vector<std::string> joined(std::vector<std::string> words,
+                                const std::vector<std::string>& more);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_EXPERIMENTS_HPP_

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/measure.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "takt/containers/configuration/duration.hpp"
+#include "takt/measuring/ddsperf.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
+
+#include "run/result_json.hpp"
+#include "run/run_again.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// What the publisher of Cyclone DDS's own ddsperf makes arrive, on loopback as ours does: the
+/// median of its subscriber's seconds.
+Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
+  const auto children_cpu_s = [] {
+    rusage usage{};
+    getrusage(RUSAGE_CHILDREN, &usage);
+    const auto s = [](const timeval& time) {
+      return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) / 1e6;
+    };
+    return s(usage.ru_utime) + s(usage.ru_stime);
+  };
+  const double cpu_before_s = children_cpu_s();
+  const TimePoint start = Clock::steady().now();
+  rt::keep_ddsperf_on_loopback();
+  std::vector<double> mb_s;
+  double received = 0, lost = 0;
+  rt::for_each_line(
+      fmt::format(
+          "ddsperf -i {0} -D {1} pub size {2} >/dev/null & ddsperf -i {0} -D {1} -1 sub; wait",
+          100 + getpid() % 100, seconds + 1, message_bytes),
+      [&](const std::string& line) {
+        double rate_mbit_s = 0;
+        const std::size_t size = line.find("size ");
+        if (size != line.npos &&
+            std::sscanf(line.c_str() + size,
+                        "size %*d total %lf lost %lf delta %*d lost %*d rate %*f kS/s %lf Mb/s",
+                        &received, &lost, &rate_mbit_s) == 3) {
+          mb_s.push_back(rate_mbit_s / 8);
+        }
+      });
+  if (mb_s.empty()) throw Error("ddsperf has received nothing");
+  const double wall_s = rt::us(Clock::steady().now() - start) / 1e6;
+  return {{{"goodput_mb_s", rt::median(mb_s)},
+           {"cpu_percent", 100 * (children_cpu_s() - cpu_before_s) / wall_s},
+           {"received", received},
+           {"lost", lost}},
+          {}};
+}
+
+/// The system as a file that `takt run` can read; removed at the end.
+class SystemFile {
+ public:
+  explicit SystemFile(const std::string& system) {
+    if (system.find('\n') == std::string::npos) {
+      path_ = system;
+      return;
+    }
+    path_ = fs::temp_directory_path() / fmt::format("takt_bench_{}.yaml", getpid());
+    is_ours_ = true;
+    std::ofstream file(path_);
+    if (!(file << system).flush()) throw not_written("a system", path_);
+  }
+  ~SystemFile() {
+    std::error_code ignored;
+    if (is_ours_) fs::remove(path_, ignored);
+  }
+  SystemFile(const SystemFile&) = delete;
+  SystemFile& operator=(const SystemFile&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool is_ours_ = false;
+};
+
+std::string trace_path() {
+  return fs::temp_directory_path() / fmt::format("takt_bench_{}.trace.json", getpid());
+}
+
+json read_and_remove(const std::string& path) {
+  json document = json::parse(std::ifstream(path));
+  fs::remove(path);
+  return document;
+}
+
+Figures run_takt(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
+  const SystemFile file(variant.system);
+  std::vector<std::string> words =
+      joined({"run", file.path(), "--duration", options.duration, "--json", "-", "--histograms"},
+             variant.words);
+  const std::string trace = trace_path();
+  if (variant.is_reference_system) words = joined(words, {"--trace", trace});
+  Figures figures = figures_of(run_again(words, signals).at("runs").at(0), variant);
+  if (variant.is_reference_system) figures.values.merge(key_figures(read_and_remove(trace)));
+  return figures;
+}
+
+}  // namespace
+
+Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
+  if (!variant.is_ddsperf) return run_takt(variant, options, signals);
+  Figures figures =
+      ddsperf_goodput(variant.message_bytes, rt::us(parse_run_time(options.duration)) / 1e6);
+  if (const int signal = signals.take(); signal != 0) {
+    throw Interrupted(name_of_signal(signal) + " came");
+  }
+  return figures;
+}
+
+json jitter(const BenchOptions& options, const EndSignals& signals) {
+  return run_again({"latency", "-p", "80", "-i", "1000", "-D", options.duration, "--executor",
+                    "all", "--early-wake", "50", "-q", "--json", "-"},
+                   signals);
+}
+
+json timeline(const EndSignals& signals) {
+  const SystemFile system(publish_subscribe(500'000, 20'000, 5, 500));
+  const std::string trace = trace_path();
+  run_again({"run", system.path(), "--executor", "multi_threaded", "--duration", "500ms", "--json",
+             "-", "--trace", trace},
+            signals);
+  return read_and_remove(trace);
+}
+
+}  // namespace takt::tools

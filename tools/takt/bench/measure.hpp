@@ -1,0 +1,24 @@
+// The runs of takt bench.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_MEASURE_HPP_
+#define TAKT_TOOLS_TAKT_MEASURE_HPP_
+
+#include <nlohmann/json.hpp>
+
+#include "bench/experiments.hpp"
+#include "bench/figures.hpp"
+#include "run/end_signals.hpp"
+
+namespace takt::tools {
+
+Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals);
+
+/// Timers under each executor, beside the bare loop: what `takt latency` prints, for the report.
+nlohmann::json jitter(const BenchOptions& options, const EndSignals& signals);
+
+/// What ran when on the threads of a pool, for the report.
+nlohmann::json timeline(const EndSignals& signals);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_MEASURE_HPP_

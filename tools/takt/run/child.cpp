@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/child.hpp"
+
+#include <array>
+#include <chrono>
+#include <exception>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+
+#include "commands.hpp"
+#include "run/channel.hpp"
+#include "run/container_json.hpp"
+#include "run/end_signals.hpp"
+#include "run/progress.hpp"
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+constexpr auto kMatchLimit = 10s;
+
+/// Waits until each end of a topic has found as many others as the parent has counted.
+void wait_for_matches(const Container& container, const json& wanted) {
+  const TimePoint limit = Clock::steady().now() + kMatchLimit;
+  for (;;) {
+    const std::vector<EndpointState> endpoints = container.endpoints();
+    const EndpointState* lonely = nullptr;
+    for (std::size_t i = 0; i < wanted.size() && lonely == nullptr; ++i) {
+      if (endpoints.at(i).matched < wanted[i].get<std::size_t>()) lonely = &endpoints[i];
+    }
+    if (lonely == nullptr) return;
+    if (Clock::steady().now() > limit) {
+      throw Error(fmt::format("topic '{}': a {} has found {} of its partners in other processes "
+                              "after {} s",
+                              lonely->topic, lonely->is_writer ? "publisher" : "subscription",
+                              lonely->matched, kMatchLimit.count()),
+                  "is another program on the same DDS domain, or a firewall on lo?");
+    }
+    std::this_thread::sleep_for(2ms);
+  }
+}
+
+/// A container that does what the parent says.
+class Child {
+ public:
+  Child(const SystemDescription& system, ContainerOverrides overrides, Channel& parent)
+      : parent_(parent),
+        container_(system, with_guard(std::move(overrides))),
+        serves_itself_(system.dds && system.dds->serves_own_process) {}
+
+  /// Until the parent is gone. Throws what a callback threw.
+  void run() {
+    parent_.send(state());
+    for (;;) {
+      if (!wait_for_command()) continue;
+      const std::optional<json> command = parent_.receive();
+      if (!command) return;
+      parent_.send(answer_to(*command));
+    }
+  }
+
+ private:
+  ContainerOverrides with_guard(ContainerOverrides overrides) {
+    overrides.on_making = [this](std::string_view component) { guard_.making(component); };
+    return overrides;
+  }
+
+  json state() const {
+    return {{"endpoints", endpoints_json(container_)},
+            {"nodes", nodes_json(container_)},
+            {"serves_itself", serves_itself_}};
+  }
+
+  /// False: something else has come. Throws what a callback threw.
+  bool wait_for_command() {
+    std::array<pollfd, 2> events{{{parent_.fd(), POLLIN, 0}, {failed_, POLLIN, 0}}};
+    const TimePoint now = Clock::steady().now();
+    if (now >= check_) {
+      container_.check_matches();
+      check_ = kNever;
+    }
+    const timespec time = to_timespec(check_ - now);
+    ppoll(events.data(), events.size(), check_ == kNever ? nullptr : &time, nullptr);
+    if (events[1].revents != 0) {
+      guard_.ends(0);
+      container_.hold();
+      container_.stop();  // throws
+    }
+    return events[0].revents != 0;
+  }
+
+  json answer_to(const json& command) {
+    const std::string& word = command.at("do").get_ref<const std::string&>();
+    json answer = json::object();
+    if (word == "match") {
+      wait_for_matches(container_, command.at("wanted"));
+    } else if (word == "start") {
+      container_.start([failed = failed_] { eventfd_write(failed, 1); });
+    } else if (word == "release") {
+      container_.release();
+      check_ = Clock::steady().now() + kDiscoveryTime;
+    } else if (word == "hold") {
+      check_ = kNever;
+      guard_.ends(0);
+      container_.hold();
+    } else if (word == "status") {
+      answer = state();
+      answer["pending"] = container_.pending();
+    } else if (word == "shut_down") {
+      container_.shut_down();
+    } else if (word == "stop") {
+      container_.stop();
+      answer = {{"result", process_json(container_.result())}};
+    }
+    return answer;
+  }
+
+  Channel& parent_;
+  const int failed_ = eventfd(0, EFD_CLOEXEC);  // one of our executors has failed
+  EndGuard guard_;                              // the parent looks after the beginning
+  Container container_;
+  const bool serves_itself_;
+  TimePoint check_ = kNever;
+};
+
+}  // namespace
+
+int serve(const SystemDescription& system, ContainerOverrides overrides, int socket) {
+  Channel parent(socket);
+  try {
+    Child(system, std::move(overrides), parent).run();
+    return 0;
+  } catch (const std::exception& error) {
+    Logger::instance().flush();
+    parent.send({{"error", error.what()}});
+  } catch (...) {
+    Logger::instance().flush();
+    parent.send({{"error", kNoStdException}});
+  }
+  return 1;
+}
+
+}  // namespace takt::tools

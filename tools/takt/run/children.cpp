@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/children.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/measuring/output.hpp"
+
+#include "run/channel.hpp"
+#include "run/child.hpp"
+#include "run/progress.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+constexpr auto kSharedMemoryEndLimit = 30s;
+
+/// The output of a process, printed line by line under its name.
+class Output {
+ public:
+  ~Output() { set(-1); }
+  void set(int fd) {
+    if (fd_ >= 0) close(fd_);
+    fd_ = fd;
+  }
+  int fd() const noexcept { return fd_; }
+  /// Waits for a part; at the end there is no descriptor any more.
+  void pump(const std::string& name) {
+    std::array<char, 4096> buffer;
+    const ssize_t now = read(fd_, buffer.data(), buffer.size());
+    if (now < 0 && errno == EINTR) return;
+    if (now > 0) text_.append(buffer.data(), static_cast<std::size_t>(now));
+    if (now <= 0 && !text_.empty()) text_ += '\n';
+    for (std::size_t end; (end = text_.find('\n')) != std::string::npos;) {
+      last_.push_back(text_.substr(0, end));
+      text_.erase(0, end + 1);
+      rt::to_stderr("[{}] {}\n", name, last_.back());
+      if (last_.size() > kLastLines) last_.pop_front();
+    }
+    if (now <= 0) set(-1);
+  }
+  const std::deque<std::string>& last() const noexcept { return last_; }
+
+ private:
+  static constexpr std::size_t kLastLines = 3;
+  int fd_ = -1;
+  std::string text_;
+  std::deque<std::string> last_;
+};
+
+}  // namespace
+
+struct Children::Child {
+  explicit Child(const SystemDescription& process) : description(process), name(process.name) {
+    if (process.components.empty()) return;
+    const auto found = process.restarts.find(process.components.front().container);
+    if (found != process.restarts.end()) restart = found->second;
+  }
+  const SystemDescription& description;
+  const std::string name;
+  // It runs, and is not just being started again.
+  bool takes_part() const { return pid > 0 && steps.empty(); }
+
+  RestartOptions restart;
+  pid_t pid = 0;  // 0: it does not run
+  int pidfd = -1;
+  bool is_made = false;           // it has said something, so its constructors have returned
+  std::deque<std::string> steps;  // of its new start: those that it has not answered
+  std::optional<Channel> channel;
+  Output output;
+  bool has_ended = false;  // it says nothing more
+  std::string error;       // its own last word
+  std::string death;
+  int restarts = 0;
+  TimePoint begin_again = kNever;
+};
+
+Children::Children(const std::vector<SystemDescription>& processes,
+                   const ContainerOverrides& overrides, const EndSignals& signals)
+    : overrides_(overrides), signals_(signals) {
+  for (const SystemDescription& process : processes) {
+    children_.push_back(std::make_unique<Child>(process));
+  }
+  for (const auto& child : children_) begin(*child);
+}
+
+Children::~Children() {
+  is_ending_ = true;
+  for (const auto& child : children_) {
+    if (child->channel) child->channel->finish();  // a child that still runs sees this end
+  }
+  const TimePoint limit = Clock::steady().now() + kConstructorLimit;
+  bool has_said = false;
+  while (end_some()) {
+    const TimePoint now = Clock::steady().now();
+    const std::string unmade = unmade_children();
+    if (!unmade.empty() && !std::exchange(has_said, true)) {
+      rt::to_stderr("takt: waiting for constructors of process {}, {} s at most\n", unmade,
+                    kConstructorLimit.count());
+    }
+    if (!unmade.empty() && now >= limit) {
+      end_now([](const Child& child) { return !child.is_made; }, "has not been made in time");
+    } else if (now >= limit_) {
+      end_now([](const Child&) { return true; }, "it does not end");
+      limit_ = kNever;
+    } else if (const int signal = signals_.take(); signal != 0) {
+      end_now([](const Child&) { return true; }, name_of_signal(signal) + " came again");
+    }
+    const TimePoint next = std::min({now + 1h, limit_, unmade.empty() ? kNever : limit});
+    pump(next - now);
+  }
+}
+
+std::vector<json> Children::hear() {
+  std::vector<json> answers;
+  for (const auto& child : children_) {
+    if (!child->takes_part()) continue;
+    answers.push_back(hear(*child));
+  }
+  return answers;
+}
+
+std::vector<json> Children::ask(const std::string& word) {
+  for (const auto& child : children_) {
+    if (child->takes_part()) child->channel->send({{"do", word}});
+  }
+  return hear();
+}
+
+void Children::ask_to_match(const std::vector<json>& wanted) {
+  for (std::size_t i = 0; i < children_.size(); ++i) {
+    children_[i]->channel->send({{"do", "match"}, {"wanted", wanted[i]}});
+  }
+  hear();
+}
+
+void Children::bound_end() {
+  limit_ = Clock::steady().now() + kSharedMemoryEndLimit;
+}
+
+void Children::watch(Nanoseconds duration) {
+  has_run_ = true;
+  const Progress progress(duration);
+  for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
+    TimePoint next = kNever;
+    bool is_any_left = false;
+    for (const auto& child : children_) {
+      if (child->begin_again <= now) begin_again(*child);
+      next = std::min(next, child->begin_again);
+      is_any_left |= child->pid > 0 || child->begin_again != kNever;
+    }
+    if (!is_any_left || signals_.take() != 0) break;
+    pump(std::min(progress.show(now), next - now));
+    for (const auto& child : children_) {
+      if (child->pid > 0) go_on(*child);
+      if (child->pid > 0 && child->has_ended) bury(*child);
+    }
+  }
+  for (const auto& child : children_) {
+    child->begin_again = kNever;
+    if (child->pid <= 0 || child->takes_part()) continue;
+    child->death = fmt::format("process '{}' was not yet running again at the end", child->name);
+    deaths_.push_back(child->death);
+    child->channel->finish();
+  }
+}
+
+std::vector<std::string> Children::failures() const {
+  std::vector<std::string> result;
+  for (const auto& child : children_) {
+    if (!child->takes_part()) result.push_back(child->death);
+  }
+  return result;
+}
+
+// ---- Private ----
+
+void Children::begin(Child& child) {
+  std::array<int, 2> ends{}, output{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0 ||
+      pipe2(output.data(), O_CLOEXEC) != 0) {
+    throw Error("no connection to a process: " + errno_message(errno));
+  }
+  const pid_t pid = fork();
+  if (pid < 0) throw Error("no process: " + errno_message(errno));
+  if (pid == 0) {
+    const SystemDescription description = child.description;
+    children_.clear();  // closes our copies of the others' connections
+    close(ends[0]), close(output[0]);
+    dup2(output[1], STDOUT_FILENO), dup2(output[1], STDERR_FILENO);
+    close(output[1]);
+    const int status = serve(description, overrides_, ends[1]);
+    Logger::instance().flush();
+    std::fflush(nullptr);
+    // Without a return through the parent's frames; not _exit, as iceoryx says goodbye to RouDi
+    // when static objects go.
+    std::exit(status);
+  }
+  close(ends[1]), close(output[1]);
+  child.pid = pid;
+  child.pidfd = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+  child.is_made = false;
+  child.channel.emplace(ends[0]);
+  child.output.set(output[0]);
+  child.has_ended = false;
+  child.error.clear();
+}
+
+// The others run already, so there is no time at which all are matched.
+void Children::begin_again(Child& child) {
+  child.begin_again = kNever;
+  ++child.restarts;
+  begin(child);
+  child.steps = {"make", "start", "release"};  // the first it does by itself
+}
+
+void Children::go_on(Child& child) {
+  while (!child.steps.empty() && answer_of(child)) {
+    child.steps.pop_front();
+    if (!child.steps.empty()) child.channel->send({{"do", child.steps.front()}});
+  }
+}
+
+std::optional<json> Children::answer_of(Child& child) {
+  while (std::optional<json> answer = child.channel->next()) {
+    if (!answer->contains("error")) {
+      child.is_made = true;
+      return answer;
+    }
+    child.error = answer->at("error");
+  }
+  return std::nullopt;
+}
+
+json Children::hear(Child& child) {
+  for (;;) {
+    if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
+    if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
+    if (child.has_ended) throw Error(end_of(child));  // the file may be wrong
+    if (const int signal = signals_.take(); signal != 0) {
+      throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
+                                           name_of_signal(signal), child.name));
+    }
+    if (Clock::steady().now() > limit_) {
+      kill(child.pid, SIGKILL);
+      bound_end();  // for the others, which can end by themselves now
+    }
+    pump(1s);
+  }
+}
+
+// Sleeps until children have written or answered, at most so long, and reads that.
+void Children::pump(Nanoseconds most) {
+  std::vector<pollfd> events{{signals_.fd(), POLLIN, 0}};
+  for (const auto& child : children_) {
+    const bool listens = child->channel && !child->has_ended;
+    events.push_back({listens ? child->channel->fd() : -1, POLLIN, 0});
+    events.push_back({child->output.fd(), POLLIN, 0});
+    events.push_back({is_ending_ ? child->pidfd : -1, POLLIN, 0});
+  }
+  const timespec time = to_timespec(most);
+  if (ppoll(events.data(), events.size(), &time, nullptr) <= 0) return;
+  for (std::size_t i = 0; i < children_.size(); ++i) {
+    Child& child = *children_[i];
+    if (events[3 * i + 2].revents != 0) child.output.pump(child.name);
+    if (events[3 * i + 1].revents != 0) child.has_ended = !child.channel->read_some();
+  }
+}
+
+// Forgets the children that have ended. False: none is left.
+bool Children::end_some() {
+  bool is_any_left = false;
+  for (const auto& child : children_) {
+    if (child->pid <= 0) continue;
+    if (child->channel) answer_of(*child);
+    if (waitpid(child->pid, nullptr, WNOHANG) == 0) {
+      is_any_left = true;
+      continue;
+    }
+    forget(*child);
+    while (child->output.fd() >= 0) child->output.pump(child->name);
+  }
+  return is_any_left;
+}
+
+std::string Children::unmade_children() const {
+  std::vector<std::string> names;
+  for (const auto& child : children_) {
+    if (child->pid > 0 && !child->is_made) names.push_back("'" + child->name + "'");
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+template <class Predicate>
+void Children::end_now(Predicate is_meant, const std::string& why) {
+  for (const auto& child : children_) {
+    if (child->pid <= 0 || !is_meant(*child)) continue;
+    rt::to_stderr("takt: process '{}' is killed: {}\n", child->name, why);
+    kill(child->pid, SIGKILL);
+    child->is_made = true;  // it is not waited for any more
+  }
+}
+
+void Children::forget(Child& child) {
+  child.pid = 0;
+  close(std::exchange(child.pidfd, -1));
+  child.channel.reset();
+  child.steps.clear();
+}
+
+// "process 'x' was ended by signal 9 (Killed)", with its last words.
+std::string Children::end_of(Child& child) {
+  while (auto word = child.channel->next()) {
+    if (word->contains("error")) child.error = word->at("error");
+  }
+  siginfo_t info{};
+  waitid(P_PID, static_cast<id_t>(child.pid), &info, WEXITED | WNOWAIT);
+  while (child.output.fd() >= 0) child.output.pump(child.name);
+  if (!child.error.empty()) return fmt::format("process '{}': {}", child.name, child.error);
+  std::string text =
+      info.si_code == CLD_EXITED
+          ? fmt::format("process '{}' has ended with status {}", child.name, info.si_status)
+          : fmt::format("process '{}' was ended by signal {} ({})", child.name, info.si_status,
+                        sigdescr_np(info.si_status));
+  if (!child.output.last().empty()) {
+    text += fmt::format("; its last words: {}", fmt::join(child.output.last(), " | "));
+  }
+  return text;
+}
+
+void Children::bury(Child& child) {
+  child.death = end_of(child);
+  int status = 0;
+  waitpid(child.pid, &status, 0);
+  forget(child);
+  const bool has_failed = !WIFEXITED(status) || WEXITSTATUS(status) != 0;
+  const bool is_wanted = child.restart.policy == RestartOptions::Policy::always ||
+                         (child.restart.policy == RestartOptions::Policy::on_failure && has_failed);
+  std::string then = "the others go on";
+  if (is_wanted && child.restarts < child.restart.most) {
+    child.begin_again = Clock::steady().now() + child.restart.delay;
+    then = fmt::format("restart {} of {} in {}", child.restarts + 1, child.restart.most,
+                       to_string(child.restart.delay));
+  } else if (is_wanted) {
+    then = fmt::format("it was restarted {} times already; the others go on", child.restarts);
+  }
+  deaths_.push_back(fmt::format("{}; {}", child.death, then));
+  rt::to_stderr("takt: {}\n", deaths_.back());
+}
+
+}  // namespace takt::tools

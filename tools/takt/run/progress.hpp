@@ -1,0 +1,55 @@
+// How much of a run is over, and how long to wait for the rest.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_PROGRESS_HPP_
+#define TAKT_TOOLS_TAKT_PROGRESS_HPP_
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
+#include <unistd.h>
+
+#include "takt/base/clock.hpp"
+#include "takt/measuring/output.hpp"
+
+namespace takt::tools {
+
+inline timespec to_timespec(Nanoseconds time) {
+  using namespace std::chrono_literals;
+  time = std::max(time, Nanoseconds::zero());
+  return {time / 1s, (time % 1s).count()};
+}
+
+/// Shows how much of a run is over, on a terminal.
+class Progress {
+ public:
+  explicit Progress(Nanoseconds duration)
+      : duration_(duration),
+        is_shown_(isatty(STDERR_FILENO) != 0 && duration > std::chrono::seconds(2)) {}
+  ~Progress() {
+    if (is_shown_) rt::to_stderr("\r                    \r");
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  TimePoint end() const { return duration_ == Nanoseconds::zero() ? kNever : start_ + duration_; }
+  /// Shows it now; returns how long one may sleep.
+  Nanoseconds show(TimePoint now) const {
+    Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
+    if (is_shown_) {
+      rt::to_stderr("\r{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
+                    std::chrono::duration<double>(duration_).count());
+      step = std::min<Nanoseconds>(step, std::chrono::seconds(1));
+    }
+    return step;
+  }
+
+ private:
+  const Nanoseconds duration_;
+  const TimePoint start_ = Clock::steady().now();
+  const bool is_shown_;
+};
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_PROGRESS_HPP_
