@@ -215,7 +215,7 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
 
 // With the mutex held. `node`: its own, if that is there.
 bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
-  return child.adding != 0 || (node != nullptr && child.executor.has_part_of(*node));
+  return child.adding != 0 || child.executor.is_used_by(node);
 }
 
 // In a callback nobody waits for the end of a thread, which may be in a callback that waits for

@@ -74,6 +74,18 @@ TEST_P(IsolatedThreads, GoWithAGroupThatIsDropped) {
   }
 }
 
+TEST_P(IsolatedThreads, StayAsLongAsThereIsACallbackThoughTheNodeHasGone) {
+  int ran = 0;
+  auto node = std::make_shared<Node>("goes");
+  const auto guard = node->create_guard_condition("guard", [&] { ++ran; });
+  executor_->add_node(node);
+  node.reset();
+  executor_->add_node(node_);
+  guard->trigger();
+  executor_->spin_all();
+  EXPECT_EQ(ran, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Per, IsolatedThreads, testing::Values(Isolation::node, Isolation::group),
                          [](const auto& per) {
                            return per.param == Isolation::node ? "node" : "group";

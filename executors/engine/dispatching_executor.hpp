@@ -74,8 +74,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   /// As remove_callback_group, for those of the groups, and the node if it is meant, that are here.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
-  /// Whether the node, or one of its groups, belongs to it.
-  bool has_part_of(const Node& node) const;
+  /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
+  /// longer than their node: then `node` is nullptr.
+  bool is_used_by(const Node* node) const;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.

@@ -334,9 +334,14 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
   if (with_node && ends_leaving(&node, removals.back())) node.release(&listener_);
 }
 
-bool DispatchingExecutor::has_part_of(const Node& node) const {
-  const auto groups = node.groups();
-  return node.belongs_to(&listener_) ||
+bool DispatchingExecutor::is_used_by(const Node* node) const {
+  {
+    const std::lock_guard lock(control_mutex_);
+    if (!records_.empty()) return true;
+  }
+  if (node == nullptr) return false;
+  const auto groups = node->groups();
+  return node->belongs_to(&listener_) ||
          std::any_of(groups.begin(), groups.end(),
                      [this](const auto& group) { return group->belongs_to(&listener_); });
 }
