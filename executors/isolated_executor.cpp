@@ -219,7 +219,7 @@ bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
 }
 
 // In a callback nobody waits for the end of a thread, which may be in a callback that waits for
-// this one: the thread is told, and who spins does the rest.
+// this one: the thread is cancelled, and the one that spins does the rest.
 void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
   const std::shared_ptr<Node> node = child->node.lock();  // goes after the lock
   std::unique_lock lock(mutex_);
@@ -241,7 +241,7 @@ void IsolatedExecutor::remove_forgotten() {
   }
 }
 
-// Who has removed them was in a callback.
+// They were removed inside a callback.
 void IsolatedExecutor::remove_those_that_may_go() {
   for (const auto& child : children()) {
     const std::shared_ptr<Node> node = child->node.lock();
@@ -279,7 +279,7 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
 }
 
 // With the mutex held. Starts the child's thread, if children have threads now and this one has
-// none; who waits for the end of the last one does so itself.
+// none; the thread that waits for the end of the last one does so itself.
 void IsolatedExecutor::start(Child& child) {
   if (!runs_children_ || child.is_gone || child.is_joined || child.thread.joinable()) return;
   child.runs.store(true);
@@ -298,7 +298,7 @@ void IsolatedExecutor::start(Child& child) {
   });
 }
 
-// With the mutex held, which is given up meanwhile. Whoever comes second waits for the same end.
+// With the mutex held, which is given up meanwhile. The second to come waits for the same end.
 void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
   joined_.wait(lock, [&] { return !child.is_joined; });
   if (child.thread.joinable()) {
@@ -340,7 +340,8 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
     const std::lock_guard lock(mutex_);
     runs_children_ = false;
   }
-  // All are told before any is waited for. Under a manual clock, give way to those who must end.
+  // All are cancelled before any is waited for. Under a manual clock, give way to those that must
+  // end.
   for (const auto& child : children()) {
     if (child->runs.load()) child->executor.cancel();
   }

@@ -46,7 +46,7 @@ struct WaitSet::Member final : Sink {
     if (users.fetch_sub(1) == 1) delete this;
     if (set.expected_removals_.fetch_sub(1) == 1) set.expected_removals_.notify_all();
   }
-  std::atomic<int> users{0};  // who removes it, and who waits until it is removed
+  std::atomic<int> users{0};  // threads that remove it, or wait until it is removed
 };
 
 WaitSet::WaitSet(Clock& clock)
@@ -89,7 +89,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   } catch (...) {
     {
       const std::lock_guard ownership(ownership_mutex());
-      // Who has dropped it meanwhile waits for the mutex, and removes it.
+      // A thread that has dropped it meanwhile waits for the mutex, and removes it.
       if (entity->owner() != members_.back().get()) throw;
       entity->set_owner(nullptr);
     }
@@ -103,7 +103,8 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
   entity->leave_owner();
 }
 
-// Afterwards its users own it. It leaves the list first: who adds it may not have attached it yet.
+// Afterwards its users own it. It leaves the list first: the thread that adds it may not have
+// attached it yet.
 void WaitSet::expel(Member& member) noexcept {
   {
     const std::lock_guard lock(mutex_);
@@ -134,7 +135,7 @@ void WaitSet::collect() {
 const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, clock_.now());
   for (;;) {
-    has_news_.store(false);  // before we look: who comes later announces again
+    has_news_.store(false);  // before we look: a later one announces again
     collect();
     if (!ready_.empty() || clock_.now() >= limit) return ready_;
     TimePoint deadline = limit;

@@ -198,7 +198,7 @@ TEST_P(ConformanceOverrun, DemotePutsItBehindAllOthersUntilItKeepsItsTime) {
   }
 }
 
-// A callback that nobody judges any more would have stayed demoted for ever.
+// A callback that nobody checks any more would have stayed demoted for ever.
 TEST_P(ConformanceOverrun, AnotherPolicyEndsADemotion) {
   std::vector<std::string> trace;
   int run = 0;

@@ -48,8 +48,8 @@ class Gate {
   const std::shared_future<void> future_{promise_.get_future()};
 };
 
-/// Tells, once, that a plan is being made, which is when an executor has begun to add or to remove,
-/// and holds its mutex.
+/// Tells, once, that an update is being made, which is when an executor has begun to add or to
+/// remove, and holds its mutex.
 class Telling : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo>) override {
@@ -422,7 +422,7 @@ TEST(WaitSetRefusal, OfWhatIsDroppedMeanwhile) {
   EXPECT_TRUE(set.wait(0ns).empty());
 }
 
-// Who began to wait for a removal when the executor expected nobody any more used its freed
+// A thread that began to wait for a removal when the executor expected none any more used its freed
 // records.
 TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   if (is_isolated()) GTEST_SKIP() << "its children go as the others do";
@@ -436,7 +436,8 @@ TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   guard->trigger();
   executor->spin_some();
   other->add_node(node_);
-  // A plan that has been installed goes with the executor, and nothing else that tells goes late.
+  // An update that has been installed goes with the executor, and nothing else that tells goes
+  // late.
   stays->set_callback_parameters({.callbacks = {{"idle", {.priority = 1}}}});
   executor->spin_some();
   Telling::on_configure = [] { throw Error("refused"); };

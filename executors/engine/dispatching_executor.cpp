@@ -56,7 +56,7 @@ class DispatchingExecutor::Spin {
     }
     if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
     executor_.backend_->prepare();
-    if (executor_.has_changes_) executor_.hand_plan_over();
+    if (executor_.has_changes_) executor_.hand_update_over();
     executor_.spinning_.store(true);
     executor_.was_spun_ = true;
     outer_ = std::exchange(worker_of_, &executor_);
@@ -65,7 +65,7 @@ class DispatchingExecutor::Spin {
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
-    executor_.install_plan();
+    executor_.install_update();
     executor_.ready_.read_clock();
     // Between two spins nobody has waited.
     if (executor_.watched_.load() != 0) executor_.backend_->look();
@@ -75,7 +75,7 @@ class DispatchingExecutor::Spin {
     executor_.has_workers_.store(false);
     executor_.backend_->leave(0);
     const std::lock_guard lock(executor_.control_mutex_);
-    executor_.install_plan();
+    executor_.install_update();
     worker_of_ = outer_;
     spin_of_ = outer_spin_;
     worker_index_ = outer_index_;
@@ -118,7 +118,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().make(scheduler_)->uses_time(),
              options.watchdog.get(), trigger_.get()),
-      has_changes_(true) {  // the first plan brings the scheduler
+      has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
   if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
     throw Error(
@@ -172,9 +172,9 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   if (ready_.announce(record, arrival) && let_ == nullptr) wake();
 }
 
-// Wakes one sleeping worker. Whoever announces has written its news before, and a worker counts
-// itself idle before it looks for news a last time, both sequentially consistent: no wake-up is
-// lost, and without sleepers it costs two loads.
+// Wakes one sleeping worker. The announcing thread has written its announcement before, and a
+// worker counts itself idle before it looks for news a last time, both sequentially consistent: no
+// wake-up is lost, and without sleepers it costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();
@@ -201,7 +201,7 @@ bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint 
     now = clock.now();
     if (now < early) return false;  // something else has ended the wait
   }
-  while (now < deadline && !has_news() && plan_.load() == nullptr && !cancelled_.load() &&
+  while (now < deadline && !has_news() && update_.load() == nullptr && !cancelled_.load() &&
          (future == nullptr || !future->ready())) {
     now = clock.now();
   }
@@ -219,8 +219,8 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
     deadline = std::min(deadline, release);
   }
   idle_.fetch_add(1);
-  const bool is_needed =
-      has_news() || plan_.load() != nullptr || stopping() || (future != nullptr && future->ready());
+  const bool is_needed = has_news() || update_.load() != nullptr || stopping() ||
+                         (future != nullptr && future->ready());
   unlock();
   const bool was_woken = !is_needed && wait(index, deadline, release, future);
   // We are still counted as idle, unless somebody is about to wake us: then we take the post.
@@ -250,11 +250,11 @@ void DispatchingExecutor::cancel() noexcept {
 }
 
 // Inside a callback: those of all executors whose callbacks this thread is in.
-void DispatchingExecutor::install_plans_here() noexcept {
+void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
     executor->lock();
-    executor->install_plan();
+    executor->install_update();
     executor->unlock();
     executor = spin != nullptr ? spin->outer() : nullptr;
     if (spin != nullptr) spin = spin->outer_spin();
@@ -263,7 +263,7 @@ void DispatchingExecutor::install_plans_here() noexcept {
 
 // ---- Dispatch ----
 
-// Who sleeps is told of file descriptors. While nobody does, somebody has to look now and then;
+// Sleepers are woken for file descriptors. While nobody does, somebody has to look now and then;
 // under a manual clock, which knows nothing of them, always.
 void DispatchingExecutor::look_at_file_descriptors() noexcept {
   if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
@@ -271,7 +271,7 @@ void DispatchingExecutor::look_at_file_descriptors() noexcept {
 
 // With the lock held, before and after.
 bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
-  install_plan();
+  install_update();
   if (watched_.load(std::memory_order_relaxed) != 0) [[unlikely]]
     look_at_file_descriptors();
   if (let_ != nullptr) [[unlikely]]
@@ -281,14 +281,14 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
     return false;
   pass_on();
   const ReadyCallback as_picked = *record;
-  const bool is_judged = record->is_judged;
-  if (is_judged) [[unlikely]]
+  const bool is_checked = record->is_checked;
+  if (is_checked) [[unlikely]]
     watch_execution(*record);
   unlock();
   Slot slot;
   slot.sequence = as_picked.sequence;
   const bool is_taken = record->entity->take(slot);
-  execute(*record, as_picked, is_judged, slot, is_taken, nullptr);
+  execute(*record, as_picked, is_checked, slot, is_taken, nullptr);
   return true;
 }
 
@@ -303,14 +303,14 @@ bool DispatchingExecutor::run_period() noexcept {
   let_->missed += static_cast<std::uint64_t>(missed);
   let_->next = later(let_->next + missed * let_->period, let_->period);
   ready_.take_snapshot();
-  // A callback may bring another plan, and with it another place for the next period.
+  // A callback may bring another update, and with it another place for the next period.
   const std::shared_ptr<void> keeps = let_->taken;
   auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
   executions.clear();
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
-    Execution& execution = executions.emplace_back(record, *record, record->is_judged);
+    Execution& execution = executions.emplace_back(record, *record, record->is_checked);
     execution.slot.sequence = record->sequence;
-    if (record->is_judged) watch_execution(*record);
+    if (record->is_checked) watch_execution(*record);
     execution.is_taken = record->entity->take(execution.slot);
   }
   for (Execution& execution : executions) {
@@ -322,16 +322,16 @@ bool DispatchingExecutor::run_period() noexcept {
     }
     record.exclusion->admit(record);
     ready_.begin(record);
-    execute(record, execution.as_picked, execution.is_judged, execution.slot, execution.is_taken,
+    execute(record, execution.as_picked, execution.is_checked, execution.slot, execution.is_taken,
             &let_->outputs);
   }
   return true;
 }
 
-// Without the lock before, and with it afterwards. `as_picked`, `is_judged`: what the record was
+// Without the lock before, and with it afterwards. `as_picked`, `is_checked`: what the record was
 // when it was picked.
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
-                                  bool is_judged, Slot& slot, bool taken,
+                                  bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
   if (record.is_reentrant()) [[unlikely]] {  // may be announced, and picked, again from here
     lock();
@@ -356,16 +356,16 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
                       is_root ? slot.ready_time : slot.root_release,
                       extend_way(slot.way, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
-    if (is_judged) [[unlikely]]
+    if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
     try {
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
     }
-    if (is_judged) [[unlikely]]
-      judge(record, slot, dispatch, start);
-  } else if (is_judged) {
+    if (is_checked) [[unlikely]]
+      check_limits(record, slot, dispatch, start);
+  } else if (is_checked) {
     record.supervision->running[worker_index_].deadline.store(kNever);
   }
   lock();
@@ -379,114 +379,12 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   ready_.finished(record, slot.more);
 }
 
-// With the lock held. The watchdog may have looked while the deadline was on its way from the
-// release to the execution: so it is expected again.
-void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
-  const Supervision::Watch& watch = record.supervision->begin(worker_index_);
-  const TimePoint deadline = watch.deadline.load();
-  if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
-}
-
 // A message of a chain instance that was aborted.
 void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
   record.entity->discard(slot);
   lock();
   ++record.discarded;
   unlock();
-}
-
-// What the end of this execution means: for its deadline and budget, for the next release, and for
-// the chains that it belongs to. The handlers are the user's: they are called without the lock.
-void DispatchingExecutor::judge(CallbackRecord& record, const Slot& slot, const Dispatch& dispatch,
-                                TimePoint start) noexcept {
-  const TimePoint end = options_.clock->now();
-  Supervision& supervision = *record.supervision;
-  Supervision::Watch& watch = supervision.running[worker_index_];
-  watch.chain_instance.store(0);
-  // Whoever takes the deadline out reports the miss.
-  const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
-  lock();
-  const Nanoseconds budget = record.settings.info.budget;
-  const TimePoint deadline = record.deadline_of(slot.ready_time);
-  const bool has_missed = end > deadline;
-  const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
-  const bool has_overrun =
-      is_over_budget || (record.is_timer() && record.entity->next_release() < end);
-  if (has_missed) ++record.statistics.deadline_misses;
-  if (is_over_budget) ++record.statistics.overruns;
-  const bool is_bad = has_missed || has_overrun;
-  const OverrunPolicy policy = record.settings.overrun;
-  record.is_demoted = is_bad && policy == OverrunPolicy::demote;
-  if (is_bad && policy == OverrunPolicy::skip) record.entity->skip_releases(end);
-  const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
-  if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
-  for (const ChainStep& step : record.entity->chain_steps()) {
-    const std::optional<TimePoint> root = root_release(dispatch, step.way);
-    if (!root) continue;  // it came another way
-    if (step.is_last) {
-      step.chain->finished(end - *root);
-    } else if (is_aborted) {
-      step.chain->aborted();
-    }
-  }
-  unlock();
-  OverrunReport report{.node = supervision.node,
-                       .callback = supervision.callback,
-                       .sequence = slot.sequence,
-                       .ready_time = slot.ready_time,
-                       .deadline = deadline,
-                       .end = end,
-                       .execution_time = end - start,
-                       .budget = budget};
-  try {
-    if (has_missed && !is_reported && supervision.on_deadline_miss)
-      supervision.on_deadline_miss(report);
-    if (has_overrun && supervision.on_overrun) supervision.on_overrun(report);
-  } catch (...) {
-    caught(record, std::current_exception());
-  }
-}
-
-// On the watchdog's thread. One after another, for handlers run without the mutex.
-TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
-  for (;;) {
-    TimePoint next = kNever;
-    std::shared_ptr<Supervision> late;
-    TimePoint missed = kNever;
-    // True: this deadline has passed, and we have taken it out.
-    const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
-      TimePoint deadline = watch.deadline.load();
-      next = std::min(next, deadline > now ? deadline : kNever);
-      // If that fails, it has just ended; if it has begun again, the watchdog expects it.
-      if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
-      const std::uint64_t chain_instance = watch.chain_instance.load();
-      if (chain_instance != 0 && record.wanted.overrun == OverrunPolicy::abort) {
-        AbortedInstances::add(chain_instance);
-      }
-      missed = deadline;
-      return record.supervision->on_deadline_miss != nullptr;
-    };
-    {
-      const std::lock_guard lock(control_mutex_);
-      for (const auto& entry : records_) {  // clang 14 captures no structured bindings
-        const auto& record = entry.second;
-        Supervision& supervision = *record->supervision;
-        if (has_missed(*record, supervision.waiting) ||
-            std::any_of(supervision.running.begin(), supervision.running.end(),
-                        [&](auto& watch) { return has_missed(*record, watch); })) {
-          late = record->supervision;
-          break;
-        }
-      }
-    }
-    if (late == nullptr) return next;
-    try {
-      late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
-    } catch (...) {
-      log(LogLevel::error, "{}/{}: its handler of missed deadlines threw, on the watchdog's thread",
-          late->node, late->callback);
-    }
-  }
 }
 
 // A callback has thrown: the user's handler gets it, or spin ends with it.
@@ -685,85 +583,6 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   rethrow();
   if (future.ready()) return FutureReturnCode::SUCCESS;
   return was_cancelled ? FutureReturnCode::INTERRUPTED : FutureReturnCode::TIMEOUT;
-}
-
-// ---- Observing ----
-
-// What waits for a trigger may wait for ever: it is not pending.
-std::size_t DispatchingExecutor::pending() const noexcept {
-  const std::lock_guard lock(control_mutex_);
-  const bool waits = trigger_ != nullptr && !ready_.is_open();
-  std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
-  for (const auto& [id, record] : records_) {
-    // In this order: who sees that a message was taken sees that its callback executes.
-    // The entity's kind, as a worker may be installing the record's.
-    const bool is_timer = record->entity->kind() == EntityKind::timer;
-    const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
-                          record->held.load() || record->queued.load();
-    if ((is_ready && !waits) || record->executing.load() != 0) ++count;
-  }
-  return count;
-}
-
-// Of a record that does not execute.
-CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
-  CallbackStatistics statistics = record.statistics;
-  const Entity::Report report = record.entity->report();
-  statistics.node = record.node;
-  statistics.group = record.group->name();
-  statistics.callback = record.entity->name();
-  statistics.kind = record.settings.info.kind;
-  statistics.topic = report.topic;
-  statistics.dropped = report.dropped + record.discarded;
-  statistics.overruns += report.missed;
-  statistics.from_outside = report.from_outside;
-  statistics.expected = record.is_timer() ? statistics.received : report.expected;
-  // What waits for its trigger, or for a callback that was removed, is not lost.
-  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
-    statistics.expected -=
-        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
-  }
-  return statistics;
-}
-
-std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
-  const std::lock_guard lock(control_mutex_);
-  if (spinning_.load()) {
-    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
-  }
-  std::vector<CallbackStatistics> result;
-  result.reserve(records_.size());  // of 15 kB each
-  for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
-  if (options_.statistics == StatisticsLevel::off) return result;
-  PastStatistics past = past_;
-  for (const auto& record : removed_records_) {
-    if (record->entity != nullptr) past.add(statistics_of(*record));
-  }
-  return past.with(std::move(result));
-}
-
-std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
-  const std::lock_guard lock(control_mutex_);
-  if (spinning_.load()) {
-    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
-  }
-  std::vector<ThreadStatistics> threads = thread_statistics_;
-  if (traces_.empty()) return threads;
-  threads.resize(threads_.size());  // when it was not spin that ran them
-  const auto named = [this](const TraceEvent& event) {
-    NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
-    if (const auto found = records_.find(event.callback); found != records_.end()) {
-      const Record& record = *found->second;
-      result.name = record.node + "/" + record.entity->name();
-      result.kind = record.settings.info.kind;
-    }
-    return result;
-  };
-  for (std::size_t i = 0; i < traces_.size(); ++i) {
-    for (const TraceEvent& event : traces_[i].events()) threads[i].trace.push_back(named(event));
-    threads[i].trace_overwritten = traces_[i].overwritten();
-  }
-  return threads;
 }
 
 }  // namespace takt

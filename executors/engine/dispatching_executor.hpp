@@ -37,7 +37,7 @@ struct ExecutorTraits {
 ///    from the ready set, and executes it without the lock.
 /// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
 ///    when the first timer is due.
-/// 4. What control threads change, they build as a plan; a worker installs it at its next
+/// 4. What control threads change, they build as an update; a worker installs it at its next
 ///    dispatch. While nobody spins, the control thread installs it itself.
 class DispatchingExecutor : public Executor, private Wakeable {
  public:
@@ -122,11 +122,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   /// A callback whose input is taken, and which has still to run.
   struct Execution {
-    Execution(CallbackRecord* of, const ReadyCallback& picked, bool judged)
-        : record(of), as_picked(picked), is_judged(judged) {}
+    Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
+        : record(of), as_picked(picked), is_checked(checked) {}
     CallbackRecord* record;
     ReadyCallback as_picked;
-    bool is_judged;
+    bool is_checked;
     Slot slot;
     bool is_taken = false;
   };
@@ -165,11 +165,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void remove(const std::vector<Record*>& records) noexcept;
   void take_out(Record& record) noexcept;
   void forget_at_rest(const std::vector<Record*>& records) noexcept;
-  void hand_plan_over();
+  void hand_update_over();
   void hand_removal_over() noexcept;
-  std::unique_ptr<ReadyPlan> make_plan(const ReadyPlan* earlier) const;
-  void configure(ReadyPlan& plan) const;
-  void send(std::unique_ptr<ReadyPlan> plan) noexcept;
+  std::unique_ptr<ScheduleUpdate> make_update(const ScheduleUpdate* earlier) const;
+  void configure(ScheduleUpdate& update) const;
+  void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
   Records take_what_is_gone() noexcept;
   CallbackStatistics statistics_of(const Record& record) const;
   void remember_statistics_of(const Record& record);
@@ -188,27 +188,28 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void work(std::size_t index);
   bool run_next(const ReadySet::Limits& limits) noexcept;
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
-  void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_judged, Slot& slot,
+  void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_checked, Slot& slot,
                bool taken, StagedOutputs* outputs) noexcept;
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   void caught(const CallbackRecord& record, std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
                                           TimePoint start) noexcept;
-  [[gnu::cold, gnu::noinline]] void judge(CallbackRecord& record, const Slot& slot,
-                                          const Dispatch& dispatch, TimePoint start) noexcept;
+  [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
+                                                 const Dispatch& dispatch,
+                                                 TimePoint start) noexcept;
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
   bool has_time_left(TimePoint limit) noexcept;
   [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
                               const FutureState* future) noexcept;
   [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
                                const FutureState* future = nullptr) noexcept;
-  void install_plan() noexcept {
-    if (plan_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
-      take_plan_over();
+  void install_update() noexcept {
+    if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
+      take_update_over();
   }
-  void take_plan_over() noexcept;
-  static void install_plans_here() noexcept;
+  void take_update_over() noexcept;
+  static void install_updates_here() noexcept;
   void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
@@ -258,9 +259,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::atomic<bool> spinning_{false};     // in a spin of whatever kind
   std::atomic<bool> has_workers_{false};  // and all its threads are there
   std::atomic<Wakeable*> observer_{nullptr};
-  std::atomic<ReadyPlan*> plan_{nullptr};  // handed over, not yet installed
-  std::atomic<std::size_t> watched_{0};    // file descriptors
-  Inbox<ReadyPlan> used_plans_;            // installed; hold what they replaced
+  std::atomic<ScheduleUpdate*> update_{nullptr};  // handed over, not yet installed
+  std::atomic<std::size_t> watched_{0};           // file descriptors
+  Inbox<ScheduleUpdate> used_updates_;            // installed; hold what they replaced
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
@@ -273,7 +274,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::uint64_t last_leaving_ = 0;
   PastStatistics past_;     // of those that are gone
   bool is_ending_ = false;  // nobody asks for statistics any more
-  ReadyPlan changes_;       // only `removed` and `changed`
+  ScheduleUpdate changes_;  // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
@@ -292,13 +293,13 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   ~Record() { let_entity_go(); }
   DispatchingExecutor& executor;
   std::atomic<int> users{0};  // threads that remove it, or wait until it is gone
-  // Of those, who comes first detaches the entity, and the others wait until it has: none comes
+  // Of those, the first detaches the entity, and the others wait until it has: none comes
   // later, when the entity may have another owner.
   std::atomic<bool> is_being_detached{false};
   std::atomic<std::uint32_t> detached{0};  // 1: nobody announces any more
   // Guarded by control_mutex_.
-  CallbackSettings wanted;                                    // what the next plan brings
-  bool is_handed_over = false;                                // to the ready set, by a plan
+  CallbackSettings wanted;                                    // what the next update brings
+  bool is_handed_over = false;                                // to the ready set, by an update
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 

@@ -35,7 +35,7 @@ DispatchingExecutor::~DispatchingExecutor() {
       node->release(&listener_);
     }
   }
-  delete plan_.load();
+  delete update_.load();
   take_what_is_gone();
 }
 
@@ -183,15 +183,15 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   try {
     watch(added);
     has_changes_ = true;
-    if (spinning_.load()) hand_plan_over();
+    if (spinning_.load()) hand_update_over();
   } catch (...) {  // a user's scheduler does not take it: all is as before
     give_up(added);
     throw;
   }
 }
 
-// With control_mutex_ held. Who has dropped the entity meanwhile waits for that mutex, and does the
-// rest of the removal.
+// With control_mutex_ held. A thread that has dropped the entity meanwhile waits for that mutex,
+// and does the rest of the removal.
 void DispatchingExecutor::give_up(Record& record) noexcept {
   take_out(record);
   {
@@ -200,63 +200,6 @@ void DispatchingExecutor::give_up(Record& record) noexcept {
     record.entity->set_owner(nullptr);
   }
   removed_records_.pop_back();
-}
-
-// What the parameters of the callback, and its most critical chain, come to.
-CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
-  const CallbackParameters parameters = node.callback_parameters(*record.entity);
-  CallbackSettings settings = record.wanted;
-  settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
-  CallbackInfo& info = settings.info;
-  info.priority = parameters.priority.value_or(0);
-  info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
-  info.budget = parameters.budget.value_or(Nanoseconds::zero());
-  info.period = record.entity->period();
-  if (info.period == Nanoseconds::zero()) {
-    info.period = parameters.period.value_or(Nanoseconds::zero());
-  }
-  const auto& steps = record.entity->chain_steps();
-  const auto step = std::max_element(steps.begin(), steps.end(), [](const auto& a, const auto& b) {
-    return a.chain->options().priority < b.chain->options().priority;
-  });
-  if (step != steps.end()) {
-    info.chain = step->chain->id();
-    info.chain_position = step->position;
-    info.criticality = step->chain->options().priority;
-  }
-  info.criticality = parameters.criticality.value_or(info.criticality);
-  return settings;
-}
-
-void DispatchingExecutor::parameters_changed(Node& node) {
-  const auto entities = node.entities();
-  const std::lock_guard lock(control_mutex_);
-  std::vector<std::pair<Record*, CallbackSettings>> before;
-  const std::size_t changes = changes_.changed.size();
-  for (const auto& entity : entities) {
-    const auto known = of_entity_.find(entity.get());
-    if (known == of_entity_.end()) continue;
-    Record& record = *known->second;
-    CallbackSettings now = settings(record, node);
-    if (now == record.wanted) continue;
-    before.emplace_back(&record, record.wanted);
-    record.wanted = now;
-    has_changes_ = true;
-    if (record.is_handed_over) {
-      changes_.changed.push_back({&record, now});
-    } else {
-      record.settings = now;
-    }
-  }
-  if (before.empty() || !spinning_.load()) return;
-  try {
-    hand_plan_over();
-  } catch (...) {  // a user's scheduler does not take them: all is as before
-    for (const auto& [record, settings] : before) record->wanted = settings;
-    changes_.changed.erase(changes_.changed.begin() + static_cast<std::ptrdiff_t>(changes),
-                           changes_.changed.end());
-    throw;
-  }
 }
 
 void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
@@ -356,20 +299,21 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
 }
 
 // In its own callback the removal is complete when that returns; and of callbacks that remove each
-// other one must not wait. Who waits in a callback is perhaps the only one who can install a plan
-// that somebody else waits for: its own executor's, or that of a callback further out.
+// other one must not wait. A thread that waits in a callback is perhaps the only one who can
+// install an update that somebody else waits for: its own executor's, or that of a callback further
+// out.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
   if (worker_of_ == nullptr) return record.gone.wait(0);
   const WaitInCallback wait(record);
   for (;;) {
     const std::uint32_t seen = WaitInCallback::moves();
-    install_plans_here();
+    install_updates_here();
     if (record.gone.load() != 0 || (wait.is_for_itself() && record.forgotten.load())) return;
     WaitInCallback::wait_for_move(seen);
   }
 }
 
-// Who is preempted here holds up others for that long, and no longer.
+// A thread that is preempted here holds up others for that long, and no longer.
 void DispatchingExecutor::detach(Record& record) noexcept {
   if (record.is_being_detached.exchange(true)) return record.detached.wait(0);
   record.entity->detach();
@@ -386,9 +330,9 @@ void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
   if (expected_removals_.fetch_sub(count) == count) expected_removals_.notify_all();
 }
 
-// 1. The records leave the list, so that the next plan does not know them. Their file descriptors
+// 1. The records leave the list, so that the next update does not know them. Their file descriptors
 //    are not watched any more.
-// 2. A dispatch point installs that plan: from then on they are skipped wherever they stand.
+// 2. A dispatch point installs that update: from then on they are skipped wherever they stand.
 // 3. The running callbacks end; then nobody executes the entities any more.
 // 4. The entities forget their sinks; when all read sections have ended, nobody announces any more.
 // 5. A record is freed when it has come out of inbox and scheduler.
@@ -458,8 +402,8 @@ void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) no
   }
   if (changes_.removed.size() <= records_.size()) return;
   try {
-    hand_plan_over();
-    install_plan();
+    hand_update_over();
+    install_update();
   } catch (...) {  // a user's scheduler: the next spin says so
   }
 }
@@ -503,135 +447,6 @@ void DispatchingExecutor::unwatch(Record& record) noexcept {
   if (!std::exchange(record.is_watched, false)) return;
   backend_->unwatch(record.entity->watch().listener);
   watched_.fetch_sub(1);
-}
-
-// ---- Plans ----
-
-// With control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
-void DispatchingExecutor::hand_plan_over() {
-  std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
-  std::unique_ptr<ReadyPlan> plan;
-  try {
-    plan = make_plan(earlier.get());
-    configure(*plan);
-  } catch (...) {
-    if (earlier != nullptr) send(std::move(earlier));
-    throw;
-  }
-  changes_.removed.clear();
-  changes_.changed.clear();
-  for (CallbackRecord* record : plan->added) static_cast<Record*>(record)->is_handed_over = true;
-  has_changes_ = false;
-  send(std::move(plan));
-}
-
-// As hand_plan_over; but a scheduler that refuses to do with fewer callbacks goes on with what it
-// has: that is more than it needs.
-void DispatchingExecutor::hand_removal_over() noexcept {
-  try {
-    hand_plan_over();
-  } catch (...) {
-    log(LogLevel::error,
-        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes "
-        "on as it is",
-        options_.name, scheduler_);
-    std::unique_ptr<ReadyPlan> earlier{plan_.exchange(nullptr)};
-    std::unique_ptr<ReadyPlan> plan = make_plan(earlier.get());
-    if (earlier != nullptr) {
-      plan->scheduler = std::move(earlier->scheduler);
-      plan->parking = std::move(earlier->parking);
-    }
-    changes_.removed.clear();
-    changes_.changed.clear();
-    has_changes_ = false;
-    send(std::move(plan));
-  }
-}
-
-// What an earlier plan, not yet installed, would have changed is taken along.
-std::unique_ptr<ReadyPlan> DispatchingExecutor::make_plan(const ReadyPlan* earlier) const {
-  auto plan = std::make_unique<ReadyPlan>();
-  if (earlier != nullptr) {
-    plan->added = earlier->added;
-    plan->removed = earlier->removed;
-    plan->changed = earlier->changed;
-  }
-  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(plan->removed));
-  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(plan->changed));
-  std::unordered_set<Exclusion*> known;
-  const auto park = [&](const CallbackRecord& record) {
-    Exclusion* const exclusion = record.exclusion.get();
-    if (known.insert(exclusion).second) plan->parking.push_back({exclusion, {}});
-  };
-  // A group whose last callback goes gets an empty parking place instead of the one with its
-  // records.
-  for (const CallbackRecord* record : plan->removed) park(*record);
-  for (const auto& [id, record] : records_) {
-    park(*record);
-    if (!record->is_handed_over) plan->added.push_back(record.get());
-    plan->all.push_back(record.get());
-    plan->reads_clock |= must_be_judged(*record, record->wanted);
-  }
-  plan->timers.reserve(records_.size());
-  if (trigger_ != nullptr) plan->trigger_inputs.resize(records_.size());
-  if (let_ != nullptr) {
-    const auto room = std::make_shared<std::vector<Execution>>();
-    room->reserve(records_.size());
-    plan->room = room;
-  }
-  return plan;
-}
-
-// Gives the plan schedulers that know all callbacks.
-void DispatchingExecutor::configure(ReadyPlan& plan) const {
-  std::vector<CallbackInfo> infos;
-  std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
-  for (const auto& [id, record] : records_) {
-    infos.push_back(record->wanted.info);
-    members[record->exclusion.get()].push_back(record->wanted.info);
-  }
-  plan.scheduler = schedulers().make(scheduler_);
-  plan.scheduler->configure(infos);
-  for (auto& parking : plan.parking) {
-    parking.scheduler = schedulers().make(scheduler_);
-    parking.scheduler->configure(members[parking.exclusion]);
-  }
-}
-
-void DispatchingExecutor::send(std::unique_ptr<ReadyPlan> plan) noexcept {
-  plan_.store(plan.release());
-  WaitInCallback::something_has_moved();
-  wake();
-}
-
-// Serialised with dispatch: by a worker under the lock, or while nobody spins.
-void DispatchingExecutor::take_plan_over() noexcept {
-  if (ReadyPlan* plan = plan_.exchange(nullptr)) {
-    ready_.install(*plan);
-    if (let_ != nullptr) let_->taken.swap(plan->room);
-    used_plans_.push(*plan);
-    WaitInCallback::something_has_moved();
-  }
-}
-
-// With control_mutex_ held; the caller destroys them after it is released, because what a user's
-// callback holds goes with them, and may be another entity of ours.
-DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
-  for (ReadyPlan* plan = used_plans_.take_all(); plan != nullptr;) {
-    const std::unique_ptr<ReadyPlan> used(plan);
-    plan = plan->inbox_next;
-  }
-  Records gone;
-  for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->forgotten.load() && record->detached.load() == 1 &&
-        !record->queued.load() && !record->held.load() && !record->changed.load() &&
-        record->is_awaited_by_nobody()) {
-      if (record->entity != nullptr) remember_statistics_of(*record);
-      gone.push_back(std::move(record));
-    }
-  }
-  std::erase(removed_records_, nullptr);
-  return gone;
 }
 
 }  // namespace takt

@@ -17,7 +17,7 @@ constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
 
 }  // namespace
 
-bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
+bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
   return settings.info.deadline != Nanoseconds::zero() ||
          settings.info.budget != Nanoseconds::zero() ||
          settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
@@ -84,8 +84,8 @@ void ReadySet::take_snapshot() noexcept {
 }
 
 // Schedulers are emptied before anything changes that they may look at, and filled again
-// afterwards. Removed records stay behind: the plan has no room for them.
-void ReadySet::install(ReadyPlan& plan) noexcept {
+// afterwards. Removed records stay behind: the update has no room for them.
+void ReadySet::install(ScheduleUpdate& update) noexcept {
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
   while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
@@ -93,11 +93,11 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
     *end = callback;
     end = &callback->next;
   }
-  for (auto& parking : plan.parking) parking.parked = parking.exclusion->take_parked();
+  for (auto& parking : update.parking) parking.parked = parking.exclusion->take_parked();
 
-  for (CallbackRecord* record : plan.removed) record->removed = true;
-  for (CallbackRecord* record : plan.added) set(*record, record->settings);
-  for (const auto& [record, settings] : plan.changed) {
+  for (CallbackRecord* record : update.removed) record->removed = true;
+  for (CallbackRecord* record : update.added) set(*record, record->settings);
+  for (const auto& [record, settings] : update.changed) {
     if (!record->removed) set(*record, settings);
   }
 
@@ -111,28 +111,28 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
       }
     }
   };
-  if (plan.scheduler != nullptr) scheduler_.swap(plan.scheduler);
+  if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
-  for (auto& [exclusion, scheduler, parked] : plan.parking) {
+  for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
     for_those_who_stay(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
     hand_back(exclusion->unpark());  // the one that was handed back before may have been removed
   }
-  plan.timers.clear();
+  update.timers.clear();
   for (const auto& timer : timers_) {  // within what was reserved
-    if (!timer.second->removed) plan.timers.push_back(timer);
+    if (!timer.second->removed) update.timers.push_back(timer);
   }
-  timers_.swap(plan.timers);
+  timers_.swap(update.timers);
   std::make_heap(timers_.begin(), timers_.end(), due_later);
 
-  if (plan.reads_clock && !exact_time()) {
+  if (update.reads_clock && !exact_time()) {
     exact_time_.store(true, std::memory_order_relaxed);
-    for (CallbackRecord* record : plan.all) record->entity->attach(*record);  // now with times
+    for (CallbackRecord* record : update.all) record->entity->attach(*record);  // now with times
   }
-  if (trigger_ != nullptr) trigger_->set(plan.all, plan.trigger_inputs);
-  for (CallbackRecord* record : plan.added) {
+  if (trigger_ != nullptr) trigger_->set(update.all, update.trigger_inputs);
+  for (CallbackRecord* record : update.added) {
     if (record->removed) continue;
     record->entity->attach(*record);
     if (record->is_timer()) {
@@ -143,7 +143,7 @@ void ReadySet::install(ReadyPlan& plan) noexcept {
       announce(*record, arrival);
     }
   }
-  for (CallbackRecord* record : plan.removed) {
+  for (CallbackRecord* record : update.removed) {
     record->forgotten.store(true);
     if (record->executing.load() == 0) record->has_gone();
   }
@@ -157,8 +157,8 @@ void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noe
   record.demoted_info.criticality = std::numeric_limits<int>::min();
   record.demoted_info.chain = kNoChain;
   record.demoted_info.period = Nanoseconds::zero();
-  record.is_judged = must_be_judged(record, settings);
-  if (!record.is_judged) record.is_demoted = false;
+  record.is_checked = must_be_checked(record, settings);
+  if (!record.is_checked) record.is_demoted = false;
   set_urgency(record);  // it may wait: then it goes back by what holds now
 }
 
@@ -167,7 +167,7 @@ void ReadySet::set_urgency(CallbackRecord& record) noexcept {
   record.deadline = record.is_demoted ? kNever : record.deadline_of(record.ready_time);
 }
 
-void ReadySet::push_judged(CallbackRecord& record) noexcept {
+void ReadySet::push_checked(CallbackRecord& record) noexcept {
   set_urgency(record);
   const TimePoint deadline = record.deadline_of(record.ready_time);
   if (watchdog_ != nullptr && deadline != kNever) {

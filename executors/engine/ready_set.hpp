@@ -72,7 +72,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   CallbackSettings settings;
   CallbackInfo demoted_info;  // as settings.info, and less urgent than all others
   bool is_demoted = false;
-  bool is_judged = false;  // after each execution; otherwise it has no deadline and is not demoted
+  bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
   std::shared_ptr<Supervision> supervision;
   std::uint64_t discarded = 0;  // messages of aborted chain instances
   bool removed = false;
@@ -80,7 +80,7 @@ struct CallbackRecord : ReadyCallback, Sink {
 
   // The scheduler, a parking place or a worker has the record: once, in all. It is given back when
   // the last message was taken (exclusive groups: when its callback has returned). Written
-  // serialised; read by pending(), and by who waits to free a removed record.
+  // serialised; read by pending(), and by the thread that waits to free a removed record.
   std::atomic<bool> held{false};
   bool begins_anew = false;            // a timer, while it is armed with others
   bool drained = false;                // `queued`, and out of the inbox: settling answers it
@@ -104,12 +104,12 @@ struct CallbackRecord : ReadyCallback, Sink {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
-  /// It is removed and does not execute. The last touch of who says so.
+  /// It is removed and does not execute. The last touch by the caller.
   [[gnu::cold, gnu::noinline]] void has_gone() noexcept;
-  /// The last touch of a removed record: whoever waits to free it may do so.
+  /// The last touch of a removed record: the thread that waits to free it may do so.
   void let_go() noexcept {
     if (drained) queued.store(false);
-    held.store(false, std::memory_order_release);  // pairs with the load of who frees it
+    held.store(false, std::memory_order_release);  // pairs with the load before it is freed
   }
   CallbackId id() const noexcept { return settings.info.id; }
   bool is_described_by(const CallbackInfo* of) const noexcept {
@@ -131,7 +131,7 @@ struct CallbackRecord : ReadyCallback, Sink {
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 
 /// Whether each execution has something to keep, or is measured as part of a chain.
-bool must_be_judged(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
+bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
 /// Whether what is ready may be served, as far as there is a condition.
 class Trigger {
@@ -152,7 +152,7 @@ class Trigger {
 /// Everything that depends on which callbacks there are. A control thread builds it, with all the
 /// memory that will be needed; the executor takes it over at a dispatch point, and what it
 /// replaces goes back in the same object to be freed by a control thread.
-struct ReadyPlan {
+struct ScheduleUpdate {
   struct Parking {
     Exclusion* exclusion;
     std::unique_ptr<Scheduler> scheduler;
@@ -172,7 +172,7 @@ struct ReadyPlan {
   std::vector<TriggerInput> trigger_inputs;  // room for all
   bool reads_clock = false;                  // from now on
   std::shared_ptr<void> room;                // the executor's own
-  ReadyPlan* inbox_next = nullptr;
+  ScheduleUpdate* inbox_next = nullptr;
 };
 
 /// Thread safety: announce, announce_change and has_news from any thread; all else is serialised
@@ -193,7 +193,7 @@ class ReadySet {
         trigger_(trigger),
         exact_time_(exact_time) {}
 
-  /// Whether the clock is read at every dispatch. A plan may begin it.
+  /// Whether the clock is read at every dispatch. An update may begin it.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
 
   /// An entity became ready. True when somebody may have to be woken for it.
@@ -224,8 +224,8 @@ class ReadySet {
   }
   bool has_news() const noexcept { return !inbox_.empty(); }
 
-  /// Takes the plan over and leaves in it what it replaces.
-  void install(ReadyPlan& plan) noexcept;
+  /// Takes the update over and leaves in it what it replaces.
+  void install(ScheduleUpdate& update) noexcept;
 
   /// What `next` may do.
   struct Limits {
@@ -266,7 +266,7 @@ class ReadySet {
   }
   void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
 
-  /// The time as of the last reading, for those who just read the clock (full statistics).
+  /// The time as of the last reading, for callers that just read the clock (full statistics).
   void set_now(TimePoint now) noexcept { now_ = now; }
   TimePoint now() const noexcept { return now_; }
   void read_clock() noexcept { now_ = clock_.now(); }
@@ -277,7 +277,7 @@ class ReadySet {
   }
   void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
-  void push_judged(CallbackRecord& record) noexcept;
+  void push_checked(CallbackRecord& record) noexcept;
   static void set_urgency(CallbackRecord& record) noexcept;
   void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
@@ -325,8 +325,8 @@ inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
 
 inline void ReadySet::push(CallbackRecord& record) noexcept {
   record.window = window_ + windows_ahead_;
-  if (record.is_judged) [[unlikely]]
-    return push_judged(record);
+  if (record.is_checked) [[unlikely]]
+    return push_checked(record);
   hand_back(&record);
 }
 

@@ -27,7 +27,7 @@ class WaitInCallback {
   /// The callback cannot return before one that the calling thread is in.
   bool is_for_itself() const noexcept { return is_for_itself_; }
 
-  /// A plan was handed over or installed, or a callback has gone: whoever waits looks anew.
+  /// An update was handed over or installed, or a callback has gone: all that wait look again.
   static void something_has_moved() noexcept {
     moves_.fetch_add(1);
     moves_.notify_all();

@@ -41,8 +41,8 @@ void Watchdog::remove(Watched& watched) noexcept {
   backend_->post();  // the round that runs may have passed over another
 }
 
-// Whoever expects something writes it down before it looks at wakes_at_; we write wakes_at_ before
-// we look at what is written down: one of the two sees the other.
+// A thread that expects something writes it down before it looks at wakes_at_; we write wakes_at_
+// before we look at what is written down: one of the two sees the other.
 void Watchdog::run() noexcept {
   while (!stopping_.load()) {
     wakes_at_.store(kNever);

@@ -1,4 +1,4 @@
-// What a program of bytes acts on, and the model that judges it.
+// What a program of bytes acts on, and the model that checks it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_SEQUENCES_WORLD_HPP_
 #define TAKT_EXECUTORS_SEQUENCES_WORLD_HPP_

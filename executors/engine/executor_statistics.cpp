@@ -1,0 +1,87 @@
+// What an executor has counted and measured.
+// SPDX-License-Identifier: Apache-2.0
+#include <mutex>
+
+#include "takt/base/error.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
+
+namespace takt {
+
+// What waits for a trigger may wait for ever: it is not pending.
+std::size_t DispatchingExecutor::pending() const noexcept {
+  const std::lock_guard lock(control_mutex_);
+  const bool waits = trigger_ != nullptr && !ready_.is_open();
+  std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
+  for (const auto& [id, record] : records_) {
+    // In this order: who sees that a message was taken sees that its callback executes.
+    // The entity's kind, as a worker may be installing the record's.
+    const bool is_timer = record->entity->kind() == EntityKind::timer;
+    const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
+                          record->held.load() || record->queued.load();
+    if ((is_ready && !waits) || record->executing.load() != 0) ++count;
+  }
+  return count;
+}
+
+// Of a record that does not execute.
+CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
+  CallbackStatistics statistics = record.statistics;
+  const Entity::Report report = record.entity->report();
+  statistics.node = record.node;
+  statistics.group = record.group->name();
+  statistics.callback = record.entity->name();
+  statistics.kind = record.settings.info.kind;
+  statistics.topic = report.topic;
+  statistics.dropped = report.dropped + record.discarded;
+  statistics.overruns += report.missed;
+  statistics.from_outside = report.from_outside;
+  statistics.expected = record.is_timer() ? statistics.received : report.expected;
+  // What waits for its trigger, or for a callback that was removed, is not lost.
+  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
+    statistics.expected -=
+        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
+  }
+  return statistics;
+}
+
+std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
+  const std::lock_guard lock(control_mutex_);
+  if (spinning_.load()) {
+    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
+  }
+  std::vector<CallbackStatistics> result;
+  result.reserve(records_.size());  // of 15 kB each
+  for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
+  if (options_.statistics == StatisticsLevel::off) return result;
+  PastStatistics past = past_;
+  for (const auto& record : removed_records_) {
+    if (record->entity != nullptr) past.add(statistics_of(*record));
+  }
+  return past.with(std::move(result));
+}
+
+std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
+  const std::lock_guard lock(control_mutex_);
+  if (spinning_.load()) {
+    throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
+  }
+  std::vector<ThreadStatistics> threads = thread_statistics_;
+  if (traces_.empty()) return threads;
+  threads.resize(threads_.size());  // when it was not spin that ran them
+  const auto named = [this](const TraceEvent& event) {
+    NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
+    if (const auto found = records_.find(event.callback); found != records_.end()) {
+      const Record& record = *found->second;
+      result.name = record.node + "/" + record.entity->name();
+      result.kind = record.settings.info.kind;
+    }
+    return result;
+  };
+  for (std::size_t i = 0; i < traces_.size(); ++i) {
+    for (const TraceEvent& event : traces_[i].events()) threads[i].trace.push_back(named(event));
+    threads[i].trace_overwritten = traces_[i].overwritten();
+  }
+  return threads;
+}
+
+}  // namespace takt

@@ -1,0 +1,200 @@
+// What control threads change, as an update that a dispatch point installs.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <mutex>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "takt/base/logger.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/engine/wait_in_callback.hpp"
+#include "takt/nodes/chain.hpp"
+
+namespace takt {
+
+// What the parameters of the callback, and its most critical chain, come to.
+CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
+  const CallbackParameters parameters = node.callback_parameters(*record.entity);
+  CallbackSettings settings = record.wanted;
+  settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
+  CallbackInfo& info = settings.info;
+  info.priority = parameters.priority.value_or(0);
+  info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
+  info.budget = parameters.budget.value_or(Nanoseconds::zero());
+  info.period = record.entity->period();
+  if (info.period == Nanoseconds::zero()) {
+    info.period = parameters.period.value_or(Nanoseconds::zero());
+  }
+  const auto& steps = record.entity->chain_steps();
+  const auto step = std::max_element(steps.begin(), steps.end(), [](const auto& a, const auto& b) {
+    return a.chain->options().priority < b.chain->options().priority;
+  });
+  if (step != steps.end()) {
+    info.chain = step->chain->id();
+    info.chain_position = step->position;
+    info.criticality = step->chain->options().priority;
+  }
+  info.criticality = parameters.criticality.value_or(info.criticality);
+  return settings;
+}
+
+void DispatchingExecutor::parameters_changed(Node& node) {
+  const auto entities = node.entities();
+  const std::lock_guard lock(control_mutex_);
+  std::vector<std::pair<Record*, CallbackSettings>> before;
+  const std::size_t changes = changes_.changed.size();
+  for (const auto& entity : entities) {
+    const auto known = of_entity_.find(entity.get());
+    if (known == of_entity_.end()) continue;
+    Record& record = *known->second;
+    CallbackSettings now = settings(record, node);
+    if (now == record.wanted) continue;
+    before.emplace_back(&record, record.wanted);
+    record.wanted = now;
+    has_changes_ = true;
+    if (record.is_handed_over) {
+      changes_.changed.push_back({&record, now});
+    } else {
+      record.settings = now;
+    }
+  }
+  if (before.empty() || !spinning_.load()) return;
+  try {
+    hand_update_over();
+  } catch (...) {  // a user's scheduler does not take them: all is as before
+    for (const auto& [record, settings] : before) record->wanted = settings;
+    changes_.changed.erase(changes_.changed.begin() + static_cast<std::ptrdiff_t>(changes),
+                           changes_.changed.end());
+    throw;
+  }
+}
+
+// With control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
+void DispatchingExecutor::hand_update_over() {
+  std::unique_ptr<ScheduleUpdate> earlier{update_.exchange(nullptr)};
+  std::unique_ptr<ScheduleUpdate> update;
+  try {
+    update = make_update(earlier.get());
+    configure(*update);
+  } catch (...) {
+    if (earlier != nullptr) send(std::move(earlier));
+    throw;
+  }
+  changes_.removed.clear();
+  changes_.changed.clear();
+  for (CallbackRecord* record : update->added) static_cast<Record*>(record)->is_handed_over = true;
+  has_changes_ = false;
+  send(std::move(update));
+}
+
+// As hand_update_over; but a scheduler that refuses to do with fewer callbacks goes on with what it
+// has: that is more than it needs.
+void DispatchingExecutor::hand_removal_over() noexcept {
+  try {
+    hand_update_over();
+  } catch (...) {
+    log(LogLevel::error,
+        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes "
+        "on as it is",
+        options_.name, scheduler_);
+    std::unique_ptr<ScheduleUpdate> earlier{update_.exchange(nullptr)};
+    std::unique_ptr<ScheduleUpdate> update = make_update(earlier.get());
+    if (earlier != nullptr) {
+      update->scheduler = std::move(earlier->scheduler);
+      update->parking = std::move(earlier->parking);
+    }
+    changes_.removed.clear();
+    changes_.changed.clear();
+    has_changes_ = false;
+    send(std::move(update));
+  }
+}
+
+// What an earlier update, not yet installed, would have changed is taken along.
+std::unique_ptr<ScheduleUpdate> DispatchingExecutor::make_update(
+    const ScheduleUpdate* earlier) const {
+  auto update = std::make_unique<ScheduleUpdate>();
+  if (earlier != nullptr) {
+    update->added = earlier->added;
+    update->removed = earlier->removed;
+    update->changed = earlier->changed;
+  }
+  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(update->removed));
+  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(update->changed));
+  std::unordered_set<Exclusion*> known;
+  const auto park = [&](const CallbackRecord& record) {
+    Exclusion* const exclusion = record.exclusion.get();
+    if (known.insert(exclusion).second) update->parking.push_back({exclusion, {}});
+  };
+  // A group whose last callback goes gets an empty parking place instead of the one with its
+  // records.
+  for (const CallbackRecord* record : update->removed) park(*record);
+  for (const auto& [id, record] : records_) {
+    park(*record);
+    if (!record->is_handed_over) update->added.push_back(record.get());
+    update->all.push_back(record.get());
+    update->reads_clock |= must_be_checked(*record, record->wanted);
+  }
+  update->timers.reserve(records_.size());
+  if (trigger_ != nullptr) update->trigger_inputs.resize(records_.size());
+  if (let_ != nullptr) {
+    const auto room = std::make_shared<std::vector<Execution>>();
+    room->reserve(records_.size());
+    update->room = room;
+  }
+  return update;
+}
+
+// Gives the update schedulers that know all callbacks.
+void DispatchingExecutor::configure(ScheduleUpdate& update) const {
+  std::vector<CallbackInfo> infos;
+  std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
+  for (const auto& [id, record] : records_) {
+    infos.push_back(record->wanted.info);
+    members[record->exclusion.get()].push_back(record->wanted.info);
+  }
+  update.scheduler = schedulers().make(scheduler_);
+  update.scheduler->configure(infos);
+  for (auto& parking : update.parking) {
+    parking.scheduler = schedulers().make(scheduler_);
+    parking.scheduler->configure(members[parking.exclusion]);
+  }
+}
+
+void DispatchingExecutor::send(std::unique_ptr<ScheduleUpdate> update) noexcept {
+  update_.store(update.release());
+  WaitInCallback::something_has_moved();
+  wake();
+}
+
+// Serialised with dispatch: by a worker under the lock, or while nobody spins.
+void DispatchingExecutor::take_update_over() noexcept {
+  if (ScheduleUpdate* update = update_.exchange(nullptr)) {
+    ready_.install(*update);
+    if (let_ != nullptr) let_->taken.swap(update->room);
+    used_updates_.push(*update);
+    WaitInCallback::something_has_moved();
+  }
+}
+
+// With control_mutex_ held; the caller destroys them after it is released, because what a user's
+// callback holds goes with them, and may be another entity of ours.
+DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
+  for (ScheduleUpdate* update = used_updates_.take_all(); update != nullptr;) {
+    const std::unique_ptr<ScheduleUpdate> used(update);
+    update = update->inbox_next;
+  }
+  Records gone;
+  for (auto& record : removed_records_) {
+    if (record->gone.load() == 1 && record->forgotten.load() && record->detached.load() == 1 &&
+        !record->queued.load() && !record->held.load() && !record->changed.load() &&
+        record->is_awaited_by_nobody()) {
+      if (record->entity != nullptr) remember_statistics_of(*record);
+      gone.push_back(std::move(record));
+    }
+  }
+  std::erase(removed_records_, nullptr);
+  return gone;
+}
+
+}  // namespace takt

@@ -1,0 +1,116 @@
+// Deadlines, budgets and overruns: at the end of an execution, and by the watchdog.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <exception>
+#include <mutex>
+
+#include "takt/base/logger.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/nodes/chain.hpp"
+#include "takt/nodes/chain_join.hpp"
+
+namespace takt {
+
+// With the lock held. The watchdog may have looked while the deadline was on its way from the
+// release to the execution: so it is expected again.
+void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
+  const Supervision::Watch& watch = record.supervision->begin(worker_index_);
+  const TimePoint deadline = watch.deadline.load();
+  if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
+}
+
+// What the end of this execution means: for its deadline and budget, for the next release, and for
+// the chains that it belongs to. The handlers are the user's: they are called without the lock.
+void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
+                                       const Dispatch& dispatch, TimePoint start) noexcept {
+  const TimePoint end = options_.clock->now();
+  Supervision& supervision = *record.supervision;
+  Supervision::Watch& watch = supervision.running[worker_index_];
+  watch.chain_instance.store(0);
+  // The thread that takes the deadline out reports the miss.
+  const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
+  lock();
+  const Nanoseconds budget = record.settings.info.budget;
+  const TimePoint deadline = record.deadline_of(slot.ready_time);
+  const bool has_missed = end > deadline;
+  const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
+  const bool has_overrun =
+      is_over_budget || (record.is_timer() && record.entity->next_release() < end);
+  if (has_missed) ++record.statistics.deadline_misses;
+  if (is_over_budget) ++record.statistics.overruns;
+  const bool is_bad = has_missed || has_overrun;
+  const OverrunPolicy policy = record.settings.overrun;
+  record.is_demoted = is_bad && policy == OverrunPolicy::demote;
+  if (is_bad && policy == OverrunPolicy::skip) record.entity->skip_releases(end);
+  const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
+  if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
+  for (const ChainStep& step : record.entity->chain_steps()) {
+    const std::optional<TimePoint> root = root_release(dispatch, step.way);
+    if (!root) continue;  // it came another way
+    if (step.is_last) {
+      step.chain->finished(end - *root);
+    } else if (is_aborted) {
+      step.chain->aborted();
+    }
+  }
+  unlock();
+  OverrunReport report{.node = supervision.node,
+                       .callback = supervision.callback,
+                       .sequence = slot.sequence,
+                       .ready_time = slot.ready_time,
+                       .deadline = deadline,
+                       .end = end,
+                       .execution_time = end - start,
+                       .budget = budget};
+  try {
+    if (has_missed && !is_reported && supervision.on_deadline_miss)
+      supervision.on_deadline_miss(report);
+    if (has_overrun && supervision.on_overrun) supervision.on_overrun(report);
+  } catch (...) {
+    caught(record, std::current_exception());
+  }
+}
+
+// On the watchdog's thread. One after another, for handlers run without the mutex.
+TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
+  for (;;) {
+    TimePoint next = kNever;
+    std::shared_ptr<Supervision> late;
+    TimePoint missed = kNever;
+    // True: this deadline has passed, and we have taken it out.
+    const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
+      TimePoint deadline = watch.deadline.load();
+      next = std::min(next, deadline > now ? deadline : kNever);
+      // If that fails, it has just ended; if it has begun again, the watchdog expects it.
+      if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
+      const std::uint64_t chain_instance = watch.chain_instance.load();
+      if (chain_instance != 0 && record.wanted.overrun == OverrunPolicy::abort) {
+        AbortedInstances::add(chain_instance);
+      }
+      missed = deadline;
+      return record.supervision->on_deadline_miss != nullptr;
+    };
+    {
+      const std::lock_guard lock(control_mutex_);
+      for (const auto& entry : records_) {  // clang 14 captures no structured bindings
+        const auto& record = entry.second;
+        Supervision& supervision = *record->supervision;
+        if (has_missed(*record, supervision.waiting) ||
+            std::any_of(supervision.running.begin(), supervision.running.end(),
+                        [&](auto& watch) { return has_missed(*record, watch); })) {
+          late = record->supervision;
+          break;
+        }
+      }
+    }
+    if (late == nullptr) return next;
+    try {
+      late->on_deadline_miss({.node = late->node, .callback = late->callback, .deadline = missed});
+    } catch (...) {
+      log(LogLevel::error, "{}/{}: its handler of missed deadlines threw, on the watchdog's thread",
+          late->node, late->callback);
+    }
+  }
+}
+
+}  // namespace takt
