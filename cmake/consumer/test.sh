@@ -54,7 +54,8 @@ case $way in
     # No installed header needs the headers of what only the library uses.
     (cd "$work/moved/include" && find takt -name '*.hpp' -printf '#include "%p"\n') >"$work/all.cpp"
     "$CXX" -std=c++20 "${flags[@]}" -fsyntax-only -MD -MF "$work/all.d" "$work/all.cpp"
-    none grep -E '/(dds|iceoryx[^/]*|yaml-cpp|nlohmann|boost|CLI|gtest)/|/liburing' "$work/all.d"
+    grep -v '/include/takt/' "$work/all.d" >"$work/others.d"
+    none grep -E '/(dds|iceoryx[^/]*|yaml-cpp|nlohmann|boost|CLI|gtest)/|/liburing' "$work/others.d"
     ;;
   AddSubdirectory)
     # Compiles the whole library again, unoptimised and several files as one, as other projects may;
