@@ -160,7 +160,9 @@ void Logger::flush() {
 }
 
 void Logger::set_writer(std::function<void(LogLevel, std::string_view)> writer) {
-  writer_ = writer ? std::move(writer) : write_to_stderr;
+  if (!writer) writer = write_to_stderr;
+  flush();
+  run_in_thread([&] { writer_.swap(writer); });
 }
 
 }  // namespace takt
