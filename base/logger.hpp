@@ -77,7 +77,7 @@ class Logger {
   /// Is told of every line, on the writing thread, after it was written. Empty: nobody is. When
   /// this returns, the one before is not told any more.
   void set_listener(std::function<void(const LogLine&)> listener);
-  /// Where lines go instead of stderr (tests). Call while nobody logs.
+  /// Where lines go instead of stderr (tests). What was logged before goes where it went before.
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
 
  private:
