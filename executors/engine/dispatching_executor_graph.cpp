@@ -2,14 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <mutex>
-#include <thread>
-#include <unordered_set>
 
 #include <fmt/format.h>
 
 #include "takt/executors/engine/dispatching_executor.hpp"
 #include "takt/executors/engine/wait_in_callback.hpp"
-#include "takt/nodes/chain.hpp"
 
 namespace takt {
 DispatchingExecutor::~DispatchingExecutor() {
