@@ -118,6 +118,7 @@ void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
   to_child(child->executor);
   {
     const std::lock_guard lock(mutex_);
+    child->may_spin = true;
     start(*child);
   }
   wake();
@@ -126,6 +127,14 @@ void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
 std::vector<std::shared_ptr<IsolatedExecutor::Child>> IsolatedExecutor::children() const {
   const std::lock_guard lock(mutex_);
   return children_;
+}
+
+std::vector<std::shared_ptr<IsolatedExecutor::Child>> IsolatedExecutor::children_to_spin() const {
+  std::vector<std::shared_ptr<Child>> result;
+  const std::lock_guard lock(mutex_);
+  std::copy_if(children_.begin(), children_.end(), std::back_inserter(result),
+               [](const auto& child) { return child->may_spin; });
+  return result;
 }
 
 IsolatedExecutor::~IsolatedExecutor() {
@@ -281,7 +290,9 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
 // With the mutex held. Starts the child's thread, if children have threads now and this one has
 // none; the thread that waits for the end of the last one does so itself.
 void IsolatedExecutor::start(Child& child) {
-  if (!runs_children_ || child.is_gone || child.is_joined || child.thread.joinable()) return;
+  if (!runs_children_ || !child.may_spin || child.is_gone || child.is_joined ||
+      child.thread.joinable())
+    return;
   child.runs.store(true);
   child.thread = std::thread([this, &child, handler = handler_] {
     try {
@@ -354,7 +365,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
 
 // It is the turn of the child after the one that has run last, so that none has to wait for ever.
 bool IsolatedExecutor::run_one() {
-  const auto all = children();
+  const auto all = children_to_spin();
   for (std::size_t i = 0; i < all.size(); ++i) {
     const std::size_t turn = (next_turn_ + i) % all.size();
     if (!all[turn]->executor.run_one()) continue;
@@ -368,15 +379,22 @@ bool IsolatedExecutor::run_one() {
 /// is asked before every callback, and each time something wakes us.
 template <class Done>
 void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
-  for (const auto& child : children()) child->executor.set_observer(this);
-  const auto stop_observing = [this](void*) {
-    for (const auto& child : children()) {
+  std::vector<std::shared_ptr<Child>> observed;  // they stay as long as the back end watches them
+  const auto observe = [&](std::vector<std::shared_ptr<Child>> all) {
+    for (const auto& child : all) child->executor.set_observer(this);
+    for (const auto& child : observed) {
+      if (std::find(all.begin(), all.end(), child) != all.end()) continue;
       child->executor.set_observer(nullptr);
       backend_->unwatch(&child->waker);
     }
+    observed = std::move(all);
+  };
+  const auto stop_observing = [&](void*) {
+    observe({});
     wait_for_readers();
   };
   const std::unique_ptr<void, decltype(stop_observing)> guard(this, stop_observing);
+  observe(children_to_spin());
   while (!cancelled_.load() && !done()) {
     has_news_.store(false);
     if (run_one()) {
@@ -384,8 +402,8 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
       continue;
     }
     TimePoint deadline = limit;
-    for (const auto& child : children()) {
-      child->executor.set_observer(this);  // it may be new
+    observe(children_to_spin());
+    for (const auto& child : observed) {
       if (const int fd = child->executor.wait_fd(); fd >= 0) {
         backend_->watch({.fd = fd, .events = POLLIN, .listener = &child->waker});
       }
@@ -405,7 +423,7 @@ void IsolatedExecutor::spin_once(Nanoseconds timeout) {
 void IsolatedExecutor::spin_some(Nanoseconds max_duration) {
   const Spin spin(*this);
   const TimePoint start = options_.clock->now();
-  for (const auto& child : children()) {
+  for (const auto& child : children_to_spin()) {
     if (cancelled_.load()) return;
     const Nanoseconds used = options_.clock->now() - start;
     if (max_duration != Nanoseconds::zero() && used >= max_duration) return;

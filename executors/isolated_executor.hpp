@@ -75,7 +75,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::atomic<bool> runs{false};  // on its thread
     // Guarded by the executor's mutex_.
     std::thread thread;
-    int adding = 0;          // threads that add something to it
+    int adding = 0;         // threads that add something to it
+    bool may_spin = false;  // it has what it was made for, so its first spin knows what to wait for
     bool is_joined = false;  // somebody waits for the end of its thread
     bool may_go = false;     // a callback has removed what it had; who spins looks after it
     bool is_gone = false;
@@ -97,6 +98,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void add(const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group,
            Add&& to_child);
   std::vector<std::shared_ptr<Child>> children() const;
+  std::vector<std::shared_ptr<Child>> children_to_spin() const;
   static bool is_used(const Child& child, const Node* node);
   void remove_unless_used(const std::shared_ptr<Child>& child);
   void remove_forgotten();
