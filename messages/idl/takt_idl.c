@@ -1,6 +1,6 @@
 // The back end of Cyclone's IDL compiler that writes Takt's messages: `idlc -l THIS -H BODY x.idl`
-// makes C++ aggregates with their TAKT_MESSAGE. takt_messages.py runs it, and turns the includes of
-// IDL files, which stand at the top as they were found, into those of headers.
+// makes C++ classes of the shape that ROS 2's have. takt_messages.py runs it, and turns the
+// includes of IDL files, which stand at the top as they were found, into those of headers.
 //
 // IDL has default values for single values only; ROS 2 has lists, which takt_messages.py writes in
 // C++'s words into an annotation of its own, @takt_default_list.
@@ -15,9 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { kMostFields = 80, kMostName = 1024 };  // TAKT_MESSAGE takes so many
+enum { kMostName = 1024 };
 
-// What rosidl gives a message without fields; TAKT_MESSAGE does the same by itself.
+// What rosidl gives a message without fields; Takt's encoding does the same by itself.
 static const char kNoField[] = "structure_needs_at_least_one_member";
 // rosidl's place for the constants of struct X: module X_Constants, beside it.
 static const char kConstants[] = "_Constants";
@@ -39,6 +39,9 @@ typedef struct {
   const idl_pstate_t* state;
   FILE* out;
   char scope[kMostName];  // the namespace that is open: "robot_msgs::msg"
+  // Types are written as ROS 2 describes them: in C++ an octet is an unsigned char, as uint8 is.
+  bool describes;
+  bool has_messages, has_defaults;  // of the constructor that is written
   bool failed;
 } Writer;
 
@@ -156,14 +159,14 @@ static void wire_name(const void* node, char* name) {
 
 // ---- Types ----
 
-static const char* base_type(const void* type) {
+static const char* base_type(const Writer* writer, const void* type) {
   switch (idl_type(type)) {
     case IDL_BOOL:
       return "bool";
     case IDL_CHAR:
       return "char";
     case IDL_OCTET:
-      return "std::byte";
+      return writer->describes ? "std::byte" : "unsigned char";
     case IDL_INT8:
       return "std::int8_t";
     case IDL_UINT8:
@@ -195,7 +198,8 @@ static const char* base_type(const void* type) {
   }
 }
 
-static void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* type, char* text);
+static void declared_type(Writer* writer, const idl_type_spec_t* type,
+                          const idl_declarator_t* declarator, char* text);
 
 // Of a string or sequence that may have a bound.
 static void container(const char* plain, uint32_t bound, char* text) {
@@ -214,6 +218,8 @@ static void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* ty
            "'%s' is used before it is defined; define it above, and leave out types that contain "
            "themselves: refer to elements of a sequence by their index",
            idl_identifier(type));
+  } else if (idl_is_alias(type) && writer->describes) {
+    declared_type(writer, ((const idl_typedef_t*)idl_parent(type))->type_spec, type, text);
   } else if (idl_is_alias(type) || idl_is_enum(type)) {
     cpp_reference(writer, type, text);
   } else if (idl_is_struct(type)) {
@@ -234,8 +240,8 @@ static void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* ty
     append(plain, element);
     append(plain, ">");
     container(plain, sequence->maximum, text);
-  } else if (idl_is_base_type(type) && base_type(type) != NULL) {
-    snprintf(text, kMostName, "%s", base_type(type));
+  } else if (idl_is_base_type(type) && base_type(writer, type) != NULL) {
+    snprintf(text, kMostName, "%s", base_type(writer, type));
   } else if (!idl_is_union(type) && !idl_is_bitmask(type)) {  // these are refused where they stand
     refuse(writer, user, "Takt's messages have no %s; use %s",
            idl_type(type) == IDL_LDOUBLE ? "long double" : idl_construct(type),
@@ -312,7 +318,7 @@ static void write_value(Writer* writer, const idl_const_expr_t* value) {
       fputc('\'', out);
       break;
     case IDL_OCTET:
-      fprintf(out, "std::byte{%" PRIu8 "}", literal->value.uint8);
+      fprintf(out, "%" PRIu8, literal->value.uint8);
       break;
     case IDL_INT8:
       write_signed(out, literal->value.int8);
@@ -386,8 +392,6 @@ static void write_default(Writer* writer, const idl_member_t* member,
     write_value(writer, ((const idl_enum_t*)type)->default_enumerator);
   } else if (idl_type(type) == IDL_BOOL) {
     fputs(" = false", writer->out);
-  } else if (idl_type(type) == IDL_OCTET) {
-    fputs("{}", writer->out);
   } else if (idl_is_base_type(type)) {
     fputs(" = 0", writer->out);
   }
@@ -424,14 +428,16 @@ static const idl_node_t* sibling(const void* node, size_t length, const char* en
 }
 
 static void write_const(Writer* writer, const idl_const_t* constant, const char* before) {
-  char name[kMostName], type[kMostName];
+  char name[kMostName], type[kMostName] = "constexpr ";
   cpp_name(constant, name);
   if (idl_is_string(idl_strip(constant->type_spec, IDL_STRIP_ALIASES))) {
-    snprintf(type, sizeof type, "std::string_view");
+    snprintf(type, sizeof type, "inline const std::string");
   } else {
-    cpp_type(writer, constant, constant->type_spec, type);
+    char plain[kMostName];
+    cpp_type(writer, constant, constant->type_spec, plain);
+    append(type, plain);
   }
-  fprintf(writer->out, "%sconstexpr %s %s = ", before, type, name);
+  fprintf(writer->out, "%s%s %s = ", before, type, name);
   write_value(writer, constant->const_expr);
   fputs(";\n", writer->out);
 }
@@ -504,12 +510,125 @@ static void write_field(Writer* writer, const idl_member_t* member,
   fputs(";\n", writer->out);
 }
 
-static void write_field_name(Writer* writer, const idl_member_t* member,
-                             const idl_declarator_t* declarator, size_t number) {
+static bool has_default(const idl_member_t* member) {
+  return default_list(member) != NULL || member->value.value != NULL;
+}
+
+// A message that is a field by itself, not in an array or sequence.
+static bool is_message(const idl_member_t* member, const idl_declarator_t* declarator) {
+  return declarator->const_expr == NULL &&
+         idl_is_struct(idl_strip(member->type_spec, IDL_STRIP_ALIASES));
+}
+
+static void find_messages_and_defaults(Writer* writer, const idl_member_t* member,
+                                       const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  writer->has_messages |= is_message(member, declarator);
+  writer->has_defaults |= has_default(member);
+}
+
+static void write_initialized(Writer* writer, const idl_member_t* member,
+                              const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  if (!is_message(member, declarator)) return;
+  char name[kMostName];
+  cpp_name(declarator, name);
+  fprintf(writer->out, "%s%s(initialization)", writer->has_messages ? "\n      : " : ", ", name);
+  writer->has_messages = false;  // the first one is written
+}
+
+static void write_zero(Writer* writer, const idl_member_t* member,
+                       const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  if (!has_default(member)) return;
+  char name[kMostName];
+  cpp_name(declarator, name);
+  fprintf(writer->out, "    %s = {};\n", name);
+}
+
+// What ROS 2's messages can be made with.
+static void write_constructors(Writer* writer, const idl_struct_t* type, const char* name) {
+  writer->has_messages = writer->has_defaults = false;
+  for_each_field(writer, type, 0, find_messages_and_defaults);
+  const bool is_used = writer->has_messages || writer->has_defaults;
+  fprintf(writer->out,
+          "  %s_() = default;\n"
+          "  explicit %s_(%s::takt::MessageInitialization%s)",
+          name, name, is_used ? "" : "[[maybe_unused]] ", " initialization");
+  if (writer->has_messages) for_each_field(writer, type, 0, write_initialized);
+  fputs(" {", writer->out);
+  if (writer->has_defaults) {
+    fputs("\n    if (initialization != ::takt::MessageInitialization::ZERO) return;\n",
+          writer->out);
+    for_each_field(writer, type, 0, write_zero);
+    fputs("  ", writer->out);
+  }
+  fprintf(writer->out,
+          "}\n"
+          "  explicit %s_(const Allocator&, ::takt::MessageInitialization initialization =\n"
+          "      ::takt::MessageInitialization::ALL)\n"
+          "      : %s_(initialization) {}\n\n",
+          name, name);
+}
+
+static void write_setter(Writer* writer, const idl_member_t* member,
+                         const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  char name[kMostName], type[kMostName];
+  cpp_name(declarator, name);
+  declared_type(writer, member->type_spec, declarator, type);
+  fprintf(writer->out,
+          "  using _%s_type = %s;\n"
+          "  Type& set__%s(_%s_type value) {\n"
+          "    %s = std::move(value);\n"
+          "    return *this;\n"
+          "  }\n",
+          name, type, name, name, name);
+}
+
+static void write_description(Writer* writer, const idl_member_t* member,
+                              const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  char name[kMostName], type[kMostName];
+  cpp_name(declarator, name);
+  writer->describes = true;
+  declared_type(writer, member->type_spec, declarator, type);
+  writer->describes = false;
+  fprintf(writer->out, "             ::takt::describe_field<%s>(\"%s\", offsetof(Type, %s)),\n",
+          type, name, name);
+}
+
+static void write_visit(Writer* writer, const idl_member_t* member,
+                        const idl_declarator_t* declarator, size_t number) {
   (void)member, (void)number;
   char name[kMostName];
   cpp_name(declarator, name);
-  fprintf(writer->out, ", %s", name);
+  fprintf(writer->out, "    visitor(message.%s);\n", name);
+}
+
+// What TAKT_MESSAGE gives a plain struct.
+static void write_message_type(Writer* writer, const idl_struct_t* type) {
+  char wire[kMostName];
+  wire_name(type, wire);
+  fprintf(writer->out,
+          "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
+          "    static const ::takt::MessageType type = ::takt::generated_message_type<Type>(\n"
+          "        \"%s\",\n        {\n",
+          wire);
+  for_each_field(writer, type, 0, write_description);
+  fputs("        });\n    return type;\n  }\n", writer->out);
+  static const char* const kConst[] = {"", "const "};
+  for (int i = 0; i < 2; ++i) {
+    fprintf(writer->out,
+            "  template <class Visitor>\n"
+            "  friend void takt_visit_fields(Visitor& visitor, [[maybe_unused]] %sType& message) "
+            "{\n",
+            kConst[i]);
+    if (for_each_field(writer, type, 0, write_visit) == 0) {
+      fputs("    visitor.no_fields();\n", writer->out);
+    }
+    fputs("  }\n", writer->out);
+  }
 }
 
 // `struct X { using Request = X_Request; … };`, for Node::create_service<X>.
@@ -533,9 +652,8 @@ static void write_group(Writer* writer, const idl_struct_t* last, const char* co
 static void write_struct(Writer* writer, const idl_struct_t* type) {
   static const char* const kService[] = {"_Request", "_Response", NULL};
   static const char* const kAction[] = {"_Goal", "_Result", "_Feedback", NULL};
-  char name[kMostName], wire[kMostName];
+  char name[kMostName];
   cpp_name(type, name);
-  wire_name(type, wire);
   if (type->extensibility.annotation != NULL && type->extensibility.value != IDL_FINAL) {
     refuse(writer, type, "'%s' is @%s, and Takt sends plain CDR; make it @final", name,
            type->extensibility.value == IDL_MUTABLE ? "mutable" : "appendable");
@@ -548,7 +666,11 @@ static void write_struct(Writer* writer, const idl_struct_t* type) {
     refuse(writer, type->keylist, "Takt's topics have no keys; remove the keylist of '%s'", name);
   }
 
-  fprintf(writer->out, "struct %s {\n", name);
+  fprintf(writer->out,
+          "template <class Allocator>\n"
+          "struct %s_ : ::takt::MessagePointers<%s_<Allocator>> {\n"
+          "  using Type = %s_;\n",
+          name, name, name);
   const idl_node_t* constants = sibling(type, strlen(idl_identifier(type)), kConstants, IDL_MODULE);
   if (constants != NULL) {
     const idl_node_t* constant = ((const idl_module_t*)constants)->definitions;
@@ -557,19 +679,14 @@ static void write_struct(Writer* writer, const idl_struct_t* type) {
         write_const(writer, (const idl_const_t*)constant, "  static ");
       }
     }
-    fputc('\n', writer->out);
   }
-  const size_t count = for_each_field(writer, type, 0, write_field);
-  if (count > 0) fputc('\n', writer->out);
-  fprintf(writer->out, "  friend bool operator==(const %s&, const %s&) = default;\n};\n", name,
-          name);
-  if (count > kMostFields) {
-    refuse(writer, type, "'%s' has %zu fields, and a message has at most %d; put some into structs",
-           name, count, kMostFields);
-  }
-  fprintf(writer->out, "TAKT_MESSAGE(%s, \"%s\"", name, wire);
-  for_each_field(writer, type, 0, write_field_name);
-  fputs(");\n", writer->out);
+  fputc('\n', writer->out);
+  write_constructors(writer, type, name);
+  if (for_each_field(writer, type, 0, write_field) > 0) fputc('\n', writer->out);
+  for_each_field(writer, type, 0, write_setter);
+  fputs("  friend bool operator==(const Type&, const Type&) = default;\n\n", writer->out);
+  write_message_type(writer, type);
+  fprintf(writer->out, "};\nusing %s = %s_<std::allocator<void>>;\n", name, name);
   write_group(writer, type, kService);
   write_group(writer, type, kAction);
 }
@@ -605,7 +722,7 @@ static void write_definitions(Writer* writer, const idl_node_t* node) {
         // A typedef has no name of its own, but its declarators, which lie in it.
         enter(writer, node);
       }
-      if (is_const) write_const(writer, (const idl_const_t*)node, "inline ");
+      if (is_const) write_const(writer, (const idl_const_t*)node, "");
       if (idl_is_typedef(node)) write_typedef(writer, (const idl_typedef_t*)node);
       if (idl_is_enum(node)) write_enum(writer, (const idl_enum_t*)node);
       if (idl_is_struct(node)) write_struct(writer, (const idl_struct_t*)node);
