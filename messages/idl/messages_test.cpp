@@ -155,6 +155,7 @@ TEST(GeneratedMessage, IsMadeFromRos2sFiles) {
   static_assert(std::is_same_v<decltype(Everything::words),
                                Bounded<std::vector<Bounded<std::string, 5>>, 3>>);
   static_assert(std::is_same_v<decltype(Everything::scan), other_msgs::msg::LaserScan>);
+  static_assert(std::is_same_v<decltype(Everything::header), ::std_msgs::msg::Header>);
   static_assert(Everything::PI == 3.14f);
 }
 

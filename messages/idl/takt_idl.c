@@ -533,7 +533,7 @@ static void write_initialized(Writer* writer, const idl_member_t* member,
   if (!is_message(member, declarator)) return;
   char name[kMostName];
   cpp_name(declarator, name);
-  fprintf(writer->out, "%s%s(initialization)", writer->has_messages ? "\n      : " : ", ", name);
+  fprintf(writer->out, "%s%s(how_)", writer->has_messages ? "\n      : " : ", ", name);
   writer->has_messages = false;  // the first one is written
 }
 
@@ -546,7 +546,7 @@ static void write_zero(Writer* writer, const idl_member_t* member,
   fprintf(writer->out, "    %s = {};\n", name);
 }
 
-// What ROS 2's messages can be made with.
+// What ROS 2's messages can be made with. Parameters have names that no field has.
 static void write_constructors(Writer* writer, const idl_struct_t* type, const char* name) {
   writer->has_messages = writer->has_defaults = false;
   for_each_field(writer, type, 0, find_messages_and_defaults);
@@ -554,20 +554,20 @@ static void write_constructors(Writer* writer, const idl_struct_t* type, const c
   fprintf(writer->out,
           "  %s_() = default;\n"
           "  explicit %s_(%s::takt::MessageInitialization%s)",
-          name, name, is_used ? "" : "[[maybe_unused]] ", " initialization");
+          name, name, is_used ? "" : "[[maybe_unused]] ", " how_");
   if (writer->has_messages) for_each_field(writer, type, 0, write_initialized);
   fputs(" {", writer->out);
   if (writer->has_defaults) {
-    fputs("\n    if (initialization != ::takt::MessageInitialization::ZERO) return;\n",
+    fputs("\n    if (how_ != ::takt::MessageInitialization::ZERO) return;\n",
           writer->out);
     for_each_field(writer, type, 0, write_zero);
     fputs("  ", writer->out);
   }
   fprintf(writer->out,
           "}\n"
-          "  explicit %s_(const Allocator&, ::takt::MessageInitialization initialization =\n"
+          "  explicit %s_(const Allocator&, ::takt::MessageInitialization how_ =\n"
           "      ::takt::MessageInitialization::ALL)\n"
-          "      : %s_(initialization) {}\n\n",
+          "      : %s_(how_) {}\n\n",
           name, name);
 }
 
@@ -579,8 +579,8 @@ static void write_setter(Writer* writer, const idl_member_t* member,
   declared_type(writer, member->type_spec, declarator, type);
   fprintf(writer->out,
           "  using _%s_type = %s;\n"
-          "  Type& set__%s(_%s_type value) {\n"
-          "    %s = std::move(value);\n"
+          "  Type& set__%s(_%s_type value_) {\n"
+          "    %s = std::move(value_);\n"
           "    return *this;\n"
           "  }\n",
           name, type, name, name, name);
