@@ -250,6 +250,44 @@ static void write_signed(FILE* out, int64_t value) {
   }
 }
 
+static bool write_integer(FILE* out, const idl_literal_t* literal) {
+  switch (idl_type(literal)) {
+    case IDL_INT8:
+      write_signed(out, literal->value.int8);
+      return true;
+    case IDL_SHORT:
+    case IDL_INT16:
+      write_signed(out, literal->value.int16);
+      return true;
+    case IDL_LONG:
+    case IDL_INT32:
+      write_signed(out, literal->value.int32);
+      return true;
+    case IDL_LLONG:
+    case IDL_INT64:
+      write_signed(out, literal->value.int64);
+      return true;
+    case IDL_OCTET:
+    case IDL_UINT8:
+      fprintf(out, "%" PRIu8, literal->value.uint8);
+      return true;
+    case IDL_USHORT:
+    case IDL_UINT16:
+      fprintf(out, "%" PRIu16, literal->value.uint16);
+      return true;
+    case IDL_ULONG:
+    case IDL_UINT32:
+      fprintf(out, "%" PRIu32 "u", literal->value.uint32);
+      return true;
+    case IDL_ULLONG:
+    case IDL_UINT64:
+      fprintf(out, "%" PRIu64 "u", literal->value.uint64);
+      return true;
+    default:
+      return false;
+  }
+}
+
 void write_value(Writer* writer, const idl_const_expr_t* value) {
   FILE* out = writer->out;
   if (idl_is_enumerator(value)) {
@@ -260,6 +298,7 @@ void write_value(Writer* writer, const idl_const_expr_t* value) {
     return;
   }
   const idl_literal_t* literal = value;
+  if (write_integer(out, literal)) return;
   switch (idl_type(value)) {
     case IDL_BOOL:
       fputs(literal->value.bln ? "true" : "false", out);
@@ -268,39 +307,6 @@ void write_value(Writer* writer, const idl_const_expr_t* value) {
       fputc('\'', out);
       write_character(out, literal->value.chr);
       fputc('\'', out);
-      break;
-    case IDL_OCTET:
-      fprintf(out, "%" PRIu8, literal->value.uint8);
-      break;
-    case IDL_INT8:
-      write_signed(out, literal->value.int8);
-      break;
-    case IDL_SHORT:
-    case IDL_INT16:
-      write_signed(out, literal->value.int16);
-      break;
-    case IDL_LONG:
-    case IDL_INT32:
-      write_signed(out, literal->value.int32);
-      break;
-    case IDL_LLONG:
-    case IDL_INT64:
-      write_signed(out, literal->value.int64);
-      break;
-    case IDL_UINT8:
-      fprintf(out, "%" PRIu8, literal->value.uint8);
-      break;
-    case IDL_USHORT:
-    case IDL_UINT16:
-      fprintf(out, "%" PRIu16, literal->value.uint16);
-      break;
-    case IDL_ULONG:
-    case IDL_UINT32:
-      fprintf(out, "%" PRIu32 "u", literal->value.uint32);
-      break;
-    case IDL_ULLONG:
-    case IDL_UINT64:
-      fprintf(out, "%" PRIu64 "u", literal->value.uint64);
       break;
     case IDL_FLOAT:
       write_float(out, literal->value.flt, true);
