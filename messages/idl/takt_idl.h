@@ -19,7 +19,7 @@ typedef struct {
   bool failed;
 } Writer;
 
-// Goes on, so that one run tells of all that is wrong.
+// Goes on, so that one run reports all that is wrong.
 void refuse(Writer* writer, const void* node, const char* format, ...);
 
 void append(char* text, const char* more);

@@ -12,17 +12,8 @@
 
 #include "takt/base/error.hpp"
 #include "takt/components/workload.hpp"
-#include "takt/messages/packages/action_msgs.hpp"
-#include "takt/messages/packages/composition_interfaces.hpp"
-#include "takt/messages/packages/diagnostic_msgs.hpp"
-#include "takt/messages/packages/geometry_msgs.hpp"
-#include "takt/messages/packages/lifecycle_msgs.hpp"
-#include "takt/messages/packages/nav_msgs.hpp"
-#include "takt/messages/packages/rcl_interfaces.hpp"
-#include "takt/messages/packages/rosgraph_msgs.hpp"
-#include "takt/messages/packages/sensor_msgs.hpp"
-#include "takt/messages/packages/std_msgs.hpp"
-#include "takt/messages/packages/tf2_msgs.hpp"
+
+#include "ros_types.hpp"
 
 namespace takt::tools {
 namespace {
@@ -36,45 +27,16 @@ void add(Types& types, const MessageType& type) {
     if (field.shape.type != nullptr) add(types, *field.shape.type);
   }
 }
-template <class... T>
-void add_all(Types& types) {
-  (add(types, message_type<T>()), ...);
-}
-template <class... S>
-void add_services(Types& types) {
-  (add_all<typename S::Request, typename S::Response>(types), ...);
-}
 
 const Types& types() {
   static const Types known = [] {
     Types all;
-    namespace s = std_msgs;
-    add_all<s::Empty, s::Bool, s::Byte, s::Char, s::Float32, s::Float64, s::Int8, s::Int16,
-            s::Int32, s::Int64, s::UInt8, s::UInt16, s::UInt32, s::UInt64, s::String, s::ColorRGBA,
-            s::Header, s::ByteMultiArray, s::Float32MultiArray, s::Float64MultiArray,
-            s::Int8MultiArray, s::Int16MultiArray, s::Int32MultiArray, s::Int64MultiArray,
-            s::UInt8MultiArray, s::UInt16MultiArray, s::UInt32MultiArray, s::UInt64MultiArray>(all);
-    namespace g = geometry_msgs;
-    add_all<g::PoseStamped, g::PoseWithCovarianceStamped, g::TwistStamped,
-            g::TwistWithCovarianceStamped, g::TransformStamped, g::PointStamped,
-            g::QuaternionStamped, g::Vector3Stamped, g::WrenchStamped, g::AccelStamped,
-            g::PolygonStamped, g::PoseArray, g::Inertia>(all);
-    namespace m = sensor_msgs;
-    add_all<m::CameraInfo, m::Image, m::CompressedImage, m::PointCloud2, m::LaserScan, m::Imu,
-            m::JointState>(all);
-    add_all<nav_msgs::Odometry, nav_msgs::OccupancyGrid, nav_msgs::Path, tf2_msgs::TFMessage,
-            diagnostic_msgs::DiagnosticArray, rosgraph_msgs::Clock, action_msgs::GoalStatusArray,
-            rcl_interfaces::Log, rcl_interfaces::ParameterEvent, lifecycle_msgs::TransitionEvent>(
-        all);
-    add_all<WorkloadMessage>(all);
-    add_services<WorkloadService>(all);
-    namespace r = rcl_interfaces;
-    add_services<r::GetParameters, r::GetParameterTypes, r::SetParameters,
-                 r::SetParametersAtomically, r::ListParameters, r::DescribeParameters,
-                 action_msgs::CancelGoal, lifecycle_msgs::ChangeState, lifecycle_msgs::GetState,
-                 lifecycle_msgs::GetAvailableStates, lifecycle_msgs::GetAvailableTransitions,
-                 composition_interfaces::LoadNode, composition_interfaces::UnloadNode,
-                 composition_interfaces::ListNodes>(all);
+#define TAKT_ADD(T) add(all, message_type<::T>());
+    TAKT_ROS_TYPES(TAKT_ADD)
+#undef TAKT_ADD
+    add(all, message_type<WorkloadMessage>());
+    add(all, message_type<WorkloadService::Request>());
+    add(all, message_type<WorkloadService::Response>());
     return all;
   }();
   return known;
