@@ -10,7 +10,7 @@
 namespace takt {
 namespace {
 
-// Capitals count as small letters: who writes INFO for info has made one mistake, not four.
+// Capitals count as small letters: INFO instead of info is one mistake, not four.
 char small(char letter) {
   return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
 }

@@ -53,7 +53,7 @@ void ManualClock::advance(Nanoseconds duration) {
   now_ = std::max(now_, target);
 }
 
-// Takes the CPUs from all, and gives them to the most urgent of those who are awake.
+// Takes the CPUs from all, and gives them to the most urgent of those that are awake.
 void ManualClock::share_cpus() {
   std::vector<Participant*> awake;
   for (Participant* candidate : participants_) {

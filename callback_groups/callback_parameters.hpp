@@ -25,12 +25,12 @@ enum class OverrunPolicy {
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
-/// What a handler is told.
+/// What a handler gets.
 struct OverrunReport {
   std::string_view node, callback;  // valid during the call
   std::uint64_t sequence = 0;       // of the message or release
   TimePoint ready_time{}, deadline = kNever;
-  /// When its execution ended; kNever when the watchdog tells of it before.
+  /// When its execution ended; kNever when the watchdog reports it before.
   TimePoint end = kNever;
   Nanoseconds execution_time{0}, budget{0};  // 0: not known, none
 };

@@ -14,8 +14,8 @@
 
 namespace takt {
 
-/// Other processes, as far as a subscription or service sees. Who asks for their writers is inside
-/// until the end outside goes, or for 10 ms: time enough to destroy it too early.
+/// Other processes, as far as a subscription or service sees. A thread that asks for their writers
+/// stays inside until the end outside goes, or for 10 ms: long enough to destroy it too early.
 class Outside final : public Participant {
  public:
   std::atomic<bool> is_asked{false}, is_inside{false}, is_gone{false}, went_inside{false};

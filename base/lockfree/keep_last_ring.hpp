@@ -26,9 +26,9 @@ namespace takt {
 ///    So does one that finds at its return that the tail is too far ahead to compare tickets.
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
-/// 4. Who publishes on the taker's own thread, while nothing waits, needs no ticket: the item lies
+/// 4. A publisher on the taker's own thread, while nothing waits, needs no ticket: the item lies
 ///    beside the cells, and is older than all that come into them before it is taken.
-/// docs/explanation/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
+/// docs/explanation/decisions/0002_own_queues.md says why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread, but push_here only from the one that
 /// takes; the destructor frees no items.
@@ -46,8 +46,8 @@ class KeepLastRing {
     for (std::size_t i = 0; i < depth; ++i) cells_[i].word = pack(i - depth, nullptr);
   }
 
-  /// Returns the item that had to make room, or nullptr. `sequence` and `time_ns` are what
-  /// `front` tells of the item while it waits.
+  /// Returns the item that was overwritten, or nullptr. `front` returns `sequence` and `time_ns`
+  /// while the item waits.
   T* push(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
     for (;;) {
       const std::uint64_t ticket = tail_.fetch_add(1);
@@ -80,7 +80,7 @@ class KeepLastRing {
     here_ticket_.store(ticket, std::memory_order_relaxed);
     here_sequence_.store(sequence, std::memory_order_relaxed);
     here_time_ns_.store(time_ns, std::memory_order_relaxed);
-    here_.store(item, std::memory_order_release);  // pairs with the swap of who takes it
+    here_.store(item, std::memory_order_release);  // pairs with the taker's swap
     here_pushed_.store(here_pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     return nullptr;
   }
@@ -92,7 +92,7 @@ class KeepLastRing {
   }
 
   /// The oldest item, or nullptr when there is none. `dropped` is called with items that were
-  /// overwritten by publishers who have not finished yet. `more` tells whether there was more.
+  /// overwritten by publishers that have not finished yet. `more` says whether there was more.
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
     if (T* item = take_here()) {
@@ -111,8 +111,8 @@ class KeepLastRing {
     return pointer(word);
   }
 
-  /// What push was told of the oldest item; false when there is none, or its publisher has not
-  /// finished. While publishers overwrite, it may tell of the item that took its place.
+  /// What was passed to push with the oldest item; false when there is none, or its publisher has
+  /// not finished. While publishers overwrite, it may be that of the item that took its place.
   bool front(std::uint64_t& sequence, std::int64_t& time_ns) const noexcept {
     if (here_.load(std::memory_order_acquire) != nullptr) {
       sequence = here_sequence_.load(std::memory_order_relaxed);
@@ -152,7 +152,7 @@ class KeepLastRing {
  private:
   struct Cell {
     std::atomic<std::uint64_t> word{0};
-    std::atomic<std::uint64_t> ticket{0}, sequence{0};  // of who swapped last, or is about to
+    std::atomic<std::uint64_t> ticket{0}, sequence{0};  // of the last swap, or of one that is about to happen
     std::atomic<std::int64_t> time_ns{0};
 
     /// True: the item of just this ticket is in the word, which was loaded before.

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The files of this folder, run: who has an identity and the permission gets messages, and nobody
-else does. Tells of each other who refused it.
+"""The files of this folder, run: a process with an identity and the permission gets messages, and
+no other does. Reports what rejected each of the others.
 
 usage: security_test.py TAKT DOCUMENT
 """
@@ -106,7 +106,7 @@ check("two with identities and permissions exchange messages", sent > 100 and re
 if tap is None:
     print("skipped: what the wire tells; it takes the right to listen (root)")
 else:
-    check("the wire does not tell of what type", not tells_type(tap))
+    check("the wire does not show the type", not tells_type(tap))
 
 # Without an identity: neither receives nor is received.
 plain = (r"(?s)dds:.*?container", "dds: {}\ncontainer")
