@@ -23,10 +23,10 @@ namespace takt {
 ///    blocks again, in `wait` or in `work`; when none can run, time jumps to the next wake-up.
 /// 3. `advance` returns when the target is reached and every participant is blocked.
 ///
-/// With CPUs, participants also compete for them as threads do: one that is awake or in `work` needs
-/// one of the CPUs that it may use, and the less urgent one stops meanwhile. So a test can simulate
-/// preemption: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger priority first,
-/// equal ones in order of waking up. Without CPUs, each participant has one of its own.
+/// With CPUs, participants also compete for them as threads do: one that is awake or in `work`
+/// needs one of the CPUs that it may use, and the less urgent one stops meanwhile. So a test can
+/// simulate preemption: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger priority
+/// first, equal ones in order of waking up. Without CPUs, each participant has one of its own.
 ///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; for tests and simulation only.

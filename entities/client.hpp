@@ -157,9 +157,9 @@ class PendingCalls {
 /// A number that no other client has.
 std::uint64_t new_client_id();
 
-/// A client as its node hands it out. Answers come to the executor like messages, so whoever waits
-/// for one must let the executor spin: a callback that blocks until its own executor serves the
-/// answer waits for ever, as in every executor. A callback that is a coroutine waits without that:
+/// A client as its node hands it out. Answers come to the executor like messages, so a thread that
+/// waits for one must let the executor spin: a callback that blocks until its own executor serves
+/// the answer waits for ever, as in every executor. A callback that is a coroutine does not block:
 /// see Task.
 ///
 /// Thread safety: every method from any thread.

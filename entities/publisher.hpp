@@ -60,10 +60,9 @@ struct PublisherOptions {
   /// What a fresh loan looks like: give vectors and strings their final capacity here, and
   /// nothing allocates afterwards. A loan keeps what its last user wrote. nullptr: a T{}.
   std::shared_ptr<const T> prototype = nullptr;
-  /// How often it publishes, if that is known: a receiver's report then tells what was late.
+  /// How often it publishes, if that is known: a receiver's report then says what was late.
   Nanoseconds expected_period{0};
-  /// The node's callbacks that publish with it, by name, for those who look for chains. Empty: any
-  /// of them may.
+  /// The node's callbacks that publish with it, by name, to find chains. Empty: any of them may.
   std::vector<std::string> published_by;
 };
 
@@ -152,7 +151,7 @@ class Publisher {
   }
 
  private:
-  // How many messages are on no way, because the writer keeps them for who comes late.
+  // How many messages are not in transit, because the writer keeps them for late joiners.
   static std::size_t kept(const QoS& qos) noexcept {
     return qos.durability == Durability::transient_local ? qos.depth : 0;
   }

@@ -65,8 +65,8 @@ constexpr std::size_t service_loans(std::size_t most) {
   return std::min(most, std::max<std::size_t>(kFit, 4));
 }
 
-/// What both ends of a service, or of a client, tell of it: an id that no other has, and the
-/// service's type. Nothing without a participant.
+/// What both ends of a service, or of a client, publish about it: a unique id, and the service's
+/// type. Nothing without a participant.
 template <ServiceType S>
 ServiceIdentity service_identity(const char* kind,
                                  const std::shared_ptr<Participant>& participant) {

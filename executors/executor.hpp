@@ -83,7 +83,8 @@ struct ExecutorOptions {
   StatisticsLevel statistics = StatisticsLevel::full;
   /// How many executions each thread remembers for a timeline, the newest; 0: none.
   std::size_t trace_events = 0;
-  /// Tells of missed deadlines when they are missed; without, it is done when callbacks return.
+  /// Reports missed deadlines when they are missed; without it, they are reported when callbacks
+  /// return.
   std::shared_ptr<Watchdog> watchdog;
   Clock* clock = &Clock::steady();
 };

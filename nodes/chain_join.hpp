@@ -13,10 +13,12 @@
 
 namespace takt {
 
-/// Chain instances that are about to go on as one.
+/// Chain instances that are about to continue as one.
+/// Thread safety: none; the owner's lock guards it.
+/// Real-time: nothing blocks or allocates; linear in kMost.
 class JoiningInstances {
  public:
-  /// How many can go on as one; more are left out.
+  /// How many can continue as one; further ones are dropped.
   static constexpr std::size_t kMost = 16;
   struct Instance {
     std::uint64_t way = 0;  // so far

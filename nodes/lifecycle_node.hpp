@@ -123,9 +123,9 @@ class LifecycleNode : public Node {
   // For LifecycleServices.
 
   using TransitionListener = std::function<void(const LifecycleTransition&)>;
-  /// Is told of each row of the table that the node has gone through, on the thread of the request.
-  /// Empty: nobody is. When this returns, the listener before is not told any more. Must not be
-  /// called by the listener.
+  /// Called with each row of the table that the node has gone through, on the thread of the
+  /// request. Empty: none. When this returns, the previous listener is not called any more. The
+  /// listener must not call this.
   void set_transition_listener(TransitionListener listener);
 
  protected:
@@ -158,12 +158,12 @@ class LifecycleNode : public Node {
 
   const std::shared_ptr<CallbackGate> gate_ = std::make_shared<CallbackGate>();
   std::atomic<LifecycleState> state_{LifecycleState::unconfigured};
-  std::atomic<bool> is_changing_{false};  // whoever sets it may change the state
+  std::atomic<bool> is_changing_{false};  // the thread that sets it may change the state
 
   mutable PiMutex managed_mutex_;
   std::vector<std::weak_ptr<Managed>> managed_;
 
-  PiMutex listener_mutex_;  // held while it is told
+  PiMutex listener_mutex_;  // held while it is called
   TransitionListener listener_;
 };
 

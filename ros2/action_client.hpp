@@ -17,8 +17,9 @@
 
 namespace takt {
 
-/// A goal that a server has accepted. `state` is what the server has last told.
+/// A goal that a server has accepted. `state` is the last one that the server reported.
 /// Thread safety: every method from any thread.
+/// Real-time: nothing blocks or allocates after construction.
 class ClientGoalHandle {
  public:
   ClientGoalHandle(const GoalId& id, builtin_interfaces::Time stamp) : id_(id), stamp_(stamp) {}

@@ -152,7 +152,8 @@ class KeepLastRing {
  private:
   struct Cell {
     std::atomic<std::uint64_t> word{0};
-    std::atomic<std::uint64_t> ticket{0}, sequence{0};  // of the last swap, or of one that is about to happen
+    // Of the last swap, or of one that is about to happen.
+    std::atomic<std::uint64_t> ticket{0}, sequence{0};
     std::atomic<std::int64_t> time_ns{0};
 
     /// True: the item of just this ticket is in the word, which was loaded before.

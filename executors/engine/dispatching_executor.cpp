@@ -173,8 +173,8 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
 }
 
 // Wakes one sleeping worker. The announcing thread has written its announcement before, and a
-// worker counts itself idle before it looks for news a last time, both sequentially consistent: no
-// wake-up is lost, and without sleepers it costs two loads.
+// worker counts itself idle before it looks for events a last time, both sequentially consistent:
+// no wake-up is lost, and without sleepers it costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();

@@ -37,8 +37,10 @@ struct ExecutorTraits {
 ///    from the ready set, and executes it without the lock.
 /// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
 ///    when the first timer is due.
-/// 4. What control threads change, they build as an update; a worker installs it at its next
-///    dispatch. While nobody spins, the control thread installs it itself.
+/// 4. A control thread builds a change as an update; a worker installs it at its next dispatch.
+/// While
+///    no thread spins, the control thread installs it itself.
+/// Thread safety and real-time: as Executor.
 class DispatchingExecutor : public Executor, private Wakeable {
  public:
   DispatchingExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
@@ -81,8 +83,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void forget_cancel() noexcept { cancelled_.store(false); }
   /// When the first timer is due; ask only while nobody spins.
   TimePoint next_release() const noexcept { return ready_.next_release(); }
-  /// For another wait back end: has news when file descriptors that we serve have; -1 when there
-  /// are none. Ask only on the thread of the last spin, after it.
+  /// For another wait back end: ready when a file descriptor that we serve is; -1 when there are
+  /// none. Ask only on the thread of the last spin, after it.
   int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
   /// Is woken when something becomes ready and no thread of ours sleeps.
   void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }

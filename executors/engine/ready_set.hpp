@@ -134,6 +134,8 @@ bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
 /// Whether what is ready may be served, as far as there is a condition.
+/// Thread safety: none; the executor calls it at dispatch points.
+/// Real-time: nothing blocks or allocates, unless the user's function does.
 class Trigger {
  public:
   explicit Trigger(const TriggerOptions& options) : options_(options) {}
@@ -234,7 +236,7 @@ class ReadySet {
   };
   /// The callback to run next, which then executes, or nullptr.
   CallbackRecord* next(const Limits& limits) noexcept;
-  /// The same in two steps, for who takes several before they execute.
+  /// The same in two steps, for a caller that takes several before it executes them.
   CallbackRecord* pick(const Limits& limits) noexcept;
   void begin(CallbackRecord& record) noexcept;
   /// Takes a snapshot, unless one is not finished.

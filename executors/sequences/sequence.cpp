@@ -261,7 +261,7 @@ std::string run(std::span<const std::uint8_t> bytes) {
   std::vector<std::weak_ptr<void>> made;
   std::string broken = World(bytes, made).run();
   for (const auto& each : made) {
-    if (broken.empty() && !each.expired()) broken = "something outlives all who hold it";
+    if (broken.empty() && !each.expired()) broken = "something outlives its last pointer";
   }
   return broken;
 }

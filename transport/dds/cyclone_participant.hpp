@@ -73,7 +73,7 @@ class CycloneParticipant final : public Participant,
   std::string why_no_shared_memory_;
   dds_entity_t handle_ = 0;
   std::vector<ThreadState> threads_;
-  std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: others are not told of our nodes
+  std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: our nodes are not announced
   mutable std::mutex mutex_;
   std::vector<const CycloneEndpoint*> endpoints_;
   std::unique_ptr<GraphReader> graph_reader_;

@@ -1,4 +1,4 @@
-// Reads what the processes of a domain tell of themselves.
+// Reads what the processes of a domain publish about themselves.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
 #define TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
