@@ -25,6 +25,8 @@ enum class CallbackGroupType {
 /// Thread safety: parameters are set before an executor has the group; the rest from any thread.
 class CallbackGroup {
  public:
+  using SharedPtr = std::shared_ptr<CallbackGroup>;
+
   CallbackGroup(std::string name, CallbackGroupType type, bool automatically_add_to_executor = true)
       : name_(std::move(name)),
         type_(type),
