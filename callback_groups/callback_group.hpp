@@ -26,6 +26,8 @@ enum class CallbackGroupType {
 /// Real-time: set-up only; claim, release and the getters neither block nor allocate.
 class CallbackGroup {
  public:
+  using SharedPtr = std::shared_ptr<CallbackGroup>;
+
   CallbackGroup(std::string name, CallbackGroupType type, bool automatically_add_to_executor = true)
       : name_(std::move(name)),
         type_(type),

@@ -168,6 +168,7 @@ std::uint64_t new_client_id();
 template <ServiceType S>
 class Client : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Client>;
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
   /// nothing: no answer came in time.

@@ -16,6 +16,8 @@ namespace takt {
 /// Real-time: trigger neither blocks nor allocates.
 class GuardCondition : public Entity {
  public:
+  using SharedPtr = std::shared_ptr<GuardCondition>;
+
   GuardCondition(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
                  std::function<void()> callback);
 

@@ -76,6 +76,8 @@ struct PublisherOptions {
 template <Message T>
 class Publisher {
  public:
+  using SharedPtr = std::shared_ptr<Publisher>;
+
   /// `participant`: sends to other processes too; may be nullptr.
   Publisher(Endpoint endpoint, Clock& clock, PublisherOptions<T> options = {},
             const std::shared_ptr<Participant>& participant = nullptr)

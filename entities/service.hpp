@@ -52,6 +52,7 @@ inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
 template <ServiceType S>
 class Service : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Service>;
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
 

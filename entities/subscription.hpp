@@ -180,6 +180,8 @@ class DecodedMessages {
 template <Message T>
 class Subscription : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Subscription>;
+
   /// `kept`: how many messages from other processes callbacks hold at once.
   Subscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
                std::shared_ptr<Participant> participant, std::size_t kept)

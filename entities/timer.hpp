@@ -23,6 +23,8 @@ namespace takt {
 /// Real-time: all of it; nothing blocks or allocates.
 class Timer : public Entity, private SimulatedClock::Listener {
  public:
+  using SharedPtr = std::shared_ptr<Timer>;
+
   Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock, Nanoseconds period,
         std::function<void()> callback);
   ~Timer() override;

@@ -165,6 +165,8 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:
+  using SharedPtr = std::shared_ptr<Executor>;
+
   virtual ~Executor() = default;
   Executor() = default;
   Executor(const Executor&) = delete;

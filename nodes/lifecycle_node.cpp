@@ -142,11 +142,11 @@ CallbackReturn LifecycleNode::call_unguarded(LifecycleState during, LifecycleSta
 
 // ---- Managed entities ----
 
-std::shared_ptr<Timer> LifecycleNode::create_timer(std::string name, Nanoseconds period,
-                                                   std::function<void()> callback,
-                                                   std::shared_ptr<CallbackGroup> group) {
+std::shared_ptr<Timer> LifecycleNode::make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                                 std::function<void()> callback,
+                                                 std::shared_ptr<CallbackGroup> group) {
   auto timer = std::make_shared<ManagedTimer<Timer>>(gate_, std::move(name),
-                                                     group_or_default(std::move(group)), clock(),
+                                                     group_or_default(std::move(group)), clock,
                                                      period, std::move(callback));
   manage(timer);
   return adopt_timer(timer);

@@ -57,6 +57,7 @@ struct TransitionResult {
 /// why in its result; nothing throws.
 class LifecycleNode : public Node {
  public:
+  using SharedPtr = std::shared_ptr<LifecycleNode>;
   using CallbackReturn = takt::CallbackReturn;
 
   explicit LifecycleNode(std::string_view name, const NodeOptions& options = {});
@@ -81,17 +82,19 @@ class LifecycleNode : public Node {
 
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr);
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
   template <TaskCallback F>
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
-    group = group_or_default(std::move(group));
-    auto runner = managed_task_runner(name, group);
-    auto timer =
-        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock(),
-                                                  period, std::move(callback), std::move(runner));
-    manage(timer);
-    return adopt_timer(timer);
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
+  template <class F>
+  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
+                      std::move(group));
   }
 
   template <Message T>
@@ -142,6 +145,20 @@ class LifecycleNode : public Node {
   virtual CallbackReturn on_error(LifecycleState previous);
 
  private:
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                    std::function<void()> callback,
+                                    std::shared_ptr<CallbackGroup> group);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period, F callback,
+                                    std::shared_ptr<CallbackGroup> group) {
+    group = group_or_default(std::move(group));
+    auto runner = managed_task_runner(name, group);
+    auto timer =
+        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock,
+                                                  period, std::move(callback), std::move(runner));
+    manage(timer);
+    return adopt_timer(timer);
+  }
   template <class Request>
   TransitionResult request(Request which, const std::string& name);
   CallbackReturn go_through(const LifecycleTransition& transition);

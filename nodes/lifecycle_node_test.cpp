@@ -511,6 +511,17 @@ TEST_F(ManagedEntities, ATimerCreatedWhileActiveRuns) {
   EXPECT_EQ(run_all(*subscription), 1);
 }
 
+TEST_F(ManagedEntities, AWallTimerRestsAsTheOthers) {
+  int ran = 0;
+  const auto timer = node_->create_wall_timer(10ms, [&] { ++ran; });
+  clock_.advance(10ms);
+  EXPECT_EQ(run_all(*timer), 0);
+  start();
+  clock_.advance(10ms);
+  EXPECT_EQ(run_all(*timer), 1);
+  EXPECT_EQ(ran, 1);
+}
+
 TEST_F(ManagedEntities, RestDuringTheCallbacksOfTransitions) {
   int ran = 0;
   const auto timer = node_->create_timer("tick", 10ms, [&] { ++ran; });

@@ -84,6 +84,8 @@ class NodeListener {
 /// Real-time: set-up only; creating and dropping entities allocates and takes locks.
 class Node : public std::enable_shared_from_this<Node> {
  public:
+  using SharedPtr = std::shared_ptr<Node>;
+
   explicit Node(std::string_view name, const NodeOptions& options = {});
   virtual ~Node();
   Node(const Node&) = delete;
@@ -117,15 +119,22 @@ class Node : public std::enable_shared_from_this<Node> {
   /// `name` is what configuration files, chains and results call the timer.
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr);
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
   /// The callback is a coroutine, see Task.
   template <TaskCallback F>
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
-    group = group_or_default(std::move(group));
-    auto runner = create_task_runner(name, group, 1);
-    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock(),
-                                                   period, std::move(callback), std::move(runner)));
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
+  /// As rclcpp's: by real time, also where the node's clock is simulated. The first is called
+  /// "wall_timer_1", the next "wall_timer_2", and so on.
+  template <class F>
+  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
+                      std::move(group));
   }
 
   /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
@@ -364,6 +373,7 @@ class Node : public std::enable_shared_from_this<Node> {
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
   /// Throws Error when the timer's name cannot be, and warns when another one has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
+  std::string next_wall_timer_name();
   /// What resumes the coroutines of a callback.
   std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
 
@@ -384,6 +394,17 @@ class Node : public std::enable_shared_from_this<Node> {
   static void check_deadline(const std::string& topic, const QoS& qos);
   /// "/arm/move" → "arm_move_timeout".
   static std::string timeout_name(std::string_view service);
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                    std::function<void()> callback,
+                                    std::shared_ptr<CallbackGroup> group);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period, F callback,
+                                    std::shared_ptr<CallbackGroup> group) {
+    group = group_or_default(std::move(group));
+    auto runner = create_task_runner(name, group, 1);
+    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock, period,
+                                                   std::move(callback), std::move(runner)));
+  }
   void add(const std::shared_ptr<Entity>& entity);
   /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
   template <class Call>
@@ -411,6 +432,7 @@ class Node : public std::enable_shared_from_this<Node> {
   std::condition_variable_any listener_called_;
   std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
   std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
+  int wall_timers_ = 0;
   // Topic → the callbacks that publish on it; empty: any may.
   std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
 

@@ -101,6 +101,20 @@ TEST(Node, WarnsOnceOfTwoTimersOfOneName) {
   EXPECT_THAT(node->timers_of_one_name(), ElementsAre("tick"));
 }
 
+TEST(Node, NumbersItsWallTimersWhichGoByRealTimeWhereItsClockIsSimulated) {
+  ManualClock clock;
+  SimulatedClock simulated(clock);
+  const auto node = make_node("node", {.clock = &simulated});
+  const Timer::SharedPtr first = node->create_wall_timer(10ms, [] {});
+  const Timer::SharedPtr second = node->create_wall_timer(10ms, []() -> Task<> { co_return; });
+  EXPECT_EQ(first->name(), "wall_timer_1");
+  EXPECT_EQ(second->name(), "wall_timer_2");
+  const auto simulated_timer = node->create_timer("tick", 10ms, [] {});
+  EXPECT_EQ(first->next_release(), clock.now() + 10ms);
+  EXPECT_EQ(second->next_release(), clock.now() + 10ms);
+  EXPECT_NE(simulated_timer->next_release(), clock.now() + 10ms);
+}
+
 TEST(Node, WarnsOfTwoNodesOfOneName) {
   const LogLines log;
   {
