@@ -6,7 +6,7 @@
 
 namespace takt {
 namespace {
-// The participant that the calling thread is, so that work() knows whom to block.
+// The participant that the calling thread is, so that work() knows which one to block.
 thread_local ManualClock::Participant* this_participant = nullptr;
 }  // namespace
 

@@ -78,7 +78,7 @@ constexpr std::uint64_t way_mark(std::uint64_t entity_id) noexcept {
 constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t mark) noexcept {
   return way * kWayFactor + mark;
 }
-/// The way that the callback with this mark extends to `way`.
+/// The path that the callback with this mark extends to `way`.
 constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t mark) noexcept {
   constexpr std::uint64_t kInverse = 0xe84ee902acc58401;  // times kWayFactor, it is 1
   return (way - mark) * kInverse;
@@ -237,7 +237,7 @@ class Entity {
   bool is_retired_ = false;
 };
 
-/// Guards who owns which entity, over the whole process: taken for a few instructions when
+/// Guards the owner of each entity, over the whole process: taken for a few instructions when
 /// entities and executors come and go, never while something waits or runs.
 PiMutex& ownership_mutex() noexcept;
 

@@ -35,7 +35,7 @@ constexpr bool contains(FileDescriptorEvents events, FileDescriptorEvents event)
 /// descriptor was usable in between. A descriptor that was closed is logged once, and never served
 /// again. Its callback runs at one place at a time, in a reentrant group too.
 ///
-/// The descriptor stays the user's, who keeps it open until the entity is dropped. It should not
+/// The descriptor belongs to the user. Keep it open until the entity is dropped. It should not
 /// block: another process may read what was there.
 ///
 /// Thread safety: as Entity.

@@ -41,7 +41,7 @@ class LoanedMessage {
 
   explicit operator bool() const noexcept { return block_ != nullptr; }
   T& operator*() const noexcept { return *operator->(); }
-  // What is lent is not const, but who receives it must not write.
+  // What is lent is not const, but a receiver must not write to it.
   T* operator->() const noexcept { return static_cast<T*>(const_cast<void*>(block_->payload())); }
 
  private:
@@ -55,7 +55,7 @@ class LoanedMessage {
 /// How a publisher behaves beyond its QoS.
 template <Message T>
 struct PublisherOptions {
-  /// How many messages can be on loan or on their way at once. They are made with the publisher.
+  /// How many messages can be on loan or in transit at once. They are made with the publisher.
   std::size_t loans = 0;
   /// What a fresh loan looks like: give vectors and strings their final capacity here, and
   /// nothing allocates afterwards. A loan keeps what its last user wrote. nullptr: a T{}.
@@ -69,7 +69,7 @@ struct PublisherOptions {
 /// Thread safety: every method from any thread.
 /// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
 /// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
-/// messages are on their way. publish(const T&) copies: into a loan, or else to the heap. With
+/// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
 /// receivers in other processes it also encodes the message, or copies it into shared memory, and
 /// makes Cyclone DDS send it, see Participant. Only what was lent by shared memory is neither
 /// encoded nor copied.

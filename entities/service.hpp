@@ -47,7 +47,7 @@ inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
 /// the response; when it throws, there is none, and the caller's timeout ends the call.
 ///
 /// Thread safety and real-time: as Subscription and Publisher; a call inside the process allocates
-/// nothing while at most service_loans() responses are on their way. A call from another process
+/// nothing while at most service_loans() responses are in transit. A call from another process
 /// that has just come waits, up to 100 ms, until DDS has discovered the client's reader.
 template <ServiceType S>
 class Service : public SubscriptionBase {
@@ -77,7 +77,7 @@ class Service : public SubscriptionBase {
                     endpoint().identity},
                    clock, {.loans = service_loans<Response>(options.loans)}, participant) {}
 
-  /// A response on its way: lent, or from the heap.
+  /// A response in transit: lent, or from the heap.
   class Answer {
    public:
     Answer(LoanedMessage<Response> lent, std::unique_ptr<Response> own) noexcept

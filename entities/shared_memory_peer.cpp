@@ -45,7 +45,7 @@ std::int64_t now_ns() {
   return Clock::steady().now().time_since_epoch().count();
 }
 
-// The ends of the content, as all of an image would take longer than its way.
+// The ends of the content, as checking a whole image would take longer than sending it.
 template <class T>
 void fill(T& message, std::int64_t value) {
   message.value = value;

@@ -159,7 +159,7 @@ struct Waiting {
   std::coroutine_handle<> coroutine;
   Waiting* next = nullptr;
   Arrival arrival{};  // when it became ready to go on
-  // The chain instance that it belongs to, and its way so far.
+  // The chain instance that it belongs to, and its path so far.
   std::uint64_t chain_instance = 0;
   TimePoint root_release{};
   std::uint64_t way = 0;

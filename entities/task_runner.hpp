@@ -80,7 +80,7 @@ class TaskRunner : public Entity {
   void resume_at(Waiting& waiting, TimePoint time) noexcept;
   /// It does not wait any more, for its frame is being destroyed.
   void forget(const Waiting& waiting) noexcept;
-  /// For the alarm: who has slept long enough goes on.
+  /// For the alarm: tasks that have slept long enough continue.
   void wake_sleepers() noexcept;
   void announce_if_ready() noexcept;
 

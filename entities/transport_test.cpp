@@ -1,4 +1,4 @@
-// One specification for every way that messages take: by pointer in the process, over DDS in one
+// One specification for every path that messages take: by pointer in the process, over DDS in one
 // process, over DDS between two, and both at once.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>

@@ -105,7 +105,7 @@ struct CallbackStatistics {
   Histogram execution;
 };
 
-/// One execution, for a reader who does not know the executor's callbacks.
+/// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {
   std::string name;  // "/node/callback"
   EntityKind kind = EntityKind::waitable;

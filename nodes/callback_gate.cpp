@@ -53,7 +53,7 @@ std::uint32_t CallbackGate::own_passages() const noexcept {
 
 void CallbackGate::close() noexcept {
   const std::uint32_t own = own_passages();
-  closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, who see it with kClosed
+  closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, which see it with kClosed
   std::uint32_t state = state_.fetch_or(kClosing) | kClosing;
   for (;;) {
     // Outside logical execution time no user's code runs between reserving and passing, so a thread

@@ -81,7 +81,7 @@ class ChainJoin {
 constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
   return static_cast<std::int64_t>(chain_instance) < 0;
 }
-/// The release of the root of the instance that has come to the dispatch on this way, when it is
+/// The release of the root of the instance that has come to the dispatch on this path, when it is
 /// one of those that were joined.
 std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
 /// The same of any instance.

@@ -228,7 +228,7 @@ class ActionClient {
   }
 
   const std::shared_ptr<Goals> goals_;
-  // In this order, so that who serves what was registered first hears how it goes before the end.
+  // In this order, so that an executor in order of registration serves feedback before the result.
   const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
   const std::shared_ptr<Subscription<action_msgs::GoalStatusArray>> status_;
   const std::shared_ptr<Client<SendGoal<A>>> send_;

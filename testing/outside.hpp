@@ -1,4 +1,4 @@
-// A participant that stands for other processes, and notices who destroys its ends too early.
+// A participant that stands for other processes, and notices when its ends are destroyed too early.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_OUTSIDE_HPP_
 #define TAKT_TESTING_OUTSIDE_HPP_

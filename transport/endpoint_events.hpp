@@ -16,7 +16,7 @@ namespace takt {
 enum class EndpointEvent {
   matched,             // with an end that is compatible, or not any more
   incompatible_qos,    // an end of the topic is not matched, because it offers or asks for too much
-  message_lost,        // overwritten, expired, or lost on the way
+  message_lost,        // overwritten, expired, or lost in transit
   deadline_missed,     // no message for longer than the QoS says
   liveliness_changed,  // a matched publisher is not heard of any more, or is again
 };

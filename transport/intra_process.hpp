@@ -1,4 +1,4 @@
-// Delivery by pointer inside the process: writers, readers, and who is matched with whom.
+// Delivery by pointer inside the process: writers, readers, and their matches.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_INTRA_PROCESS_HPP_
 #define TAKT_TRANSPORT_INTRA_PROCESS_HPP_

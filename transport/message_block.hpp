@@ -1,4 +1,4 @@
-// A published message on its way: the payload, who still needs it, and its envelope.
+// A published message in transit: the payload, the count of its holders, and its envelope.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
 #define TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_

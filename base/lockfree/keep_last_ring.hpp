@@ -54,7 +54,7 @@ class KeepLastRing {
       Cell& cell = cell_of(ticket);
       std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with the swaps
       while (age(word, ticket) > 0 && !is_far(ticket)) {
-        // Relaxed: published by the swap; one who fails to swap leaves a wrong hint there.
+        // Relaxed: published by the swap; one that fails to swap leaves a wrong hint there.
         cell.ticket.store(ticket, std::memory_order_relaxed);
         cell.sequence.store(sequence, std::memory_order_relaxed);
         cell.time_ns.store(time_ns, std::memory_order_relaxed);

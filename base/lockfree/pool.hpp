@@ -39,7 +39,7 @@ class PoolNode {
 /// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
 /// are home and the owner has said goodbye (`close`): an object that is still out when the owner
 /// goes keeps the pool alive. Coming home is one swap, after which the returner never touches the
-/// pool again; so who has counted all objects home may free it.
+/// pool again; so a thread that has counted all objects home may free it.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other, which takes over the whole first list when it is

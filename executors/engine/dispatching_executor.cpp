@@ -235,7 +235,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 }
 
 // With the lock held, when a worker is about to execute: if there is more to do than it can, or
-// nobody left who keeps time, another is woken.
+// no timekeeper left, another is woken.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_ || idle_.load() == 0) return;
   const TimePoint release = ready_.next_release();

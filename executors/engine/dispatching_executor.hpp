@@ -63,7 +63,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::size_t max_threads() const noexcept override { return traits_.max_threads; }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
-    wake();  // who keeps time must look anew
+    wake();  // the timekeeper must look again
   }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;

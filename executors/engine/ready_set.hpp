@@ -97,7 +97,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   alignas(64) std::atomic<bool> queued{false};
   // A timer's record stands in the inbox because its release time has changed.
   std::atomic<bool> changed{false};
-  Arrival announced{};  // by whom: written by the thread that has set `queued`
+  Arrival announced{};  // written by the thread that has set `queued`
   CallbackRecord* inbox_next = nullptr;
 
   void arrived(Arrival arrival) noexcept {

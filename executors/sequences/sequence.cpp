@@ -13,7 +13,7 @@ SchedulerWitness witness;
 
 namespace {
 
-/// Order of arrival, and no trust in who calls it.
+/// Order of arrival, and no trust in its caller.
 class SuspiciousScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> infos) override {

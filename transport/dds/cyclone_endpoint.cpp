@@ -63,7 +63,7 @@ void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int 
     return;
   }
   // Cyclone counts those of our own participant too.
-  const std::lock_guard lock(counting_);  // so that the last one who stores has looked last
+  const std::lock_guard lock(counting_);  // so that the last thread that stores has looked last
   std::vector<dds_instance_handle_t> others(16);
   for (;;) {
     const dds_return_t found =

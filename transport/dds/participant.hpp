@@ -22,8 +22,8 @@ namespace takt {
 /// The number in the environment's ROS_DOMAIN_ID, else 0. Throws Error when that is no domain.
 int default_domain();
 
-/// The files of DDS Security: who this process is, and what it may do. The policies of the domain
-/// and the permissions are signed by their authority.
+/// The files of DDS Security: the identity of this process, and what it may do. The policies of the
+/// domain and the permissions are signed by their authority.
 struct DdsSecurity {
   std::string identity_ca, certificate, private_key;    // PEM
   std::string permissions_ca, governance, permissions;  // PEM, and two S/MIME documents
@@ -147,9 +147,9 @@ struct EndpointState {
 ///
 /// By shared memory go messages of fixed size, aligned to 8 bytes at the most, between processes of
 /// Takt that found the same RouDi when they started. They are written and read where they lie, or
-/// copied once where the publisher or a callback does not hold them so. All other ways are UDP.
-/// What RouDi's end changes: ends that are made later use UDP, or are refused where shared memory
-/// is required; those that were there go on.
+/// copied once where the publisher or a callback does not hold them so. All else goes by UDP.
+/// When RouDi ends, endpoints that are made later use UDP, or are rejected where shared memory is
+/// required; existing ones continue.
 ///
 /// Thread safety: every method from any thread. A message may be held for longer than the reader,
 /// or the writer, that it came from.
