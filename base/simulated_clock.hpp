@@ -1,4 +1,4 @@
-// Time that somebody else tells: a simulator, or a player of a recording.
+// Time from another source: a simulator, or a player of a recording.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_SIMULATED_CLOCK_HPP_
 #define TAKT_BASE_SIMULATED_CLOCK_HPP_

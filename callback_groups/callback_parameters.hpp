@@ -19,7 +19,7 @@ namespace takt {
 enum class OverrunPolicy {
   catch_up,  // timers: of the releases that came meanwhile one is served at once (the default)
   skip,      // timers: none of them is served; the next one is the next of the phase
-  abort,     // the chain instance ends: what it has sent, and sends yet, is received by nobody
+  abort,     // the chain instance ends: no callback receives what it has sent or will send
   demote,    // it runs after all others, until it has ended once without an overrun
 };
 /// The words of the configuration file with what they mean.

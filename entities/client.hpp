@@ -195,14 +195,14 @@ class Client : public SubscriptionBase {
     set_address(id_);
   }
 
-  /// Whether somebody would receive a call now.
+  /// Whether a service would receive a call now.
   bool service_is_ready() const noexcept {
     return requests_.local_subscription_count() != 0 ||
            (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
   }
 
   /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
-  /// nobody gets the answer. Throws Error when ClientOptions::calls_in_flight are.
+  /// the answer is dropped. Throws Error when ClientOptions::calls_in_flight are.
   void async_send_request(const typename S::Request& request, AnswerCallback callback) {
     send(request, std::move(callback));
   }

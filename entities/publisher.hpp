@@ -136,7 +136,7 @@ class Publisher {
       send(*std::exchange(message.block_, nullptr));
     } else if (is_for_outside_only()) {
       remote_->write_lent(*std::exchange(message.block_, nullptr));
-    } else {  // somebody in this process has come meanwhile
+    } else {  // a reader in this process has come meanwhile
       const LoanedMessage<T> loan = std::move(message);
       publish(*loan);
     }
@@ -174,7 +174,7 @@ class Publisher {
     send(*block);
   }
 
-  /// Nobody in this process is matched, and the message is not to be held back.
+  /// No reader in this process is matched, and the message is not to be held back.
   bool is_for_outside_only() const noexcept {
     const Dispatch* dispatch = Dispatch::current();
     return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);

@@ -24,8 +24,8 @@ struct RequestId {
   std::int64_t sequence = 0;
 };
 
-/// Fills in the response, at once or as a coroutine. Or it remembers the id: then somebody sends
-/// the response later.
+/// Fills in the response, at once or as a coroutine. Or it remembers the id: then other code
+/// sends the response later.
 template <class F, class S>
 concept ServiceCallback = std::invocable<F&, const typename S::Request&, typename S::Response&> ||
     std::invocable<F&, const typename S::Request&, RequestId>;

@@ -56,7 +56,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   std::uint64_t lost() const noexcept override { return missed(); }
 
  protected:
-  /// Starts anew and tells nobody; a timer that is cancelled stays so.
+  /// Starts anew without a notification; a timer that is cancelled stays so.
   void restart() noexcept;
   /// A release was taken and not served.
   void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }

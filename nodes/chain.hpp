@@ -71,7 +71,7 @@ class Chain {
   Histogram latency_;
 };
 
-/// Chain instances that were ended before their end: whatever they have sent is received by nobody.
+/// Chain instances that were ended before their end: no callback receives what they have sent.
 /// The last 1024 or so are remembered.
 /// Thread safety: from any thread.
 /// Real-time: nothing blocks or allocates.

@@ -38,7 +38,7 @@ struct TransitionResult {
 /// publishers, subscriptions and timers that this class creates work in the state `active` only:
 /// - what is published otherwise goes nowhere, see LifecyclePublisher;
 /// - messages that arrive otherwise wait, the newest of them as the depth says, until the node is
-///   active again; nobody is woken for them;
+///   active again; no thread is woken for them;
 /// - timers rest otherwise. Their phase begins when the node becomes active, also when that is
 ///   because on_deactivate returned FAILURE. One that is cancelled stays so.
 /// Before on_deactivate, or on_shutdown of an active node, is called, the running managed callbacks

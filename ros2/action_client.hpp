@@ -154,7 +154,7 @@ class ActionClient {
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel({{goal->id(), {}}}, std::move(callback));
   }
-  /// Everybody's goals.
+  /// The goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
     cancel({}, std::move(callback));
   }

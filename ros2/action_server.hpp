@@ -106,8 +106,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     expiry_ = timer;
   }
-  /// The server goes: nothing is accepted, published or answered any more. Nobody takes hold of its
-  /// parts from here on, so that none of them goes with the mutex held.
+  /// The server goes: nothing is accepted, published or answered any more. Nothing takes hold of
+  /// its parts from here on, so that none of them goes with the mutex held.
   void close() noexcept {
     const std::lock_guard lock(mutex_);
     feedback_ = nullptr;

@@ -32,7 +32,7 @@ struct Endpoint {
   std::string topic;
   const MessageType* type;
   QoS qos;
-  std::string node;  // its full name; empty: nobody's
+  std::string node;  // its full name; empty: none
   ServiceIdentity identity;
 };
 

@@ -13,7 +13,7 @@
 
 namespace takt {
 
-/// When something became ready: in order of arrival and, where somebody looks at it, in time.
+/// When something became ready: in order of arrival and, where a receiver needs it, in time.
 struct Arrival {
   std::uint64_t sequence;
   TimePoint ready_time;

@@ -21,7 +21,7 @@ namespace takt {
 ///    Beside the word the cell tells the whole ticket. If that is the head's, the taker needs no
 ///    look at the tail to know that it was not overtaken, and leaves that cache line to the
 ///    publishers. Of the tail it keeps a copy, good for as long as that says that there is more.
-/// 3. A publisher that was preempted between its ticket and its swap holds up nobody: the taker
+/// 3. A publisher that was preempted between its ticket and its swap delays no other: the taker
 ///    stamps the cell with the ticket, the swap fails, and the publisher draws another ticket.
 ///    So does one that finds at its return that the tail is too far ahead to compare tickets.
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
@@ -85,7 +85,7 @@ class KeepLastRing {
     return nullptr;
   }
 
-  /// How many items were pushed so far; exact when nobody pushes.
+  /// How many items were pushed so far; exact when no thread pushes.
   std::uint64_t pushed() const noexcept {
     return tail_.load(std::memory_order_relaxed) - lost_tickets_.load(std::memory_order_relaxed) +
            here_pushed_.load(std::memory_order_relaxed);
@@ -137,7 +137,7 @@ class KeepLastRing {
     }
   }
 
-  /// An upper bound; exact when nobody pushes or pops. Sequentially consistent with push: a
+  /// An upper bound; exact when no thread pushes or pops. Sequentially consistent with push: a
   /// taker that reads 0 after it announced that it goes away will be announced to again.
   std::size_t size() const noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);

@@ -198,7 +198,7 @@ class ReadySet {
   /// Whether the clock is read at every dispatch. An update may begin it.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
 
-  /// An entity became ready. True when somebody may have to be woken for it.
+  /// An entity became ready. True when a worker may have to be woken for it.
   bool announce(CallbackRecord& record, Arrival arrival) noexcept {
     // Most announcements of a busy callback end here. Sequentially consistent: see settle().
     if (record.queued.load() || record.queued.exchange(true)) return false;
@@ -206,7 +206,7 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  /// The same from a callback, on the thread of the only worker: nobody has to be woken. No other
+  /// The same from a callback, on the thread of the only worker: none has to be woken. No other
   /// thread can be at the scheduler, so an event goes there without any atomic operation.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
     if (is_wait_set()) {
@@ -292,7 +292,7 @@ class ReadySet {
 
   const Readiness readiness_;
   // Where there are no polling points, what arrives now belongs to the window after the one that
-  // is being handed out: so under `ros` nobody overtakes for ever.
+  // is being handed out: so under `ros` none overtakes for ever.
   const std::uint64_t windows_ahead_;
   Clock& clock_;
   Watchdog* const watchdog_;

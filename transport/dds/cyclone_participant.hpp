@@ -22,7 +22,7 @@
 namespace takt {
 
 /// How long others need to hear of a writer that is new, or of a participant. What comes by shared
-/// memory from somebody unknown Cyclone 0.10.2 loses, and its memory with it.
+/// memory from an unknown writer Cyclone 0.10.2 loses, and its memory with it.
 inline constexpr auto kHearsayTime = std::chrono::milliseconds(100);
 
 class CycloneParticipant final : public Participant,

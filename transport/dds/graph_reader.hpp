@@ -12,7 +12,7 @@
 namespace takt {
 
 /// Thread safety: read from any thread.
-/// Real-time: no. Until somebody reads, the last 1000 changes of other processes' nodes are kept.
+/// Real-time: no. Until the first read, the last 1000 changes of other processes' nodes are kept.
 class GraphReader {
  public:
   /// `form`: that of the others' names of nodes; off: they are not read.
