@@ -18,8 +18,8 @@ namespace takt {
 template <Message T>
 class Publisher;
 
-/// A message that lies in its publisher's pool, or in shared memory, until it is published; if it
-/// never is, it goes back. False when the pool was empty.
+/// A message in its publisher's pool, or in shared memory, until it is published. If it is never
+/// published, it goes back. False when the pool was empty.
 /// Thread safety: as any value.
 /// Real-time: nothing blocks or allocates.
 template <Message T>
@@ -41,7 +41,7 @@ class LoanedMessage {
 
   explicit operator bool() const noexcept { return block_ != nullptr; }
   T& operator*() const noexcept { return *operator->(); }
-  // What is lent is not const, but a receiver must not write to it.
+  // The loan is not const, but receivers must not write to the message.
   T* operator->() const noexcept { return static_cast<T*>(const_cast<void*>(block_->payload())); }
 
  private:
@@ -55,14 +55,16 @@ class LoanedMessage {
 /// How a publisher behaves beyond its QoS.
 template <Message T>
 struct PublisherOptions {
-  /// How many messages can be on loan or in transit at once. They are made with the publisher.
+  /// How many messages can be on loan or in transit at once. The publisher allocates them in
+  /// advance.
   std::size_t loans = 0;
-  /// What a fresh loan looks like: give vectors and strings their final capacity here, and
+  /// The initial content of each loan: give vectors and strings their final capacity here, and
   /// nothing allocates afterwards. A loan keeps what its last user wrote. nullptr: a T{}.
   std::shared_ptr<const T> prototype = nullptr;
-  /// How often it publishes, if that is known: a receiver's report then says what was late.
+  /// Its publishing period, if known: receivers then report late messages.
   Nanoseconds expected_period{0};
-  /// The node's callbacks that publish with it, by name, to find chains. Empty: any of them may.
+  /// The names of the node's callbacks that publish with it, to find chains. Empty: any of them
+  /// may.
   std::vector<std::string> published_by;
 };
 
@@ -71,7 +73,7 @@ struct PublisherOptions {
 /// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
 /// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
 /// receivers in other processes it also encodes the message, or copies it into shared memory, and
-/// makes Cyclone DDS send it, see Participant. Only what was lent by shared memory is neither
+/// makes Cyclone DDS send it, see Participant. Only loans in shared memory are neither
 /// encoded nor copied.
 template <Message T>
 class Publisher {

@@ -36,7 +36,7 @@
 
 namespace takt {
 
-/// What is decided about a node from outside. A component's constructor takes it and hands it on.
+/// The settings of a node from outside. A component's constructor takes them and passes them on.
 struct NodeOptions {
   std::string name;                                       // instead of the one the code gives
   std::string name_space;                                 // "/front"; empty: the root
@@ -45,11 +45,11 @@ struct NodeOptions {
   TopicQos qos;  // instead of what the code says, by the topic's full name
   Clock* clock = &Clock::steady();
   std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
-  /// Talks to other processes through it; without, messages stay in the process.
+  /// Connects the node to other processes; without it, messages stay in the process.
   std::shared_ptr<Participant> participant;
 };
 
-/// The parameter of ROS 2 by which a container gives a node a simulated clock.
+/// ROS 2's parameter for a simulated clock: a container reads it.
 inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
@@ -75,12 +75,12 @@ class NodeListener {
   ~NodeListener() = default;
 };
 
-/// Names, parameters, and a factory of entities. The node knows its entities weakly: they live as
-/// long as the user holds them (dropping the last pointer takes an entity from its executor), the
-/// default callback group as long as the node.
+/// Names, parameters, and a factory for entities. The node holds weak references to its entities:
+/// they live as long as the user holds them (dropping the last pointer removes an entity from its
+/// executor). The default callback group lives as long as the node.
 ///
 /// Thread safety: every method from any thread. Entities may be created and dropped while the
-/// executor spins, from callbacks too.
+/// executor spins, also from callbacks.
 /// Real-time: set-up only; creating and dropping entities allocates and takes locks.
 class Node : public std::enable_shared_from_this<Node> {
  public:
@@ -94,7 +94,7 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
   const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
-  /// That of its timers: perhaps a SimulatedClock.
+  /// The clock of its timers, possibly a SimulatedClock.
   Clock& clock() const noexcept { return *options_.clock; }
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
@@ -116,7 +116,7 @@ class Node : public std::enable_shared_from_this<Node> {
     return default_group_;
   }
 
-  /// `name` is what configuration files, chains and results call the timer.
+  /// Configuration files, chains and results refer to the timer by `name`.
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
@@ -128,7 +128,7 @@ class Node : public std::enable_shared_from_this<Node> {
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
   }
-  /// As rclcpp's: by real time, also where the node's clock is simulated. The first is called
+  /// As rclcpp's: uses real time, even if the node's clock is simulated. The first is called
   /// "wall_timer_1", the next "wall_timer_2", and so on.
   template <class F>
   std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
