@@ -13,9 +13,7 @@ namespace takt {
 /// What is wrong, where, and what to do about it. The message reads `where: what; what to do`.
 class Error : public std::runtime_error {
  public:
-  Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {})
-      : std::runtime_error((where.empty() ? "" : where + ": ") + what +
-                           (what_to_do.empty() ? "" : "; " + what_to_do)) {}
+  Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {});
 };
 
 /// `did you mean 'x'? valid: a, b, c`: the end of an error about a name that does not exist.

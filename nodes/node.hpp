@@ -47,6 +47,8 @@ struct NodeOptions {
   std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
   /// Talks to other processes through it; without, messages stay in the process.
   std::shared_ptr<Participant> participant;
+
+  ~NodeOptions();  // not in each program's main
 };
 
 /// The parameter of ROS 2 by which a container gives a node a simulated clock.
