@@ -16,7 +16,7 @@ struct Registration {
   std::string noun, name, description;  // "scheduler", "mine", …
   std::any factory;                     // what the noun's Registry takes
   std::string version;                  // TAKT_VERSION, as the library's compiler saw it
-  bool is_added = false;                // for who adds it to a Registry
+  bool is_added = false;                // for the code that adds it to a Registry
 };
 
 /// For static initialisers. False: this thread loads no library, and the caller adds by itself.

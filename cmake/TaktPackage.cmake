@@ -9,7 +9,7 @@ cmake_path(RELATIVE_PATH CMAKE_INSTALL_FULL_LIBDIR BASE_DIRECTORY ${CMAKE_INSTAL
 if(TARGET takt_cli)
   set_target_properties(takt_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
   install(TARGETS takt_cli)
-  add_dependencies(takt_cli takt_try_library takt_idl)  # so who has built the command can install
+  add_dependencies(takt_cli takt_try_library takt_idl)  # so that install works once the command is built
 endif()
 install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS takt_try_library RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)

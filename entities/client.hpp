@@ -157,9 +157,9 @@ class PendingCalls {
 /// A number that no other client has.
 std::uint64_t new_client_id();
 
-/// A client as its node hands it out. Answers come to the executor like messages, so whoever waits
-/// for one must let the executor spin: a callback that blocks until its own executor serves the
-/// answer waits for ever, as in every executor. A callback that is a coroutine waits without that:
+/// A client as its node hands it out. Answers come to the executor like messages, so a thread that
+/// waits for one must let the executor spin: a callback that blocks until its own executor serves
+/// the answer waits for ever, as in every executor. A callback that is a coroutine does not block:
 /// see Task.
 ///
 /// Thread safety: every method from any thread.
@@ -195,14 +195,14 @@ class Client : public SubscriptionBase {
     set_address(id_);
   }
 
-  /// Whether somebody would receive a call now.
+  /// Whether a service would receive a call now.
   bool service_is_ready() const noexcept {
     return requests_.local_subscription_count() != 0 ||
            (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
   }
 
   /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
-  /// nobody gets the answer. Throws Error when ClientOptions::calls_in_flight are.
+  /// the answer is dropped. Throws Error when ClientOptions::calls_in_flight are.
   void async_send_request(const typename S::Request& request, AnswerCallback callback) {
     send(request, std::move(callback));
   }

@@ -31,7 +31,7 @@ class StagedOutputs {
   std::size_t size() const noexcept;
   std::uint64_t dropped() const noexcept;
 
-  /// The writer's publisher goes: nobody publishes with it any more.
+  /// The writer's publisher goes: nothing is published with it any more.
   static void forget(const IntraProcessWriter& writer) noexcept;
 
  private:

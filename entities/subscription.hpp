@@ -57,9 +57,9 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
     if (message == nullptr || message->payload() != nullptr) return message;
     return decode_received(*message);
   }
-  /// The message that these bytes are, or nullptr. Called by who takes.
+  /// The message that these bytes are, or nullptr. Called by the thread that takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
-  /// For who may take again, after it might not.
+  /// For a taker that may take again, after it might not.
   void announce_if_ready() noexcept;
 
  private:
@@ -74,11 +74,11 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
 
   const std::shared_ptr<Participant> participant_;
   std::unique_ptr<RemoteReader> own_remote_;
-  std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for whoever asks
+  std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for other threads
   std::atomic<std::uint64_t> malformed_{0};
 };
 
-/// What a callback may ask to be told besides the message.
+/// What a callback may take besides the message.
 struct MessageInfo {
   std::uint64_t sequence;  // order of publication, over the process
   TimePoint publish_time;  // {} when the executor's statistics are not full
@@ -87,6 +87,8 @@ struct MessageInfo {
 
 /// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
 /// small cells; beyond that, and for larger requests, the heap.
+/// Thread safety: allocators allocate and free from any thread.
+/// Real-time: a cell is lock-free; the heap is not.
 class ControlBlocks {
  public:
   static constexpr std::size_t kBytes = 64;
@@ -166,6 +168,8 @@ class DecodedMessages {
 
 /// A subscription as its node hands it out. Dropping the last pointer takes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
+/// Thread safety and real-time: as SubscriptionBase; a message from another process is decoded as
+/// DecodedMessages says.
 template <Message T>
 class Subscription : public SubscriptionBase {
  public:
@@ -211,11 +215,12 @@ const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo
 /// - `std::shared_ptr<const T>` may keep it; no allocation while it keeps at most depth + 16;
 /// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
 ///   alone (or last), else copied to the heap.
+/// Thread safety and real-time: as Subscription, with the allocations named above.
 template <Message T, SubscriptionCallback<T> F>
 class CallbackSubscription : public Subscription<T> {
   static constexpr bool kLooks =
       std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&>;
-  // A unique_ptr converts to a shared_ptr, so who takes a shared_ptr would take both.
+  // A unique_ptr converts to a shared_ptr, so a callback that takes a shared_ptr would take both.
   static constexpr bool kShares =
       !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
                   std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
@@ -304,6 +309,7 @@ class CallbackSubscription : public Subscription<T> {
 };
 
 /// A subscription whose callback is a coroutine.
+/// Thread safety and real-time: as CallbackSubscription and TaskRunner.
 template <Message T, SubscriptionCallback<T> F>
 class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
   using Base = CallbackSubscription<T, F>;

@@ -35,9 +35,9 @@ class Timer : public Entity, private SimulatedClock::Listener {
   void reset() noexcept;
   /// The next release is then, and those after it in period; kNever is cancel.
   void release_at(TimePoint release) noexcept;
-  /// Starts anew, as reset, unless the timer was cancelled or a release was given to it: for those
-  /// who make timers one by one and let them begin together, as a Container does. What others have
-  /// decided meanwhile, the library's own alarms and time-outs among them, stays as it is.
+  /// Starts anew, as reset, unless the timer was cancelled or a release was given to it: for
+  /// callers that make timers one by one and let them begin together, as a Container does. A
+  /// release that was set meanwhile, also by the library's own alarms and timeouts, stays as it is.
   void begin_phase() noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
   Clock& clock() const noexcept { return clock_; }
@@ -56,7 +56,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   std::uint64_t lost() const noexcept override { return missed(); }
 
  protected:
-  /// Starts anew and tells nobody; a timer that is cancelled stays so.
+  /// Starts anew without a notification; a timer that is cancelled stays so.
   void restart() noexcept;
   /// A release was taken and not served.
   void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }

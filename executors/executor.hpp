@@ -83,7 +83,8 @@ struct ExecutorOptions {
   StatisticsLevel statistics = StatisticsLevel::full;
   /// How many executions each thread remembers for a timeline, the newest; 0: none.
   std::size_t trace_events = 0;
-  /// Tells of missed deadlines when they are missed; without, it is done when callbacks return.
+  /// Reports missed deadlines when they are missed; without it, they are reported when callbacks
+  /// return.
   std::shared_ptr<Watchdog> watchdog;
   Clock* clock = &Clock::steady();
 };
@@ -104,7 +105,7 @@ struct CallbackStatistics {
   Histogram execution;
 };
 
-/// One execution, for a reader who does not know the executor's callbacks.
+/// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {
   std::string name;  // "/node/callback"
   EntityKind kind = EntityKind::waitable;

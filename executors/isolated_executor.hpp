@@ -77,8 +77,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     std::thread thread;
     int adding = 0;         // threads that add something to it
     bool may_spin = false;  // it has what it was made for, so its first spin knows what to wait for
-    bool is_joined = false;  // somebody waits for the end of its thread
-    bool may_go = false;     // a callback has removed what it had; who spins looks after it
+    bool is_joined = false;  // a thread waits for the end of its thread
+    bool may_go = false;     // a callback has removed what it had; the spinning thread removes it
     bool is_gone = false;
   };
   class Spin;

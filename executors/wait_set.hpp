@@ -19,7 +19,7 @@ namespace takt {
 ///
 /// Thread safety: one thread waits; entities may become ready, be added and removed on any.
 /// Real-time: wait sleeps in epoll, so that file descriptors can come at any time, and neither
-/// polls nor allocates; with a manual clock file descriptors wake nobody.
+/// polls nor allocates; with a manual clock file descriptors do not wake it.
 class WaitSet {
  public:
   explicit WaitSet(Clock& clock = Clock::steady());

@@ -34,8 +34,8 @@ struct ChainStatistics {
   Histogram latency;            // release of the first callback → end of the last
 };
 
-/// A path of callbacks, each of which publishes what the next one receives. Its instances are told
-/// from others that end in the same callback by the way that they have come.
+/// A path of callbacks, each of which publishes what the next one receives. Its instances differ
+/// from others that end in the same callback by the path that they took.
 /// Thread safety: finished() is serialised by the executor of the last callback, aborted() may be
 /// called by any thread, statistics() while that executor does not spin.
 /// Real-time: finished() and aborted() neither block nor allocate.
@@ -71,7 +71,7 @@ class Chain {
   Histogram latency_;
 };
 
-/// Chain instances that were ended before their end: whatever they have sent is received by nobody.
+/// Chain instances that were ended before their end: no callback receives what they have sent.
 /// The last 1024 or so are remembered.
 /// Thread safety: from any thread.
 /// Real-time: nothing blocks or allocates.

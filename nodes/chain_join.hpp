@@ -13,10 +13,12 @@
 
 namespace takt {
 
-/// Chain instances that are about to go on as one.
+/// Chain instances that are about to continue as one.
+/// Thread safety: none; the owner's lock guards it.
+/// Real-time: nothing blocks or allocates; linear in kMost.
 class JoiningInstances {
  public:
-  /// How many can go on as one; more are left out.
+  /// How many can continue as one; further ones are dropped.
   static constexpr std::size_t kMost = 16;
   struct Instance {
     std::uint64_t way = 0;  // so far
@@ -79,7 +81,7 @@ class ChainJoin {
 constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
   return static_cast<std::int64_t>(chain_instance) < 0;
 }
-/// The release of the root of the instance that has come to the dispatch on this way, when it is
+/// The release of the root of the instance that has come to the dispatch on this path, when it is
 /// one of those that were joined.
 std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
 /// The same of any instance.

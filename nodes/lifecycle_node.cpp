@@ -95,7 +95,7 @@ CallbackReturn LifecycleNode::go_through(const LifecycleTransition& transition) 
 
 void LifecycleNode::step(const LifecycleTransition& transition) {
   state_.store(transition.goal);
-  // Who is told that the node is active may rely on it.
+  // A listener that is notified that the node is active may rely on it.
   if (transition.goal == LifecycleState::active) start_managed();
   const std::lock_guard lock(listener_mutex_);
   if (listener_) listener_(transition);

@@ -38,7 +38,7 @@ struct TransitionResult {
 /// publishers, subscriptions and timers that this class creates work in the state `active` only:
 /// - what is published otherwise goes nowhere, see LifecyclePublisher;
 /// - messages that arrive otherwise wait, the newest of them as the depth says, until the node is
-///   active again; nobody is woken for them;
+///   active again; no thread is woken for them;
 /// - timers rest otherwise. Their phase begins when the node becomes active, also when that is
 ///   because on_deactivate returned FAILURE. One that is cancelled stays so.
 /// Before on_deactivate, or on_shutdown of an active node, is called, the running managed callbacks
@@ -126,9 +126,9 @@ class LifecycleNode : public Node {
   // For LifecycleServices.
 
   using TransitionListener = std::function<void(const LifecycleTransition&)>;
-  /// Is told of each row of the table that the node has gone through, on the thread of the request.
-  /// Empty: nobody is. When this returns, the listener before is not told any more. Must not be
-  /// called by the listener.
+  /// Called with each row of the table that the node has gone through, on the thread of the
+  /// request. Empty: none. When this returns, the previous listener is not called any more. The
+  /// listener must not call this.
   void set_transition_listener(TransitionListener listener);
 
  protected:
@@ -175,12 +175,12 @@ class LifecycleNode : public Node {
 
   const std::shared_ptr<CallbackGate> gate_ = std::make_shared<CallbackGate>();
   std::atomic<LifecycleState> state_{LifecycleState::unconfigured};
-  std::atomic<bool> is_changing_{false};  // whoever sets it may change the state
+  std::atomic<bool> is_changing_{false};  // the thread that sets it may change the state
 
   mutable PiMutex managed_mutex_;
   std::vector<std::weak_ptr<Managed>> managed_;
 
-  PiMutex listener_mutex_;  // held while it is told
+  PiMutex listener_mutex_;  // held while it is called
   TransitionListener listener_;
 };
 

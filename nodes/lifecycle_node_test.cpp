@@ -413,7 +413,7 @@ TEST_F(ManagedEntities, AnExecutorMayComeBeforeOrAfterActivation) {
   EXPECT_EQ(sink.announcements, 1);
   subscription->leave_owner();
   ASSERT_TRUE(node_->deactivate());
-  ASSERT_TRUE(node_->activate());  // nobody is there to be told
+  ASSERT_TRUE(node_->activate());  // there is no listener
   EXPECT_EQ(sink.announcements, 1);
 }
 

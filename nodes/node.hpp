@@ -64,7 +64,9 @@ struct CallbackParameterChanges {
   std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
 };
 
-/// An executor that serves the node or some of its groups: told of what the node gets later.
+/// An executor that serves the node or some of its groups: notified of later additions.
+/// Thread safety: called on the thread that makes the change; several threads may call at a time.
+/// Real-time: no; set-up only.
 class NodeListener {
  public:
   virtual void entity_added(Node& node, const std::shared_ptr<Entity>& entity) = 0;
@@ -147,11 +149,11 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<GuardCondition> create_guard_condition(
       std::string name, F callback, std::shared_ptr<CallbackGroup> group = nullptr) = delete;
 
-  /// A callback for what happens to a publisher or a subscription besides messages; which, tells
-  /// the status that it takes: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
+  /// A callback for events of a publisher or a subscription besides messages. The status that it
+  /// takes selects the event: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
   /// DeadlineMissedStatus or LivelinessChangedStatus (these two: see EndpointEvent). There is one
-  /// of a kind for each end; the one that is made last is told. Throws Error when a deadline is to
-  /// be told that the QoS does not have. Its name is "TOPIC/publisher/deadline_missed" and so on.
+  /// of a kind for each end; the one that is made last is notified. Throws Error for a deadline
+  /// event if the QoS has no deadline. Its name is "TOPIC/publisher/deadline_missed" and so on.
   template <class Status, class End>
   std::shared_ptr<Entity> create_qos_event(const End& end,
                                            std::function<void(const Status&)> callback,
@@ -268,8 +270,8 @@ class Node : public std::enable_shared_from_this<Node> {
     return handle;
   }
 
-  /// What resumes coroutines, for those who make callbacks of their own kinds of others: at most so
-  /// many tasks at a time. `callback` is what it is called after.
+  /// Resumes coroutines, for authors of callback kinds that are made of others: at most
+  /// `most_tasks` at a time. `callback` gives it its name.
   std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
                                                  std::shared_ptr<CallbackGroup> group,
                                                  std::size_t most_tasks) {
@@ -307,10 +309,10 @@ class Node : public std::enable_shared_from_this<Node> {
   [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
     return parameters_.set_atomically(values);
   }
-  /// The callback is told of values that are right by their descriptors, before they are set or
-  /// declared, on the thread that does so. As in rclcpp the one that was added last is called
-  /// first: so only the one that was added first knows that no other refuses, and may act on them.
-  /// It may read parameters, which still have their old values, but not set or declare any.
+  /// The callback gets values that are valid by their descriptors, before they are set or declared,
+  /// on the thread that does so. As in rclcpp, the one that was added last is called first: so only
+  /// the one that was added first knows that no other refuses, and may act on them. It may read
+  /// parameters, which still have their old values, but not set or declare any.
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
       OnSetParametersCallback callback) {
     return parameters_.add_callback(std::move(callback));

@@ -36,7 +36,7 @@ std::shared_ptr<Node> make_node(const std::string& name, const NodeOptions& opti
   return std::make_shared<Node>(name, options);
 }
 
-// Owns an entity as an executor does, and notes what it is told.
+// Owns an entity as an executor does, and records its notifications.
 class OwningSink final : public Sink {
  public:
   explicit OwningSink(std::shared_ptr<Entity> entity) : entity_(std::move(entity)) {

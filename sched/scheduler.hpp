@@ -84,7 +84,9 @@ class Scheduler {
 
 /// A scheduler that is only an order. `Before` is a function object:
 /// `bool operator()(const ReadyCallback& a, const ReadyCallback& b) const`: a runs before b.
-/// Set `kUsesTime` when it looks at times. Push and pop are O(log n).
+/// Set `kUsesTime` when it reads times.
+/// Thread safety: as Scheduler.
+/// Real-time: configure allocates; push and pop are O(log n), and neither block nor allocate.
 template <class Before, bool kUsesTime = true>
 class HeapScheduler final : public Scheduler {
  public:

@@ -173,8 +173,8 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
 }
 
 // Wakes one sleeping worker. The announcing thread has written its announcement before, and a
-// worker counts itself idle before it looks for news a last time, both sequentially consistent: no
-// wake-up is lost, and without sleepers it costs two loads.
+// worker counts itself idle before it looks for events a last time, both sequentially consistent:
+// no wake-up is lost, and without sleepers it costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();
@@ -235,7 +235,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 }
 
 // With the lock held, when a worker is about to execute: if there is more to do than it can, or
-// nobody left who keeps time, another is woken.
+// no timekeeper left, another is woken.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_ || idle_.load() == 0) return;
   const TimePoint release = ready_.next_release();

@@ -13,7 +13,7 @@ SchedulerWitness witness;
 
 namespace {
 
-/// Order of arrival, and no trust in who calls it.
+/// Order of arrival, and no trust in its caller.
 class SuspiciousScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> infos) override {
@@ -261,7 +261,7 @@ std::string run(std::span<const std::uint8_t> bytes) {
   std::vector<std::weak_ptr<void>> made;
   std::string broken = World(bytes, made).run();
   for (const auto& each : made) {
-    if (broken.empty() && !each.expired()) broken = "something outlives all who hold it";
+    if (broken.empty() && !each.expired()) broken = "something outlives its last pointer";
   }
   return broken;
 }

@@ -261,7 +261,7 @@ class Actor {
             probe->run();
             goal->publish_feedback({1});
             if (goal->goal().number % 4 == 1) co_return;  // aborted
-            // Who cancels may come between.
+            // A cancel may come between.
             goal->succeed({goal->goal().number});
           },
           {.goal_group = group,

@@ -1,4 +1,4 @@
-// The order of rclcpp: polling point by polling point; inside one, timers, subscriptions,
+// The order of rclcpp: polling points in order; inside one, timers, subscriptions,
 // services, clients, waitables, each kind in order of registration. The model is that of Casini
 // et al., "Response-Time Analysis of ROS 2 Processing Chains" (ECRTS 2019). That the window comes
 // first keeps parked callbacks from losing to every later snapshot, the starvation shown by Teper
