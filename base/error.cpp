@@ -8,6 +8,11 @@
 #include <vector>
 
 namespace takt {
+
+Error::Error(const std::string& what, const std::string& what_to_do, const std::string& where)
+    : std::runtime_error((where.empty() ? "" : where + ": ") + what +
+                         (what_to_do.empty() ? "" : "; " + what_to_do)) {
+}
 namespace {
 
 // Capitals count as small letters: INFO instead of info is one mistake, not four.

@@ -138,7 +138,7 @@ struct ChainStep {
 class Entity {
  public:
   Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group);
-  virtual ~Entity() = default;
+  virtual ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 

@@ -27,10 +27,8 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
   /// `participant`: receives from other processes too; may be nullptr.
   SubscriptionBase(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group,
-                   Endpoint endpoint, std::shared_ptr<Participant> participant)
-      : Entity(kind, std::move(name), std::move(group)),
-        IntraProcessReader(std::move(endpoint)),
-        participant_(std::move(participant)) {}
+                   Endpoint endpoint, std::shared_ptr<Participant> participant);
+  ~SubscriptionBase() override;
 
   const std::string& topic() const noexcept { return endpoint().topic; }
   const QoS& qos() const noexcept { return endpoint().qos; }
@@ -42,12 +40,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   void attach(Sink& sink) noexcept override;
   void detach() noexcept override;
   void retire() noexcept override;
-  Report report() const override {
-    return {.topic = topic(),
-            .expected = expected(),
-            .from_outside = ask_outside(&RemoteReader::received),
-            .dropped = lost()};
-  }
+  Report report() const override;
   std::uint64_t lost() const noexcept override { return dropped() + malformed_; }
   /// Publishers in other processes.
   std::size_t outside_publisher_count() const noexcept {

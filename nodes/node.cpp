@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 namespace takt {
+
+NodeOptions::~NodeOptions() = default;
 namespace {
 
 // ROS 2's rule for one part of a name.

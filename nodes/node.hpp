@@ -47,6 +47,8 @@ struct NodeOptions {
   std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
   /// Connects the node to other processes; without it, messages stay in the process.
   std::shared_ptr<Participant> participant;
+
+  ~NodeOptions();  // not in each program's main
 };
 
 /// ROS 2's parameter for a simulated clock: a container reads it.
