@@ -11,7 +11,7 @@
 
 namespace takt {
 
-/// Triggered from anywhere; triggers that come before the callback has started are one.
+/// Triggered from anywhere; several triggers before the callback starts count as one.
 /// Thread safety: every method from any thread.
 /// Real-time: trigger neither blocks nor allocates.
 class GuardCondition : public Entity {

@@ -15,8 +15,8 @@
 namespace takt {
 
 /// A subscription without a callback: `auto message = co_await receiver->receive()` in a coroutine
-/// gets the oldest message, or the next one that comes. Of several that wait, the first one gets
-/// it. Messages that no task waits for stay, as many as the depth says.
+/// gets the oldest message, or waits for the next one. Of several waiting coroutines, the first one
+/// gets it. Messages that no task waits for stay, up to the depth.
 ///
 /// Thread safety: every method from any thread.
 /// Real-time: as Subscription, and a lock with priority inheritance, held for a few instructions.

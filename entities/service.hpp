@@ -31,18 +31,18 @@ concept ServiceCallback = std::invocable<F&, const typename S::Request&, typenam
     std::invocable<F&, const typename S::Request&, RequestId>;
 
 struct ServiceOptions {
-  /// How many requests it keeps that it has not served: what comes beyond replaces the oldest, and
-  /// is counted as dropped.
+  /// How many pending requests it keeps: a further one replaces the oldest, which is counted as
+  /// dropped.
   std::size_t depth = kServiceDepth;
-  /// Responses that are made in advance; when they are out, the heap has more. For services that
+  /// Responses that are allocated in advance; further ones come from the heap. For services that
   /// allocate anyway: 0.
   std::size_t loans = kServiceDepth;
 };
 
-/// For a service that is called now and then, and of which there are many: little memory.
+/// For services that are called rarely, and of which there are many: little memory.
 inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
 
-/// A service as its node hands it out: it receives requests as a subscription does, from this
+/// A service, as its node creates it: it receives requests as a subscription does, from this
 /// process by pointer and from others over DDS, and publishes each response. The callback fills in
 /// the response; when it throws, there is none, and the caller's timeout ends the call.
 ///

@@ -21,7 +21,7 @@
 
 namespace takt {
 
-/// All of a subscription that does not depend on the message's type.
+/// The part of a subscription that does not depend on the message's type.
 /// Thread safety and real-time: as Entity and IntraProcessReader.
 class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
@@ -135,7 +135,7 @@ class ControlBlocks {
   PoolPtr<Cell> cells_;
 };
 
-/// Where messages from other processes are decoded to.
+/// The memory into which messages from other processes are decoded.
 /// Thread safety: from any thread.
 /// Real-time: a message that fits into the memory of one of the `kept` before it allocates nothing.
 template <Message T>
@@ -166,7 +166,7 @@ class DecodedMessages {
   PoolPtr<LoanedBlock<T>> loans_;
 };
 
-/// A subscription as its node hands it out. Dropping the last pointer takes it from its executor
+/// A subscription, as its node creates it. Dropping the last pointer removes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
 /// Thread safety and real-time: as SubscriptionBase; a message from another process is decoded as
 /// DecodedMessages says.
@@ -201,7 +201,7 @@ class Subscription : public SubscriptionBase {
   DecodedMessages<T> decoded_;
 };
 
-/// The forms of callback: how the message comes, and whether MessageInfo follows.
+/// The forms of callback: how it takes the message, and whether MessageInfo follows.
 template <class F, class T>
 concept SubscriptionCallback =
     std::invocable<F&, const T&> || std::invocable<F&, std::shared_ptr<const T>> ||
@@ -211,7 +211,7 @@ concept SubscriptionCallback =
 const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo&>;
 
 /// A subscription with its callback. A callback that takes
-/// - `const T&` looks at the message; it never costs an allocation or a copy;
+/// - `const T&` reads the message; it never costs an allocation or a copy;
 /// - `std::shared_ptr<const T>` may keep it; no allocation while it keeps at most depth + 16;
 /// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
 ///   alone (or last), else copied to the heap.

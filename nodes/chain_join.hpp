@@ -40,7 +40,7 @@ class JoiningInstances {
   std::size_t count_ = 0;
 };
 
-/// What a fusion keeps, so that the chains of all its inputs go on in what it publishes. Without
+/// For a fusion of several inputs: the chains of all of them continue in what it publishes. Without
 /// it, a message belongs to the chain of the input in whose callback it was published:
 ///
 ///   on left:   join.received(0); left_ = message; fuse();
@@ -49,8 +49,8 @@ class JoiningInstances {
 ///              join.combine();
 ///              publisher->publish(…);
 ///
-/// The message carries a number that stands for all instances; the newest kMostJoined such numbers
-/// of the process are known. What is older is measured for the input that came last.
+/// The message carries a number that stands for all instances; the process remembers the newest
+/// kMostJoined of these. An older one is measured for the input that came last.
 /// Thread safety: calls are serialised by the user, as a mutually exclusive group of the callbacks
 /// does.
 /// Real-time: received() and combine() neither block nor allocate.
@@ -61,13 +61,13 @@ class ChainJoin {
   /// Throws Error when there are no inputs, or more than JoiningInstances::kMost.
   explicit ChainJoin(std::size_t inputs);
 
-  /// The callback that runs was called for this input, from 0. Of several messages of one input
-  /// the last one counts.
+  /// The running callback was called for this input, from 0. Of several messages of one input, the
+  /// last one counts.
   void received(std::size_t input) noexcept;
-  /// From here on what the callback that runs publishes belongs to its own chain instance and to
+  /// From here on, what the running callback publishes belongs to its own chain instance and to
   /// those of the inputs received since the last combine().
   void combine() noexcept;
-  /// Instances that ended here because more than JoiningInstances::kMost would have gone on.
+  /// Instances that ended here because more than JoiningInstances::kMost would have continued.
   std::uint64_t left_out() const noexcept { return left_out_; }
 
  private:

@@ -20,10 +20,10 @@
 
 namespace takt {
 
-/// What became of a request. True: the callback returned SUCCESS.
+/// The result of a request. True: the callback returned SUCCESS.
 struct TransitionResult {
-  /// What the transition's callback returned; nothing: the request was refused, and nothing was
-  /// done.
+  /// What the transition's callback returned; nothing: the request was rejected without any
+  /// effect.
   std::optional<CallbackReturn> returned;
   LifecycleState state = LifecycleState::unknown;  // of the node afterwards
   std::string message;  // refused or without success: why, and what can be asked for
@@ -32,29 +32,29 @@ struct TransitionResult {
 };
 
 /// ROS 2's managed node (design.ros2.org/articles/node_lifecycle.html). A request runs one of the
-/// callbacks below, on the calling thread; what that returns decides the next state.
+/// callbacks below, on the calling thread; its return value decides the next state.
 ///
 /// Inactive means inactive, as the design says (in rclcpp only publishers are managed: #1846). The
 /// publishers, subscriptions and timers that this class creates work in the state `active` only:
-/// - what is published otherwise goes nowhere, see LifecyclePublisher;
-/// - messages that arrive otherwise wait, the newest of them as the depth says, until the node is
-///   active again; no thread is woken for them;
-/// - timers rest otherwise. Their phase begins when the node becomes active, also when that is
-///   because on_deactivate returned FAILURE. One that is cancelled stays so.
+/// - in other states, publishing has no effect, see LifecyclePublisher;
+/// - messages that arrive in other states wait, up to the depth, until the node is active again; no
+///   thread is woken for them;
+/// - timers are paused in other states. Their phase begins when the node becomes active, even if it
+///   does so because on_deactivate returned FAILURE. A cancelled timer stays cancelled.
 /// Before on_deactivate, or on_shutdown of an active node, is called, the running managed callbacks
-/// have returned; no further one begins. If the request comes from one of them, that one is not
-/// waited for. (Two nodes whose managed callbacks deactivate each other at the same time wait for
-/// ever.) Under logical execution time it takes the place of those of its period that have not
-/// begun: their inputs are lost.
-/// What shall always work (services, clients, guard conditions and file descriptors do) is created
-/// by `Node::create_timer(…)` and so on.
+/// have returned; no further one begins. A request from one of them does not wait for that one.
+/// (Two nodes whose managed callbacks deactivate each other at the same time wait for ever.) With
+/// logical execution time, callbacks of the same period that have not begun are skipped: their
+/// inputs are lost.
+/// Services, clients, guard conditions and file descriptors always work. To create other entities
+/// that always work, call `Node::create_timer(…)` and so on.
 ///
-/// Thread safety: every method from any thread. Requests do not wait for each other: one that
-/// comes during another, from whatever thread or callback, is refused.
+/// Thread safety: every method from any thread. Requests do not wait for each other: one
+/// that comes during another, from any thread or callback, is rejected.
 /// Real-time: requests block, allocate and run the user's code: for control threads. A managed
-/// callback costs three atomic additions more than another, and nothing allocates.
-/// Errors: exceptions from callbacks are logged and count as ERROR. A request that cannot be says
-/// why in its result; nothing throws.
+/// callback costs three more atomic additions than others, and nothing allocates.
+/// Errors: exceptions from callbacks are logged and count as ERROR. The result of a
+/// rejected request says why; nothing throws.
 class LifecycleNode : public Node {
  public:
   using SharedPtr = std::shared_ptr<LifecycleNode>;
@@ -75,7 +75,7 @@ class LifecycleNode : public Node {
   TransitionResult trigger_transition(std::string_view label);
   TransitionResult trigger_transition(TransitionId id);
 
-  /// During a transition, the state that stands for it.
+  /// During a transition: its transition state.
   LifecycleState get_current_state() const noexcept { return state_.load(); }
 
   // Managed entities, as Node's.
