@@ -17,8 +17,8 @@ namespace takt {
 
 /// The callback is called once for everything since its last call, on its executor like every
 /// other. It also reports what was true already when the event was made. Made by
-/// Node::create_qos_event; it may outlive its publisher or subscription. Thread safety and
-/// real-time: as GuardCondition.
+/// Node::create_qos_event; it may outlive its publisher or subscription.
+/// Thread safety and real-time: as GuardCondition.
 template <class Status>
 class QosEvent final : public GuardCondition, EndpointEvents::Listener {
  public:
