@@ -16,7 +16,9 @@ namespace takt {
 Endpoint discovery_endpoint(RosGraph form);
 
 /// Sends all of it again whenever something changes, as ROS 2 does; the last message holds, and
-/// late joiners get it. Thread safety: every method from any thread. Real-time: set-up only.
+/// late joiners get it.
+/// Thread safety: every method from any thread.
+/// Real-time: set-up only.
 class NodeAnnouncer {
  public:
   NodeAnnouncer(dds_entity_t participant, RosGraph form);
