@@ -32,7 +32,24 @@ enum class StatisticsLevel {
   full,   // latency and execution time too: a clock reading a message and one a callback
 };
 
-/// What `isolated` gives an executor and a thread of its own.
+/// When announced callbacks reach the scheduler.
+enum class Readiness {
+  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
+  events,    // at every dispatch
+};
+
+/// What is known of an executor by its name. Its registration says it, and its constructor gets it.
+struct ExecutorTraits {
+  Readiness readiness = Readiness::wait_set;
+  std::string scheduler = "fifo";  // unless the options name one
+  std::size_t max_threads = 1;     // how many of ExecutorOptions::threads it can use
+  bool pool = false;               // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;             // nothing is added or removed after the first spin
+  bool triggered = false;          // takes a trigger, and a period
+  bool isolates = false;  // what runs has a thread for each node or group: ExecutorOptions::per
+};
+
+/// What an executor that isolates gives an executor and a thread of its own.
 enum class Isolation { node, group };
 
 /// Of one callback, for a trigger.
@@ -70,8 +87,8 @@ struct ExecutorOptions {
   /// One for each thread. The first is for the thread that calls spin, and is applied there.
   /// Empty: the caller's thread as it is, and for pools as many more as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
-  Isolation per = Isolation::node;  // `isolated` only
-  TriggerOptions trigger;           // `triggered` only
+  Isolation per = Isolation::node;  // of executors that isolate
+  TriggerOptions trigger;           // of triggered ones
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. For
   /// schedulers that look at it: `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
@@ -201,9 +218,6 @@ class Executor {
   /// True from when all threads of a spin are there until it ends: also after cancel.
   virtual bool is_spinning() const noexcept = 0;
 
-  /// How many of ExecutorOptions::threads it can use.
-  virtual std::size_t max_threads() const noexcept = 0;
-
   /// False: timers come due and nothing happens, until true. A run begins and ends so: all threads
   /// are there before the first release, and no message is lost after the last.
   virtual void release_timers(bool released) noexcept = 0;
@@ -218,19 +232,27 @@ class Executor {
   virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;
 };
 
-using ExecutorRegistry = Registry<Executor, const ExecutorOptions&>;
+using ExecutorRegistry = Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                    \
-  namespace {                                                                               \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = [] {                            \
-    ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
-      return std::make_unique<Class>(options);                                              \
-    });                                                                                     \
-    return true;                                                                            \
-  }();                                                                                      \
+/// Adds to `executors()`. For the macro below. Always true. Throws Error when the name is taken.
+template <class Class>
+bool register_executor(std::string name, std::string description, ExecutorTraits traits) {
+  executors().add(std::move(name), {std::move(description),
+                                    [traits](const ExecutorOptions& options) {
+                                      return std::make_unique<Class>(options, traits);
+                                    },
+                                    traits});
+  return true;
+}
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
+/// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
+#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)             \
+  namespace {                                                             \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =               \
+      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}); \
   }
 
 }  // namespace takt
