@@ -39,13 +39,14 @@ enum class Readiness {
 };
 
 /// What is known of an executor by its name. Its registration says it, and its constructor gets it.
+/// What is left out is as in rclcpp's single-threaded executor.
 struct ExecutorTraits {
   Readiness readiness = Readiness::wait_set;
-  std::string scheduler = "fifo";  // unless the options name one
-  std::size_t max_threads = 1;     // how many of ExecutorOptions::threads it can use
-  bool pool = false;               // without thread options: as many threads as CPUs, at least two
-  bool frozen = false;             // nothing is added or removed after the first spin
-  bool triggered = false;          // takes a trigger, and a period
+  std::string scheduler = "ros";  // unless the options name one
+  std::size_t max_threads = 1;    // how many of ExecutorOptions::threads it can use
+  bool pool = false;              // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;            // nothing is added or removed after the first spin
+  bool triggered = false;         // takes a trigger, and a period
   bool isolates = false;  // what runs has a thread for each node or group: ExecutorOptions::per
 };
 

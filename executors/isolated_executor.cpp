@@ -495,7 +495,6 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
 }
 
 TAKT_REGISTER_EXECUTOR("isolated", "a single-threaded executor and thread for each node or group",
-                       IsolatedExecutor, .readiness = Readiness::wait_set, .scheduler = "ros",
-                       .max_threads = SIZE_MAX, .isolates = true)
+                       IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true)
 
 }  // namespace takt
