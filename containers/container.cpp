@@ -95,7 +95,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.trace_events = overrides_.trace_events;
   options.watchdog = watchdog_;
   options.clock = overrides_.clock;
-  const std::size_t most = executors().make(executor.type, options)->max_threads();
+  const std::size_t most = executors().traits(executor.type).max_threads;
   for (const std::string& name : executor.threads) {
     if (options.threads.size() < most) options.threads.push_back(thread(name));
   }

@@ -32,7 +32,25 @@ enum class StatisticsLevel {
   full,   // also latency and execution time: a clock reading per message and one per callback
 };
 
-/// The unit that gets its own executor and thread under `isolated`.
+/// When announced callbacks reach the scheduler.
+enum class Readiness {
+  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
+  events,    // at every dispatch
+};
+
+/// Properties of an executor that are known by its name. The registration states them, and the
+/// constructor gets them. The defaults are those of rclcpp's single-threaded executor.
+struct ExecutorTraits {
+  Readiness readiness = Readiness::wait_set;
+  std::string scheduler = "ros";  // unless the options name one
+  std::size_t max_threads = 1;    // how many of ExecutorOptions::threads it can use
+  bool pool = false;              // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;            // nothing is added or removed after the first spin
+  bool triggered = false;         // takes a trigger, and a period
+  bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
+};
+
+/// The unit that gets its own executor and thread in an executor that isolates.
 enum class Isolation { node, group };
 
 /// The state of one callback, for a trigger.
@@ -70,8 +88,8 @@ struct ExecutorOptions {
   /// One entry per thread. The first is applied to the thread that calls spin.
   /// Empty: the caller's thread as it is; a pool has as many threads as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
-  Isolation per = Isolation::node;  // `isolated` only
-  TriggerOptions trigger;           // `triggered` only
+  Isolation per = Isolation::node;  // of executors that isolate
+  TriggerOptions trigger;           // of triggered executors
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
@@ -203,9 +221,6 @@ class Executor {
   /// True from when all threads of a spin have started until it ends, even after cancel.
   virtual bool is_spinning() const noexcept = 0;
 
-  /// How many of ExecutorOptions::threads it can use.
-  virtual std::size_t max_threads() const noexcept = 0;
-
   /// False: due timers are held until true. Used at the beginning and end of a run: all threads
   /// have started before the first release, and no message is lost after the last.
   virtual void release_timers(bool released) noexcept = 0;
@@ -220,19 +235,27 @@ class Executor {
   virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;
 };
 
-using ExecutorRegistry = Registry<Executor, const ExecutorOptions&>;
+using ExecutorRegistry = Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                    \
-  namespace {                                                                               \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = [] {                            \
-    ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
-      return std::make_unique<Class>(options);                                              \
-    });                                                                                     \
-    return true;                                                                            \
-  }();                                                                                      \
+/// Adds to `executors()`. For the macro below. Always true. Throws Error when the name is taken.
+template <class Class>
+bool register_executor(std::string name, std::string description, ExecutorTraits traits) {
+  executors().add(std::move(name), {std::move(description),
+                                    [traits](const ExecutorOptions& options) {
+                                      return std::make_unique<Class>(options, traits);
+                                    },
+                                    traits});
+  return true;
+}
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
+/// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
+#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)             \
+  namespace {                                                             \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =               \
+      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}); \
   }
 
 }  // namespace takt

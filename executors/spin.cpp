@@ -12,7 +12,6 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "takt/executors/single_threaded_executor.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 
 namespace takt {
@@ -110,10 +109,10 @@ CancelOnSignals::~CancelOnSignals() {
 }
 
 void spin(const std::shared_ptr<Node>& node) {
-  SingleThreadedExecutor executor;
-  executor.add_node(node);
-  const CancelOnSignals signals(executor);
-  executor.spin();
+  const auto executor = executors().make("single_threaded", {});
+  executor->add_node(node);
+  const CancelOnSignals signals(*executor);
+  executor->spin();
 }
 
 }  // namespace takt

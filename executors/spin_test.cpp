@@ -6,9 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "takt/executors/events_executor.hpp"
-#include "takt/executors/multi_threaded_executor.hpp"
-
 namespace takt {
 namespace {
 
@@ -17,23 +14,23 @@ using namespace std::chrono_literals;
 class CancelOnSignalsTest : public testing::TestWithParam<int> {};
 
 TEST_P(CancelOnSignalsTest, ASignalEndsTheSpinOfEachExecutor) {
-  EventsExecutor events;
-  MultiThreadedExecutor pool;
+  const auto events = executors().make("events", {});
+  const auto pool = executors().make("multi_threaded", {});
   const auto node = std::make_shared<Node>("node");
   const auto guard = node->create_guard_condition("guard", [] { std::raise(GetParam()); });
-  events.add_node(node);
-  const auto first = cancel_on_signals(events);
-  const auto second = cancel_on_signals(pool);
-  std::jthread other([&] { pool.spin(); });
+  events->add_node(node);
+  const auto first = cancel_on_signals(*events);
+  const auto second = cancel_on_signals(*pool);
+  std::jthread other([&] { pool->spin(); });
   guard->trigger();
-  events.spin();
+  events->spin();
 }
 
 TEST_P(CancelOnSignalsTest, ASignalBeforeTheSpinEndsItToo) {
-  EventsExecutor executor;
-  const auto signals = cancel_on_signals(executor);
+  const auto executor = executors().make("events", {});
+  const auto signals = cancel_on_signals(*executor);
   std::raise(GetParam());
-  executor.spin();
+  executor->spin();
 }
 
 TEST_P(CancelOnSignalsTest, SpinOfANodeEnds) {
@@ -48,8 +45,8 @@ TEST_P(CancelOnSignalsTest, SpinOfANodeEnds) {
 TEST_P(CancelOnSignalsTest, TheSecondSignalEndsTheProcess) {
   EXPECT_EXIT(
       {
-        EventsExecutor executor;
-        const auto signals = cancel_on_signals(executor);
+        const auto executor = executors().make("events", {});
+        const auto signals = cancel_on_signals(*executor);
         std::raise(GetParam());
         std::raise(GetParam());
       },
@@ -61,10 +58,10 @@ TEST_P(CancelOnSignalsTest, SignalsDoAgainWhatTheyDidBefore) {
   caught = 0;
   const auto before = std::signal(GetParam(), [](int) { ++caught; });
   {
-    EventsExecutor executor;
-    const auto signals = cancel_on_signals(executor);
+    const auto executor = executors().make("events", {});
+    const auto signals = cancel_on_signals(*executor);
     std::raise(GetParam());
-    executor.spin();
+    executor->spin();
   }
   EXPECT_EQ(caught, 0);
   std::raise(GetParam());

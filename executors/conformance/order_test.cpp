@@ -47,7 +47,7 @@ TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
       {"round_robin", {"guard", "high", "low", "timer"}},
   };
   // Two groups with a thread each have no order between them.
-  if (expected.contains(scheduler_name()) && executor_name() != kIsolatedPerGroup) {
+  if (expected.contains(scheduler_name()) && !is_per_group()) {
     EXPECT_EQ(trace, expected.at(scheduler_name()));
   } else {
     EXPECT_THAT(trace, UnorderedElementsAre("guard", "high", "low", "timer"));

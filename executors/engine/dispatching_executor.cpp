@@ -116,7 +116,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
                : nullptr),
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
-                 schedulers().make(scheduler_)->uses_time(),
+                 schedulers().traits(scheduler_).uses_time,
              options.watchdog.get(), trigger_.get()),
       has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));

@@ -20,16 +20,6 @@
 
 namespace takt {
 
-/// What distinguishes one named executor from another.
-struct ExecutorTraits {
-  Readiness readiness;
-  const char* scheduler;    // unless the options name one
-  std::size_t max_threads;  // options that give more are refused
-  bool pool = false;        // without thread options: as many threads as CPUs, at least two
-  bool frozen = false;      // nothing is added or removed after the first spin
-  bool triggered = false;   // takes a trigger, and a period
-};
-
 /// How it works:
 /// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready
 ///    set's inbox, and one sleeping worker is woken, if there is one.
@@ -60,7 +50,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return has_workers_.load(); }
-  std::size_t max_threads() const noexcept override { return traits_.max_threads; }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
     wake();  // the timekeeper must look again

@@ -22,12 +22,6 @@
 
 namespace takt {
 
-/// When announced callbacks reach the scheduler.
-enum class Readiness {
-  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
-  events,    // at every dispatch
-};
-
 /// What the parameters of a callback come to. They may change at a dispatch point.
 struct CallbackSettings {
   CallbackInfo info;

@@ -55,7 +55,7 @@ World::World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
   const std::string& type = executor_names[next() % executor_names.size()];
   options.statistics = static_cast<StatisticsLevel>(next() % 3);
-  if (type == "isolated" && next() % 2 == 1) options.per = Isolation::group;
+  if (executors().traits(type).isolates && next() % 2 == 1) options.per = Isolation::group;
   options.clock = &clock_;
   executor_ = executors().make(type, options);
   witness.complaint = nullptr;

@@ -46,7 +46,7 @@ class WaitBackend {
   virtual int fd() noexcept { return -1; }
 };
 
-using WaitBackendRegistry = Registry<WaitBackend, std::size_t>;
+using WaitBackendRegistry = Registry<WaitBackend, NoTraits, std::size_t>;
 /// All wait back ends of this process by name, made for a number of workers. Making one throws
 /// Error with the reason when this kernel does not grant it.
 WaitBackendRegistry& wait_backends();
@@ -64,13 +64,14 @@ std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clo
                                                std::size_t workers, bool has_file_descriptors);
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                                      \
-  namespace {                                                                                     \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {                              \
-    ::takt::wait_backends().add(                                                                  \
-        name, description, [](std::size_t workers) { return std::make_unique<Class>(workers); }); \
-    return true;                                                                                  \
-  }();                                                                                            \
+#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                      \
+  namespace {                                                                     \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {              \
+    ::takt::wait_backends().add(name, {description, [](std::size_t workers) {     \
+                                         return std::make_unique<Class>(workers); \
+                                       }});                                       \
+    return true;                                                                  \
+  }();                                                                            \
   }
 
 }  // namespace takt

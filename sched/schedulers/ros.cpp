@@ -17,8 +17,9 @@ struct RosOrder {
            std::tie(b.window, b.info->kind, b.info->registration);
   }
 };
-using RosScheduler = HeapScheduler<RosOrder, /*kUsesTime=*/false>;
+using RosScheduler = HeapScheduler<RosOrder>;
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler)
+TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler,
+                        .uses_time = false)
 }  // namespace takt
