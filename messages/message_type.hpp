@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -193,6 +194,39 @@ bool decode_message(std::span<const std::byte> bytes, void* message) {
   reader(*static_cast<T*>(message));
   return reader.ok();
 }
+
+// ---- What generated messages have in common ----
+
+/// How a generated message begins, in ROS 2's words. Every field always has a value: ZERO makes it
+/// zero or empty, and all others the default value of its definition.
+enum class MessageInitialization { ALL, SKIP, ZERO, DEFAULTS_ONLY };
+
+/// The names that ROS 2's messages have for pointers to them.
+template <class M>
+struct MessagePointers {
+  using RawPtr = M*;
+  using ConstRawPtr = const M*;
+  using SharedPtr = std::shared_ptr<M>;
+  using ConstSharedPtr = std::shared_ptr<const M>;
+  using WeakPtr = std::weak_ptr<M>;
+  using ConstWeakPtr = std::weak_ptr<const M>;
+  using UniquePtr = std::unique_ptr<M>;
+  using ConstUniquePtr = std::unique_ptr<const M>;
+  friend bool operator==(const MessagePointers&, const MessagePointers&) = default;
+};
+
+template <class T>
+MessageType generated_message_type(const char* name, std::vector<MessageField> fields) {
+  return finish_message_type({.name = name,
+                              .fields = std::move(fields),
+                              .size = sizeof(T),
+                              .alignment = alignof(T),
+                              .fixed_size = std::is_trivially_copyable_v<T>,
+                              .encode = &encode_message<T>,
+                              .decode = &decode_message<T>});
+}
+
+// ---- TAKT_MESSAGE ----
 
 // Applies `macro(type, field)` to each further argument, with commas between.
 #define TAKT_PARENS ()

@@ -15,7 +15,7 @@ int main() {
 
   const auto publisher = station->create_publisher<Reading>("reading", 10);
   const auto timer = station->create_timer("tick", 10ms, [&] {
-    publisher->publish(Reading{.sensor = "roof", .last_ones = {18.5, 19.0}});
+    publisher->publish(Reading().set__sensor("roof").set__last_ones({18.5, 19.0}));
   });
   const auto subscription =
       station->create_subscription<Reading>("reading", 10, [&](const Reading& reading) {

@@ -4,7 +4,8 @@
 # C++ messages from interface files: IDL, and ROS 2's .msg, .srv and .action. robot_msgs is made as an
 # INTERFACE library, or may be any target that is there already; who links it includes
 # <robot_msgs/msg/scan.hpp>. The first folder is the package's name, which is the target's own unless
-# PACKAGE gives another. LIBRARIES are targets with messages that these files use.
+# PACKAGE gives another. LIBRARIES are targets with messages that these files use; those of ROS 2's own
+# packages are known without.
 function(takt_add_messages target)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "PACKAGE" "LIBRARIES")
   set(call "takt_add_messages(${target} …)")
@@ -75,7 +76,7 @@ function(takt_add_messages target)
   string(SUBSTRING ${hash} 0 8 hash)
   add_custom_target(${target}_messages_${hash} DEPENDS ${headers})
   add_dependencies(${target} ${target}_messages_${hash})
-  foreach(library ${ARG_LIBRARIES})
+  foreach(library ${ARG_LIBRARIES} takt_ros_messages)
     if(TARGET ${library})
       add_dependencies(${target}_messages_${hash} ${library})
     endif()

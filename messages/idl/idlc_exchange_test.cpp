@@ -62,7 +62,8 @@ TEST_F(IdlcType, ReadsTheBytesOfOursAndWritesTheSame) {
   Shapes shapes;
   shapes.colour = Colour::GREEN;
   shapes.part.id = 7;
-  shapes.parts = {{.id = 8, .weight = 1}, {.id = 9, .weight = 2}};
+  shapes.parts = {test_msgs::msg::Part().set__id(8).set__weight(1),
+                  test_msgs::msg::Part().set__id(9).set__weight(2)};
   shapes.grid[1][2] = 6;
   shapes.matrix[0][1] = 0.5;
   shapes.rows = {{1}, {}, {2, -1}};

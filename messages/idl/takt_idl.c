@@ -1,23 +1,20 @@
 // The back end of Cyclone's IDL compiler that writes Takt's messages: `idlc -l THIS -H BODY x.idl`
-// makes C++ aggregates with their TAKT_MESSAGE. takt_messages.py runs it, and turns the includes of
-// IDL files, which stand at the top as they were found, into those of headers.
+// makes C++ classes of the shape that ROS 2's have. takt_messages.py runs it, and turns the
+// includes of IDL files, which stand at the top as they were found, into those of headers.
 //
 // IDL has default values for single values only; ROS 2 has lists, which takt_messages.py writes in
 // C++'s words into an annotation of its own, @takt_default_list.
 //
 // In C, as libidl's headers are no C++. Not linked with libcycloneddsidl: idlc has it.
 // SPDX-License-Identifier: Apache-2.0
-#include <idl/processor.h>
+#include "takt_idl.h"
+
 #include <idlc/generator.h>
 #include <inttypes.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { kMostFields = 80, kMostName = 1024 };  // TAKT_MESSAGE takes so many
-
-// What rosidl gives a message without fields; TAKT_MESSAGE does the same by itself.
+// What rosidl gives a message without fields; Takt's encoding does the same by itself.
 static const char kNoField[] = "structure_needs_at_least_one_member";
 // rosidl's place for the constants of struct X: module X_Constants, beside it.
 static const char kConstants[] = "_Constants";
@@ -31,366 +28,6 @@ static const idlc_option_t* kOptions[] = {&kOutput, NULL};
 
 const idlc_option_t** generator_options(void) {
   return kOptions;
-}
-
-// ---- Output ----
-
-typedef struct {
-  const idl_pstate_t* state;
-  FILE* out;
-  char scope[kMostName];  // the namespace that is open: "robot_msgs::msg"
-  bool failed;
-} Writer;
-
-// Goes on, so that one run tells of all that is wrong.
-static void refuse(Writer* writer, const void* node, const char* format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  idl_verror(writer->state, idl_location(node), format, arguments);
-  va_end(arguments);
-  writer->failed = true;
-}
-
-static void append(char* text, const char* more) {
-  const size_t used = strlen(text);
-  snprintf(text + used, kMostName - used, "%s", more);
-}
-
-// ---- Names ----
-
-static bool is_keyword(const char* name) {
-  static const char kWords[] =
-      " alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t "
-      "char32_t char8_t class co_await co_return co_yield compl concept const const_cast "
-      "consteval constexpr constinit continue decltype default delete do double dynamic_cast "
-      "else enum explicit export extern false float for friend goto if inline int long mutable "
-      "namespace new noexcept not not_eq nullptr operator or or_eq private protected public "
-      "register reinterpret_cast requires return short signed sizeof static static_assert "
-      "static_cast struct switch template this thread_local throw true try typedef typeid "
-      "typename union unsigned using virtual void volatile wchar_t while xor xor_eq ";
-  char word[kMostName];
-  snprintf(word, sizeof word, " %s ", name);
-  return strstr(kWords, word) != NULL;
-}
-
-static bool ends_with(const char* text, const char* end) {
-  const size_t length = strlen(text), end_length = strlen(end);
-  return length > end_length && strcmp(text + length - end_length, end) == 0;
-}
-
-static const idl_node_t* module_of(const void* node) {
-  const idl_node_t* above = idl_parent(node);
-  while (above != NULL && !idl_is_module(above)) above = idl_parent(above);
-  return above;
-}
-
-// On the wire, ROS 2's types lie in a module dds_ and have names that end in '_'. Both are left out
-// in C++.
-static bool is_dds_name(const void* node) {
-  const idl_node_t* module = module_of(node);
-  return module != NULL && idl_identifier_is(module, "dds_") &&
-         ends_with(idl_identifier(node), "_");
-}
-
-static void cpp_name(const void* node, char* name) {
-  snprintf(name, kMostName, "%s", idl_identifier(node));
-  if (is_dds_name(node)) name[strlen(name) - 1] = '\0';
-  if (is_keyword(name)) append(name, "_");
-}
-
-// The namespace of a node; "" is the global one.
-static void cpp_scope(const void* node, char* scope) {
-  const idl_node_t* module = module_of(node);
-  if (module == NULL) {
-    scope[0] = '\0';
-    return;
-  }
-  cpp_scope(module, scope);
-  if (idl_identifier_is(module, "dds_")) return;
-  if (scope[0] != '\0') append(scope, "::");
-  char name[kMostName];
-  cpp_name(module, name);
-  append(scope, name);
-}
-
-// As one writes it in the namespace that is open.
-static void cpp_reference(const Writer* writer, const void* node, char* reference) {
-  char scope[kMostName], name[kMostName];
-  cpp_scope(node, scope);
-  cpp_name(node, name);
-  reference[0] = '\0';
-  if (strcmp(scope, writer->scope) != 0) {
-    if (scope[0] != '\0') append(reference, "::");
-    append(reference, scope);
-    append(reference, "::");
-  }
-  append(reference, name);
-}
-
-static void idl_path(const void* node, const char* separator, char* path) {
-  const idl_node_t* module = module_of(node);
-  path[0] = '\0';
-  if (module != NULL) {
-    idl_path(module, separator, path);
-    append(path, separator);
-  }
-  append(path, idl_identifier(node));
-}
-
-// Types in package::msg, ::srv and ::action are ROS 2's: "package/msg/Name". Others have the name
-// that they have in IDL.
-static void wire_name(const void* node, char* name) {
-  const idl_node_t* kind = module_of(node);
-  if (is_dds_name(node)) kind = module_of(kind);
-  const idl_node_t* package = kind != NULL ? module_of(kind) : NULL;
-  if (package == NULL || module_of(package) != NULL ||
-      !(idl_identifier_is(kind, "msg") || idl_identifier_is(kind, "srv") ||
-        idl_identifier_is(kind, "action"))) {
-    idl_path(node, "::", name);
-    return;
-  }
-  snprintf(name, kMostName, "%s/%s/%s", idl_identifier(package), idl_identifier(kind),
-           idl_identifier(node));
-  if (is_dds_name(node)) name[strlen(name) - 1] = '\0';
-}
-
-// ---- Types ----
-
-static const char* base_type(const void* type) {
-  switch (idl_type(type)) {
-    case IDL_BOOL:
-      return "bool";
-    case IDL_CHAR:
-      return "char";
-    case IDL_OCTET:
-      return "std::byte";
-    case IDL_INT8:
-      return "std::int8_t";
-    case IDL_UINT8:
-      return "std::uint8_t";
-    case IDL_SHORT:
-    case IDL_INT16:
-      return "std::int16_t";
-    case IDL_USHORT:
-    case IDL_UINT16:
-      return "std::uint16_t";
-    case IDL_LONG:
-    case IDL_INT32:
-      return "std::int32_t";
-    case IDL_ULONG:
-    case IDL_UINT32:
-      return "std::uint32_t";
-    case IDL_LLONG:
-    case IDL_INT64:
-      return "std::int64_t";
-    case IDL_ULLONG:
-    case IDL_UINT64:
-      return "std::uint64_t";
-    case IDL_FLOAT:
-      return "float";
-    case IDL_DOUBLE:
-      return "double";
-    default:
-      return NULL;
-  }
-}
-
-static void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* type, char* text);
-
-// Of a string or sequence that may have a bound.
-static void container(const char* plain, uint32_t bound, char* text) {
-  if (bound == 0) {
-    snprintf(text, kMostName, "%s", plain);
-  } else {
-    snprintf(text, kMostName, "::takt::Bounded<%s, %" PRIu32 ">", plain, bound);
-  }
-}
-
-// `user`: where an error is reported.
-static void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* type, char* text) {
-  snprintf(text, kMostName, "?");
-  if (idl_is_forward(type)) {
-    refuse(writer, user,
-           "'%s' is used before it is defined; define it above, and leave out types that contain "
-           "themselves: refer to elements of a sequence by their index",
-           idl_identifier(type));
-  } else if (idl_is_alias(type) || idl_is_enum(type)) {
-    cpp_reference(writer, type, text);
-  } else if (idl_is_struct(type)) {
-    for (const idl_node_t* above = user; above != NULL; above = idl_parent(above)) {
-      if (above != type) continue;
-      refuse(writer, user,
-             "'%s' contains itself, which a message cannot; refer to elements of a sequence by "
-             "their index",
-             idl_identifier(type));
-    }
-    cpp_reference(writer, type, text);
-  } else if (idl_is_string(type)) {
-    container("std::string", idl_is_bounded(type) ? idl_bound(type) : 0, text);
-  } else if (idl_is_sequence(type)) {
-    const idl_sequence_t* sequence = type;
-    char element[kMostName], plain[kMostName] = "std::vector<";
-    cpp_type(writer, user, sequence->type_spec, element);
-    append(plain, element);
-    append(plain, ">");
-    container(plain, sequence->maximum, text);
-  } else if (idl_is_base_type(type) && base_type(type) != NULL) {
-    snprintf(text, kMostName, "%s", base_type(type));
-  } else if (!idl_is_union(type) && !idl_is_bitmask(type)) {  // these are refused where they stand
-    refuse(writer, user, "Takt's messages have no %s; use %s",
-           idl_type(type) == IDL_LDOUBLE ? "long double" : idl_construct(type),
-           idl_type(type) == IDL_LDOUBLE ? "double" : "another type");
-  }
-}
-
-// With the dimensions of the declarator: `long x[2][3]` is two arrays of three.
-static void declared_type(Writer* writer, const idl_type_spec_t* type,
-                          const idl_declarator_t* declarator, char* text) {
-  cpp_type(writer, declarator, type, text);
-  const idl_node_t* dimension = declarator->const_expr;
-  if (dimension == NULL) return;
-  while (dimension->next != NULL) dimension = dimension->next;
-  for (; dimension != NULL; dimension = dimension->previous) {
-    char element[kMostName];
-    snprintf(element, sizeof element, "%s", text);
-    snprintf(text, kMostName, "std::array<");
-    append(text, element);
-    char size[32];
-    snprintf(size, sizeof size, ", %" PRIu32 ">", ((const idl_literal_t*)dimension)->value.uint32);
-    append(text, size);
-  }
-}
-
-// ---- Values ----
-
-static void write_character(FILE* out, char character) {
-  if (character == '"' || character == '\\' || character == '\'') {
-    fprintf(out, "\\%c", character);
-  } else if (character >= ' ' && character <= '~') {
-    fputc(character, out);
-  } else {
-    fprintf(out, "\\%03o", (unsigned char)character);  // octal: takes no digit that follows
-  }
-}
-
-// With the fewest digits that are the same number again.
-static void write_float(FILE* out, double value, bool is_single) {
-  char text[64];
-  for (int digits = 1;; ++digits) {
-    snprintf(text, sizeof text, "%.*g", digits, value);
-    if (is_single ? strtof(text, NULL) == (float)value : strtod(text, NULL) == value) break;
-  }
-  fprintf(out, "%s%s%s", text, strpbrk(text, ".en") == NULL ? ".0" : "", is_single ? "f" : "");
-}
-
-static void write_signed(FILE* out, int64_t value) {
-  if (value == INT64_MIN) {
-    fputs("INT64_MIN", out);  // as -9223372036854775808 is a minus before a number too large
-  } else {
-    fprintf(out, "%" PRId64, value);
-  }
-}
-
-// A literal of IDL, or an enumerator.
-static void write_value(Writer* writer, const idl_const_expr_t* value) {
-  FILE* out = writer->out;
-  if (idl_is_enumerator(value)) {
-    char type[kMostName], name[kMostName];
-    cpp_reference(writer, idl_parent(value), type);
-    cpp_name(value, name);
-    fprintf(out, "%s::%s", type, name);
-    return;
-  }
-  const idl_literal_t* literal = value;
-  switch (idl_type(value)) {
-    case IDL_BOOL:
-      fputs(literal->value.bln ? "true" : "false", out);
-      break;
-    case IDL_CHAR:
-      fputc('\'', out);
-      write_character(out, literal->value.chr);
-      fputc('\'', out);
-      break;
-    case IDL_OCTET:
-      fprintf(out, "std::byte{%" PRIu8 "}", literal->value.uint8);
-      break;
-    case IDL_INT8:
-      write_signed(out, literal->value.int8);
-      break;
-    case IDL_SHORT:
-    case IDL_INT16:
-      write_signed(out, literal->value.int16);
-      break;
-    case IDL_LONG:
-    case IDL_INT32:
-      write_signed(out, literal->value.int32);
-      break;
-    case IDL_LLONG:
-    case IDL_INT64:
-      write_signed(out, literal->value.int64);
-      break;
-    case IDL_UINT8:
-      fprintf(out, "%" PRIu8, literal->value.uint8);
-      break;
-    case IDL_USHORT:
-    case IDL_UINT16:
-      fprintf(out, "%" PRIu16, literal->value.uint16);
-      break;
-    case IDL_ULONG:
-    case IDL_UINT32:
-      fprintf(out, "%" PRIu32 "u", literal->value.uint32);
-      break;
-    case IDL_ULLONG:
-    case IDL_UINT64:
-      fprintf(out, "%" PRIu64 "u", literal->value.uint64);
-      break;
-    case IDL_FLOAT:
-      write_float(out, literal->value.flt, true);
-      break;
-    case IDL_DOUBLE:
-      write_float(out, literal->value.dbl, false);
-      break;
-    case IDL_STRING:
-      fputc('"', out);
-      for (const char* c = literal->value.str; *c != '\0'; ++c) write_character(out, *c);
-      fputc('"', out);
-      break;
-    default:
-      refuse(writer, value, "Takt's messages have no value of this type; leave it out");
-  }
-}
-
-static const char* default_list(const void* node) {
-  const idl_annotation_appl_t* applied = ((const idl_node_t*)node)->annotations;
-  for (; applied != NULL; applied = idl_next(applied)) {
-    if (strcmp(applied->annotation->name->identifier, "takt_default_list") != 0) continue;
-    return ((const idl_literal_t*)applied->parameters->const_expr)->value.str;
-  }
-  return NULL;
-}
-
-// Every field has a value from the start.
-static void write_default(Writer* writer, const idl_member_t* member,
-                          const idl_declarator_t* declarator) {
-  const void* type = idl_strip(member->type_spec, IDL_STRIP_ALIASES);
-  const char* list = default_list(member);
-  if (list != NULL) {
-    fprintf(writer->out, " = %s", list);
-  } else if (member->value.value != NULL) {
-    fputs(" = ", writer->out);
-    write_value(writer, member->value.value);
-  } else if (declarator->const_expr != NULL || idl_is_array(type)) {
-    fputs("{}", writer->out);
-  } else if (idl_is_enum(type)) {
-    fputs(" = ", writer->out);
-    write_value(writer, ((const idl_enum_t*)type)->default_enumerator);
-  } else if (idl_type(type) == IDL_BOOL) {
-    fputs(" = false", writer->out);
-  } else if (idl_type(type) == IDL_OCTET) {
-    fputs("{}", writer->out);
-  } else if (idl_is_base_type(type)) {
-    fputs(" = 0", writer->out);
-  }
 }
 
 // ---- Declarations ----
@@ -424,14 +61,16 @@ static const idl_node_t* sibling(const void* node, size_t length, const char* en
 }
 
 static void write_const(Writer* writer, const idl_const_t* constant, const char* before) {
-  char name[kMostName], type[kMostName];
+  char name[kMostName], type[kMostName] = "constexpr ";
   cpp_name(constant, name);
   if (idl_is_string(idl_strip(constant->type_spec, IDL_STRIP_ALIASES))) {
-    snprintf(type, sizeof type, "std::string_view");
+    snprintf(type, sizeof type, "inline const std::string");
   } else {
-    cpp_type(writer, constant, constant->type_spec, type);
+    char plain[kMostName];
+    cpp_type(writer, constant, constant->type_spec, plain);
+    append(type, plain);
   }
-  fprintf(writer->out, "%sconstexpr %s %s = ", before, type, name);
+  fprintf(writer->out, "%s%s %s = ", before, type, name);
   write_value(writer, constant->const_expr);
   fputs(";\n", writer->out);
 }
@@ -504,12 +143,124 @@ static void write_field(Writer* writer, const idl_member_t* member,
   fputs(";\n", writer->out);
 }
 
-static void write_field_name(Writer* writer, const idl_member_t* member,
-                             const idl_declarator_t* declarator, size_t number) {
+static bool has_default(const idl_member_t* member) {
+  return default_list(member) != NULL || member->value.value != NULL;
+}
+
+// A message that is a field by itself, not in an array or sequence.
+static bool is_message(const idl_member_t* member, const idl_declarator_t* declarator) {
+  return declarator->const_expr == NULL &&
+         idl_is_struct(idl_strip(member->type_spec, IDL_STRIP_ALIASES));
+}
+
+static void find_messages_and_defaults(Writer* writer, const idl_member_t* member,
+                                       const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  writer->has_messages |= is_message(member, declarator);
+  writer->has_defaults |= has_default(member);
+}
+
+static void write_initialized(Writer* writer, const idl_member_t* member,
+                              const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  if (!is_message(member, declarator)) return;
+  char name[kMostName];
+  cpp_name(declarator, name);
+  fprintf(writer->out, "%s%s(how_)", writer->has_messages ? "\n      : " : ", ", name);
+  writer->has_messages = false;  // the first one is written
+}
+
+static void write_zero(Writer* writer, const idl_member_t* member,
+                       const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  if (!has_default(member)) return;
+  char name[kMostName];
+  cpp_name(declarator, name);
+  fprintf(writer->out, "    %s = {};\n", name);
+}
+
+// What ROS 2's messages can be made with. Parameters have names that no field has.
+static void write_constructors(Writer* writer, const idl_struct_t* type, const char* name) {
+  writer->has_messages = writer->has_defaults = false;
+  for_each_field(writer, type, 0, find_messages_and_defaults);
+  const bool is_used = writer->has_messages || writer->has_defaults;
+  fprintf(writer->out,
+          "  %s_() = default;\n"
+          "  explicit %s_(%s::takt::MessageInitialization%s)",
+          name, name, is_used ? "" : "[[maybe_unused]] ", " how_");
+  if (writer->has_messages) for_each_field(writer, type, 0, write_initialized);
+  fputs(" {", writer->out);
+  if (writer->has_defaults) {
+    fputs("\n    if (how_ != ::takt::MessageInitialization::ZERO) return;\n", writer->out);
+    for_each_field(writer, type, 0, write_zero);
+    fputs("  ", writer->out);
+  }
+  fprintf(writer->out,
+          "}\n"
+          "  explicit %s_(const Allocator&, ::takt::MessageInitialization how_ =\n"
+          "      ::takt::MessageInitialization::ALL)\n"
+          "      : %s_(how_) {}\n\n",
+          name, name);
+}
+
+static void write_setter(Writer* writer, const idl_member_t* member,
+                         const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  char name[kMostName], type[kMostName];
+  cpp_name(declarator, name);
+  declared_type(writer, member->type_spec, declarator, type);
+  fprintf(writer->out,
+          "  using _%s_type = %s;\n"
+          "  Type& set__%s(_%s_type value_) {\n"
+          "    %s = std::move(value_);\n"
+          "    return *this;\n"
+          "  }\n",
+          name, type, name, name, name);
+}
+
+static void write_description(Writer* writer, const idl_member_t* member,
+                              const idl_declarator_t* declarator, size_t number) {
+  (void)number;
+  char name[kMostName], type[kMostName];
+  cpp_name(declarator, name);
+  writer->describes = true;
+  declared_type(writer, member->type_spec, declarator, type);
+  writer->describes = false;
+  fprintf(writer->out, "             ::takt::describe_field<%s>(\"%s\", offsetof(Type, %s)),\n",
+          type, name, name);
+}
+
+static void write_visit(Writer* writer, const idl_member_t* member,
+                        const idl_declarator_t* declarator, size_t number) {
   (void)member, (void)number;
   char name[kMostName];
   cpp_name(declarator, name);
-  fprintf(writer->out, ", %s", name);
+  fprintf(writer->out, "    visitor(message.%s);\n", name);
+}
+
+// What TAKT_MESSAGE gives a plain struct.
+static void write_message_type(Writer* writer, const idl_struct_t* type) {
+  char wire[kMostName];
+  wire_name(type, wire);
+  fprintf(writer->out,
+          "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
+          "    static const ::takt::MessageType type = ::takt::generated_message_type<Type>(\n"
+          "        \"%s\",\n        {\n",
+          wire);
+  for_each_field(writer, type, 0, write_description);
+  fputs("        });\n    return type;\n  }\n", writer->out);
+  static const char* const kConst[] = {"", "const "};
+  for (int i = 0; i < 2; ++i) {
+    fprintf(writer->out,
+            "  template <class Visitor>\n"
+            "  friend void takt_visit_fields(Visitor& visitor, [[maybe_unused]] %sType& message) "
+            "{\n",
+            kConst[i]);
+    if (for_each_field(writer, type, 0, write_visit) == 0) {
+      fputs("    visitor.no_fields();\n", writer->out);
+    }
+    fputs("  }\n", writer->out);
+  }
 }
 
 // `struct X { using Request = X_Request; … };`, for Node::create_service<X>.
@@ -533,9 +284,8 @@ static void write_group(Writer* writer, const idl_struct_t* last, const char* co
 static void write_struct(Writer* writer, const idl_struct_t* type) {
   static const char* const kService[] = {"_Request", "_Response", NULL};
   static const char* const kAction[] = {"_Goal", "_Result", "_Feedback", NULL};
-  char name[kMostName], wire[kMostName];
+  char name[kMostName];
   cpp_name(type, name);
-  wire_name(type, wire);
   if (type->extensibility.annotation != NULL && type->extensibility.value != IDL_FINAL) {
     refuse(writer, type, "'%s' is @%s, and Takt sends plain CDR; make it @final", name,
            type->extensibility.value == IDL_MUTABLE ? "mutable" : "appendable");
@@ -548,7 +298,11 @@ static void write_struct(Writer* writer, const idl_struct_t* type) {
     refuse(writer, type->keylist, "Takt's topics have no keys; remove the keylist of '%s'", name);
   }
 
-  fprintf(writer->out, "struct %s {\n", name);
+  fprintf(writer->out,
+          "template <class Allocator>\n"
+          "struct %s_ : ::takt::MessagePointers<%s_<Allocator>> {\n"
+          "  using Type = %s_;\n",
+          name, name, name);
   const idl_node_t* constants = sibling(type, strlen(idl_identifier(type)), kConstants, IDL_MODULE);
   if (constants != NULL) {
     const idl_node_t* constant = ((const idl_module_t*)constants)->definitions;
@@ -557,19 +311,15 @@ static void write_struct(Writer* writer, const idl_struct_t* type) {
         write_const(writer, (const idl_const_t*)constant, "  static ");
       }
     }
-    fputc('\n', writer->out);
   }
-  const size_t count = for_each_field(writer, type, 0, write_field);
-  if (count > 0) fputc('\n', writer->out);
-  fprintf(writer->out, "  friend bool operator==(const %s&, const %s&) = default;\n};\n", name,
-          name);
-  if (count > kMostFields) {
-    refuse(writer, type, "'%s' has %zu fields, and a message has at most %d; put some into structs",
-           name, count, kMostFields);
-  }
-  fprintf(writer->out, "TAKT_MESSAGE(%s, \"%s\"", name, wire);
-  for_each_field(writer, type, 0, write_field_name);
-  fputs(");\n", writer->out);
+  fputc('\n', writer->out);
+  write_constructors(writer, type, name);
+  if (for_each_field(writer, type, 0, write_field) > 0) fputc('\n', writer->out);
+  if (writer->failed) return;  // what follows would say the same once more
+  for_each_field(writer, type, 0, write_setter);
+  fputs("  friend bool operator==(const Type&, const Type&) = default;\n\n", writer->out);
+  write_message_type(writer, type);
+  fprintf(writer->out, "};\nusing %s = %s_<std::allocator<void>>;\n", name, name);
   write_group(writer, type, kService);
   write_group(writer, type, kAction);
 }
@@ -605,7 +355,7 @@ static void write_definitions(Writer* writer, const idl_node_t* node) {
         // A typedef has no name of its own, but its declarators, which lie in it.
         enter(writer, node);
       }
-      if (is_const) write_const(writer, (const idl_const_t*)node, "inline ");
+      if (is_const) write_const(writer, (const idl_const_t*)node, "");
       if (idl_is_typedef(node)) write_typedef(writer, (const idl_typedef_t*)node);
       if (idl_is_enum(node)) write_enum(writer, (const idl_enum_t*)node);
       if (idl_is_struct(node)) write_struct(writer, (const idl_struct_t*)node);

@@ -22,6 +22,7 @@ import subprocess
 import sys
 
 MARK = ".takt_messages"  # lies in each tree
+SHIPPED = pathlib.PurePath("takt/messages")  # the tree of ROS 2's packages, below Takt's headers
 KINDS = ("msg", "srv", "action")
 SECTIONS = {"msg": ("",), "srv": ("_Request", "_Response"),
             "action": ("_Goal", "_Result", "_Feedback")}
@@ -215,8 +216,6 @@ class RosInterface:
 
     @staticmethod
     def cpp_value(base, value):
-        if base == "byte":
-            return f"std::byte{{{value}}}"
         if base in ("bool", "string"):
             return json.dumps(value, ensure_ascii=False)
         return repr(value) + ("u" if TYPES[base].startswith("u") else "")
@@ -225,7 +224,7 @@ class RosInterface:
 # ---- Both steps ----
 
 def link_others(options, ours):
-    for root in options.includes:
+    for root in options.includes + [root / SHIPPED for root in options.includes]:
         if root == options.tree or not (root / MARK).exists():
             continue
         for idl in root.rglob("*.idl"):
@@ -298,13 +297,29 @@ def compile_idl(options, file, idl):
     body.unlink()
     guard = guard_of(header.relative_to(options.tree))
     write(header, f"// Made from {file.name} by takt_add_messages; it will be made again.\n"
-          f"#ifndef {guard}\n#define {guard}\n\n#include <string_view>\n\n"
+          f"#ifndef {guard}\n#define {guard}\n\n{refusal(options, idl)}"
+          f"#include <memory>\n#include <string>\n#include <utility>\n\n"
           f'#include "takt/messages/message_type.hpp"\n{text}\n#endif  // {guard}\n')
+
+
+def refusal(options, idl):
+    """Of ROS 2's own header of the same type."""
+    package, kind, *_ = idl.relative_to(options.tree).parts
+    if kind not in KINDS:
+        return ""
+    name = snake_case(idl.stem)
+    header = f"{package}/{kind}/{name}.hpp"
+    theirs = "__".join((package, kind, "detail", name, "struct_hpp_")).upper()
+    return (f"#ifdef {theirs}\n#error \"ROS 2's {header} has been included before Takt's; both define "
+            f"the same types: include only one of them in a file\"\n#endif\n\n")
 
 
 def include(options, file, idl):
     if idl.is_relative_to(options.tree):
-        return header_of(idl.relative_to(options.tree))
+        inside = idl.relative_to(options.tree)
+        root = idl.resolve().parents[len(inside.parts) - 1]
+        is_shipped = root.parts[-len(SHIPPED.parts):] == SHIPPED.parts
+        return (SHIPPED if is_shipped else pathlib.PurePath()) / header_of(inside)
     raise Wrong(f"{file}: includes {idl}, of which there is no header; add it to this target, or "
                 "name the target that has it after LIBRARIES")
 
