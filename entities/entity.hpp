@@ -218,7 +218,8 @@ class Entity {
 
  protected:
   void announce(Arrival arrival) noexcept {
-    if (Sink* sink = sink_.load()) sink->announce(arrival);
+    Sink* sink = sink_.load();
+    if (sink != nullptr && !sink->announce_here(arrival)) sink->announce(arrival);
   }
   Sink* sink() const noexcept { return sink_.load(); }
 

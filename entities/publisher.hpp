@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "takt/entities/entity.hpp"
+#include "takt/entities/send.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"

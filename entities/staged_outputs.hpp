@@ -47,14 +47,6 @@ class StagedOutputs {
   std::uint64_t dropped_ = 0;
 };
 
-/// Sends a message with what a publisher has: near first, then far.
-inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message) noexcept {
-  if (remote == nullptr) return writer.write(message);
-  writer.write(message, 1);
-  remote->write(message.payload());
-  message.release();
-}
-
 }  // namespace takt
 
 #endif  // TAKT_ENTITIES_STAGED_OUTPUTS_HPP_

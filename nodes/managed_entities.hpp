@@ -136,7 +136,7 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
     if (this->ready_count() == 0) return;
     Arrival arrival{next_sequence(), clock_.now()};
     this->front(arrival);  // unless its publisher has not finished
-    sink->announce(arrival);
+    this->announce(arrival);
   }
   void has_closed() noexcept override {
     const std::lock_guard lock(mutex_);

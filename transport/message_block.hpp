@@ -26,8 +26,8 @@ class ArrivalListener {
  public:
   /// Something has arrived.
   virtual void announce(Arrival arrival) noexcept = 0;
-  /// The same before it has arrived, on the thread that alone takes it: true. On any other thread
-  /// it does nothing.
+  /// The shorter way, and it may be taken before it has arrived: true, on the thread that alone
+  /// takes it. On any other thread it does nothing, and `announce` must follow.
   virtual bool announce_here(Arrival) noexcept { return false; }
 
  protected:

@@ -294,9 +294,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
-  void announce(Arrival arrival) noexcept override {
-    if (!announce_here(arrival)) executor.announce(*this, arrival);
-  }
+  void announce(Arrival arrival) noexcept override { executor.announce(*this, arrival); }
   bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor || executor.shared_) return false;
     executor.ready_.announce_from_callback(*this, arrival);
