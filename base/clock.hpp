@@ -19,7 +19,7 @@ class Clock {
   virtual TimePoint now() const noexcept = 0;
   /// The clock as a manual one, or nullptr; executors choose their wait back end by it.
   virtual ManualClock* as_manual() noexcept { return nullptr; }
-  /// The clock as a simulated one, or nullptr: on it nobody can sleep.
+  /// The clock as a simulated one, or nullptr: no thread can sleep on it.
   virtual SimulatedClock* as_simulated() noexcept { return nullptr; }
   /// The clock itself, or the one that stands behind a simulated one: messages and answers are on
   /// their way in real time, and executors sleep in it.

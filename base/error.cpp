@@ -8,9 +8,14 @@
 #include <vector>
 
 namespace takt {
+
+Error::Error(const std::string& what, const std::string& what_to_do, const std::string& where)
+    : std::runtime_error((where.empty() ? "" : where + ": ") + what +
+                         (what_to_do.empty() ? "" : "; " + what_to_do)) {
+}
 namespace {
 
-// Capitals count as small letters: who writes INFO for info has made one mistake, not four.
+// Capitals count as small letters: INFO instead of info is one mistake, not four.
 char small(char letter) {
   return letter >= 'A' && letter <= 'Z' ? static_cast<char>(letter - 'A' + 'a') : letter;
 }

@@ -11,11 +11,11 @@
 namespace takt {
 
 /// What is wrong, where, and what to do about it. The message reads `where: what; what to do`.
+/// Thread safety: as std::runtime_error.
+/// Real-time: no; it allocates.
 class Error : public std::runtime_error {
  public:
-  Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {})
-      : std::runtime_error((where.empty() ? "" : where + ": ") + what +
-                           (what_to_do.empty() ? "" : "; " + what_to_do)) {}
+  Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {});
 };
 
 /// `did you mean 'x'? valid: a, b, c`: the end of an error about a name that does not exist.

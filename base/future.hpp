@@ -13,7 +13,9 @@
 
 namespace takt {
 
-/// Someone who sleeps and can be woken. `wake` must not block.
+/// A sleeping thread that can be woken.
+/// Thread safety: wake from any thread.
+/// Real-time: wake must neither block nor allocate.
 class Wakeable {
  public:
   virtual void wake() noexcept = 0;
@@ -30,7 +32,7 @@ class FutureState {
  public:
   bool ready() const noexcept { return ready_.load(); }
 
-  /// `waiter` is woken when the value arrives. After watch(nullptr) nobody uses the old one.
+  /// `waiter` is woken when the value arrives. After watch(nullptr) no thread uses the old one.
   void watch(Wakeable* waiter) noexcept {
     waiter_.store(waiter);
     if (waiter == nullptr) wait_for_readers();
@@ -52,6 +54,8 @@ template <class T>
 class Promise;
 
 /// The receiving end; copies share the value.
+/// Thread safety: every method from any thread; an object that is assigned to, by one at a time.
+/// Real-time: nothing blocks or allocates; get throws, and so allocates, when it is not ready.
 template <class T>
 class Future {
  public:
@@ -73,7 +77,9 @@ class Future {
   std::shared_ptr<State> state_;
 };
 
-/// The giving end. `set_value` once, from any thread.
+/// The giving end.
+/// Thread safety: set_value once, from any thread.
+/// Real-time: construction allocates; set_value neither blocks nor allocates unless moving T does.
 template <class T>
 class Promise {
  public:

@@ -13,10 +13,10 @@ namespace takt {
 /// One thing that a library registers while its static initialisers run. An exception must not
 /// leave those, so it is only noted then, and looked at when the library is loaded.
 struct Registration {
-  std::string noun, name, description;  // "scheduler", "mine", …
-  std::any factory;                     // what the noun's Registry takes
-  std::string version;                  // TAKT_VERSION, as the library's compiler saw it
-  bool is_added = false;                // for who adds it to a Registry
+  std::string noun, name;  // "scheduler", "mine"
+  std::any entry;          // what the noun's Registry takes
+  std::string version;     // TAKT_VERSION, as the library's compiler saw it
+  bool is_added = false;   // for the code that adds it to a Registry
 };
 
 /// For static initialisers. False: this thread loads no library, and the caller adds by itself.

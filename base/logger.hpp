@@ -56,7 +56,7 @@ class Logger {
   void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     if (level >= this->level()) write(level, format, std::forward<Arguments>(arguments)...);
   }
-  /// As log, for who has a level of its own.
+  /// As log, for a caller with a level of its own.
   template <class... Arguments>
   void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     Record* record = begin(level);
@@ -74,8 +74,8 @@ class Logger {
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   /// Returns when everything that was logged before the call is written.
   void flush();
-  /// Is told of every line, on the writing thread, after it was written. Empty: nobody is. When
-  /// this returns, the one before is not told any more.
+  /// Called with every line, on the writing thread, after it was written. Empty: none. When this
+  /// returns, the previous listener is not called any more.
   void set_listener(std::function<void(const LogLine&)> listener);
   /// Where lines go instead of stderr (tests). What was logged before goes where it went before.
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
@@ -110,9 +110,10 @@ class Logger {
 
 /// For what may happen a thousand times a second: says yes once a second at the most.
 /// Thread safety: from any thread.
+/// Real-time: neither blocks nor allocates.
 class LogThrottle {
  public:
-  /// How often it has said no since the last yes; nothing: not now.
+  /// Yes: how often it has said no since the last yes. No: nothing.
   std::optional<std::uint64_t> may_log() noexcept;
 
  private:

@@ -6,7 +6,7 @@
 
 namespace takt {
 namespace {
-// The participant that the calling thread is, so that work() knows whom to block.
+// The participant that the calling thread is, so that work() knows which one to block.
 thread_local ManualClock::Participant* this_participant = nullptr;
 }  // namespace
 
@@ -53,7 +53,7 @@ void ManualClock::advance(Nanoseconds duration) {
   now_ = std::max(now_, target);
 }
 
-// Takes the CPUs from all, and gives them to the most urgent of those who are awake.
+// Takes the CPUs from all, and gives them to the most urgent of those that are awake.
 void ManualClock::share_cpus() {
   std::vector<Participant*> awake;
   for (Participant* candidate : participants_) {

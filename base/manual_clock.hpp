@@ -23,10 +23,10 @@ namespace takt {
 ///    blocks again, in `wait` or in `work`; when none can run, time jumps to the next wake-up.
 /// 3. `advance` returns when the target is reached and every participant is blocked.
 ///
-/// With CPUs, participants also compete for them as threads do: whoever is awake or in `work` needs
-/// one of those that it may use, and the less urgent stands still meanwhile. So a preemptive
-/// arrangement can be simulated: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger
-/// priority first, equal ones in order of waking up. Without, there is a CPU for everybody.
+/// With CPUs, participants also compete for them as threads do: one that is awake or in `work`
+/// needs one of the CPUs that it may use, and the less urgent one stops meanwhile. So a test can
+/// simulate preemption: SCHED_DEADLINE before SCHED_FIFO, the earlier deadline or larger priority
+/// first, equal ones in order of waking up. Without CPUs, each participant has one of its own.
 ///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; for tests and simulation only.
@@ -39,7 +39,7 @@ class ManualClock final : public Clock {
     Participant(const Participant&) = delete;
     Participant& operator=(const Participant&) = delete;
 
-    /// Of those who can run at the same time, the smaller rank runs first.
+    /// Of participants that can run at the same time, the one with the smaller rank runs first.
     std::pair<std::uint64_t, std::uint64_t> rank;
     /// How urgent the thread is: its relative deadline (0: none), its priority (0: none).
     Nanoseconds deadline{0};

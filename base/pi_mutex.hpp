@@ -11,7 +11,7 @@ namespace takt {
 /// runs. Meets the standard's Lockable requirements.
 /// Thread safety: that is its purpose.
 /// Real-time: uncontended it is two atomic operations; a waiter waits as long as the holder
-/// holds, because nobody of a priority between them can preempt the holder.
+/// holds, because no thread of a priority between theirs can preempt the holder.
 class PiMutex {
  public:
   PiMutex() noexcept {

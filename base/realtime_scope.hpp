@@ -54,7 +54,9 @@ class RealtimeScope {
 };
 
 /// While the object lives, its thread is inside a library that is known to allocate (Cyclone DDS):
-/// that is counted apart.
+/// its allocations are counted separately.
+/// Thread safety: made and destroyed on one thread.
+/// Real-time: neither blocks nor allocates.
 class ForeignCode {
  public:
   ForeignCode() noexcept;

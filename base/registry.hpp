@@ -21,23 +21,31 @@
 
 namespace takt {
 
-/// Makes `Product`s by name. One registry for each product in the whole process: it lives in
-/// libtakt, so that a library that is loaded later registers into the same one.
+/// Of products of which nothing has to be known before one is made.
+struct NoTraits {};
+
+/// Makes `Product`s by name, and says by name what they are like. One registry for each product in
+/// the whole process: it lives in libtakt, so that a library that is loaded later registers into
+/// the same one.
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; names are resolved while a system is set up.
-template <class Product, class... Arguments>
+template <class Product, class Traits, class... Arguments>
 class Registry {
  public:
   using Factory = std::function<std::unique_ptr<Product>(Arguments...)>;
+  struct Entry {
+    std::string description;
+    Factory factory;
+    Traits traits{};
+  };
 
   /// `noun` is what errors call the product: "scheduler".
   explicit Registry(std::string noun) : noun_(std::move(noun)) {}
 
-  void add(std::string name, std::string description, Factory factory) {
+  void add(std::string name, Entry entry) {
     const std::lock_guard lock(mutex_);
-    const auto [entry, is_new] =
-        entries_.try_emplace(std::move(name), Entry{std::move(description), std::move(factory)});
-    if (!is_new) throw Error(noun_ + " '" + entry->first + "' is registered twice");
+    const auto [known, is_new] = entries_.try_emplace(std::move(name), std::move(entry));
+    if (!is_new) throw Error(noun_ + " '" + known->first + "' is registered twice");
   }
 
   std::unique_ptr<Product> make(std::string_view name, Arguments... arguments) const {
@@ -55,13 +63,9 @@ class Registry {
   }
 
   std::string description(std::string_view name) const { return find(name).description; }
+  Traits traits(std::string_view name) const { return find(name).traits; }
 
  private:
-  struct Entry {
-    std::string description;
-    Factory factory;
-  };
-
   Entry find(std::string_view name) const {
     {
       const std::lock_guard lock(mutex_);

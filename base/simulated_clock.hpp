@@ -1,4 +1,4 @@
-// Time that somebody else tells: a simulator, or a player of a recording.
+// Time from another source: a simulator, or a player of a recording.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_SIMULATED_CLOCK_HPP_
 #define TAKT_BASE_SIMULATED_CLOCK_HPP_
@@ -11,14 +11,14 @@
 
 namespace takt {
 
-/// Stands still until it is set. Nothing sleeps on it: who waits for a time is told when the clock
-/// is set, and looks.
+/// Stands still until it is set. Nothing sleeps on it: the clock notifies a thread that waits for a
+/// time when it is set, and the thread checks.
 ///
-/// Jumps: forward, a timer that has become due has one release, and those that lie between are
-/// missed. Back by d, every release moves back by d too, so that what was due in 100 ms still is.
+/// Jumps: forward, a timer that has become due has one release, and the releases in between are
+/// missed. Back by d, every release moves back by d too, so what was due in 100 ms still is.
 ///
 /// Thread safety: every method from any thread; `set` by one at a time.
-/// Real-time: now is an atomic load. set tells each listener, under a lock with priority
+/// Real-time: now is an atomic load. set calls each listener, under a lock with priority
 /// inheritance.
 class SimulatedClock final : public Clock {
  public:

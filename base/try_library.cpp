@@ -11,7 +11,7 @@
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with whoever asks for it
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // with the process that asks for it
   const rlimit none{};
   setrlimit(RLIMIT_CORE, &none);  // to die is its purpose
   void* const takt = dlopen(argv[1], RTLD_NOW | RTLD_GLOBAL);

@@ -27,7 +27,7 @@ ProcessResult simulate(const std::string& file, const std::string& executor, std
   clock.advance(duration);
   container.hold();
   clock.advance(1s);
-  // Whoever ends needs time to pass.
+  // The end of a run needs time to pass.
   std::atomic<bool> has_stopped{false};
   std::thread controller([&] {
     while (!has_stopped.load()) clock.advance(1s);

@@ -23,8 +23,11 @@ enum class CallbackGroupType {
 /// `Exclusion` for it.
 ///
 /// Thread safety: parameters are set before an executor has the group; the rest from any thread.
+/// Real-time: set-up only; claim, release and the getters neither block nor allocate.
 class CallbackGroup {
  public:
+  using SharedPtr = std::shared_ptr<CallbackGroup>;
+
   CallbackGroup(std::string name, CallbackGroupType type, bool automatically_add_to_executor = true)
       : name_(std::move(name)),
         type_(type),

@@ -19,18 +19,18 @@ namespace takt {
 enum class OverrunPolicy {
   catch_up,  // timers: of the releases that came meanwhile one is served at once (the default)
   skip,      // timers: none of them is served; the next one is the next of the phase
-  abort,     // the chain instance ends: what it has sent, and sends yet, is received by nobody
+  abort,     // the chain instance ends: no callback receives what it has sent or will send
   demote,    // it runs after all others, until it has ended once without an overrun
 };
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
-/// What a handler is told.
+/// What a handler gets.
 struct OverrunReport {
   std::string_view node, callback;  // valid during the call
   std::uint64_t sequence = 0;       // of the message or release
   TimePoint ready_time{}, deadline = kNever;
-  /// When its execution ended; kNever when the watchdog tells of it before.
+  /// When its execution ended; kNever when the watchdog reports it before.
   TimePoint end = kNever;
   Nanoseconds execution_time{0}, budget{0};  // 0: not known, none
 };

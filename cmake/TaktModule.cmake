@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# How the parts of Takt are declared. See docs/explanation/architecture.md for who may include whom.
+# How the parts of Takt are declared. See docs/explanation/architecture.md for which may include which.
 
 # takt_module(NAME executors USES entities sched base [FOLDERS engine] SOURCES a.cpp engine/b.cpp
 #             [LIBRARIES yaml-cpp])

@@ -9,6 +9,7 @@ cmake_path(RELATIVE_PATH CMAKE_INSTALL_FULL_LIBDIR BASE_DIRECTORY ${CMAKE_INSTAL
 if(TARGET takt_cli)
   set_target_properties(takt_cli PROPERTIES INSTALL_RPATH "$ORIGIN/${bin_to_lib}")
   install(TARGETS takt_cli)
+  add_dependencies(takt_cli takt_try_library takt_idl)  # so that install works once the command is built
 endif()
 install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(TARGETS takt_try_library RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
@@ -20,11 +21,14 @@ foreach(module ${takt_modules})
   list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|configuration_reader|container_parts|\
 cyclone_endpoint|cyclone_entity|cyclone_participant|cyclone_type|domain|graph_reader|loopback_sockets|manual|node_announcer|reactor|refused_chunks|\
 roudi_probe|topic_watch|wait_in_callback|writer_clocks|writer_sequences)\\.hpp$")
+  list(REMOVE_ITEM headers containers/takt.hpp)
   foreach(header ${headers})
     cmake_path(GET header PARENT_PATH folder)
     install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${folder})
   endforeach()
 endforeach()
+
+install(FILES containers/takt.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
 
 # find_package(takt). Before 1.0 each minor version may break its users.
 include(CMakePackageConfigHelpers)

@@ -1,4 +1,4 @@
-"""What the tests of whole programs share: each relation that must hold is told and counted.
+"""What the tests of whole programs share: each relation that must hold is printed and counted.
 
 SPDX-License-Identifier: Apache-2.0
 """

@@ -80,7 +80,7 @@ std::string Recorder::complete() {
                                           : "the disk was slow, or they did not fit into a buffer");
 }
 
-// Who publishes here, and who on the domain.
+// The publishers of this process, and those on the domain.
 void Recorder::look() {
   const auto is_wanted = [&](const std::string& topic) {
     const bool is_named = std::find(wanted_.begin(), wanted_.end(), topic) != wanted_.end();

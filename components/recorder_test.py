@@ -139,7 +139,7 @@ if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=20m", "tmpfs", str(disk)]
         check("a full disk is reported once", told.count("the recording ends here") == 1, told)
         dropped = re.search(r"(\d+) messages of \d+ topics, (\d+) dropped", told)
         kept = sum(len(list_) for list_ in messages(disk / "full.mcap").values())
-        check("what is in the file, and what is not, is told",
+        check("the log says what is in the file, and what is not",
               dropped and int(dropped[1]) == kept and int(dropped[2]) > 0, told)
         check("nothing else is lost", all(row["lost"] in (0, None) and row["dropped"] in (0, None)
                                           for row in result["callbacks"]

@@ -104,8 +104,8 @@ void add_all(std::vector<Registration>& registrations, const std::string& name,
     }
   }
   for (Registration* registration : fresh) {
-    components().add(registration->name, registration->description,
-                     std::any_cast<ComponentRegistry::Factory>(registration->factory));
+    components().add(registration->name,
+                     std::any_cast<ComponentRegistry::Entry>(registration->entry));
     registration->is_added = true;
   }
 }
@@ -152,8 +152,9 @@ void find_component(const std::string& name, const std::string& library) {
 
 bool register_component(std::string name, std::string description, ComponentRegistry::Factory make,
                         const char* version) {
-  if (!note_registration({kNoun, name, description, make, version})) {
-    components().add(std::move(name), std::move(description), std::move(make));
+  ComponentRegistry::Entry entry{std::move(description), std::move(make)};
+  if (!note_registration({kNoun, name, entry, version})) {
+    components().add(std::move(name), std::move(entry));
   }
   return true;
 }

@@ -28,7 +28,7 @@ class Completing {
   virtual std::string complete() = 0;
 };
 
-using ComponentRegistry = Registry<Component, const NodeOptions&>;
+using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes of this process by name.
 ComponentRegistry& components();
 

@@ -95,7 +95,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   options.trace_events = overrides_.trace_events;
   options.watchdog = watchdog_;
   options.clock = overrides_.clock;
-  const std::size_t most = executors().make(executor.type, options)->max_threads();
+  const std::size_t most = executors().traits(executor.type).max_threads;
   for (const std::string& name : executor.threads) {
     if (options.threads.size() < most) options.threads.push_back(thread(name));
   }
@@ -362,12 +362,20 @@ void Container::check_matches() {
 
 void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
   has_checked_matches_ = true;
-  for (const OneSidedTopic& topic : topics) {
-    const auto required = description_.must_match.find(topic.name);
-    if (required == description_.must_match.end()) continue;
-    std::string error = Error(fmt::format("topic '{}' must match: {}", topic.name, topic.reason()),
-                              "", required->second)
-                            .what();
+  for (const auto& [name, where] : description_.must_match) {
+    const auto one_sided =
+        std::find_if(topics.begin(), topics.end(),
+                     [&required = name](const auto& topic) { return topic.name == required; });
+    std::string reason;
+    if (one_sided != topics.end()) {
+      reason = one_sided->reason();
+    } else if (!is_known_topic(name, participant_.get())) {
+      reason = "nobody publishes it or subscribes to it; is it misspelt?";
+    } else {
+      continue;
+    }
+    std::string error =
+        Error(fmt::format("topic '{}' must match: {}", name, reason), "", where).what();
     log(LogLevel::error, "{}", error);
     const std::lock_guard lock(mutex_);
     failures_.push_back(std::move(error));

@@ -115,9 +115,10 @@ std::vector<ChainBound> Container::bounds() const {
     Placement placement{executor_of(*callback.node, *callback.entity->group())};
     for (const ExecutorDescription& executor : description_.executors) {
       if (executor.name != placement.executor) continue;
-      placement.is_by_priority = executor.scheduler == "fixed_priority" ||
-                                 executor.scheduler == "chain_priority" ||
-                                 (executor.scheduler.empty() && executor.type == "chain_aware");
+      const std::string scheduler = executor.scheduler.empty()
+                                        ? executors().traits(executor.type).scheduler
+                                        : executor.scheduler;
+      placement.is_by_priority = schedulers().traits(scheduler).by_priority;
     }
     return placement;
   });
@@ -128,7 +129,7 @@ std::vector<ChainBound> Container::bounds() const {
 Container::Errors Container::too_much_for_executors() const {
   Errors errors;
   for (const ExecutorDescription& executor : description_.executors) {
-    if (executor.type == "isolated") continue;  // a thread each
+    if (executors().traits(executor.type).isolates) continue;  // a thread each
     const double capacity = capacity_of(executor);
     const double utilisation = utilisation_of(executor.name);
     if (utilisation <= capacity) continue;

@@ -213,9 +213,10 @@ TEST(Container, AnExceptionOfACallbackEndsTheRun) {
     std::shared_ptr<Timer> timer =
         create_timer("timer", 1ms, [] { throw std::runtime_error("boom"); });
   };
-  components().add("test::Bomb", "throws", [](const NodeOptions& options) {
-    return std::make_unique<Component>(Component{std::make_shared<Bomb>(options)});
-  });
+  components().add("test::Bomb", {"throws", [](const NodeOptions& options) {
+                                    return std::make_unique<Component>(
+                                        Component{std::make_shared<Bomb>(options)});
+                                  }});
   SystemDescription system;
   system.components.push_back({.type = "test::Bomb"});
   Container container(system);

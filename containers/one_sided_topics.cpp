@@ -58,6 +58,21 @@ std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
   return result;
 }
 
+bool is_known_topic(const std::string& name, Participant* participant) {
+  const auto is_of = [&](const auto& ends, auto name_of) {
+    return std::any_of(ends.begin(), ends.end(),
+                       [&](const auto& end) { return end.*name_of == name; });
+  };
+  const LocalTopics here = local_topics();
+  if (is_of(here.publishers, &Endpoint::topic) || is_of(here.subscriptions, &Endpoint::topic)) {
+    return true;
+  }
+  if (participant == nullptr) return false;
+  const Graph graph = participant->graph();
+  return is_of(graph.publishers, &GraphEndpoint::name) ||
+         is_of(graph.subscriptions, &GraphEndpoint::name);
+}
+
 std::string hint_at(const std::vector<OneSidedTopic>& topics) {
   std::vector<std::string> texts;
   for (const OneSidedTopic& topic : topics) {

@@ -24,6 +24,10 @@ struct OneSidedTopic {
 /// without DDS. Thread safety: from any thread. Real-time: no.
 std::vector<OneSidedTopic> one_sided_topics(Participant* participant);
 
+/// Whether anybody publishes it or subscribes to it, in this process or as far as `participant` has
+/// discovered. Thread safety: from any thread. Real-time: no.
+bool is_known_topic(const std::string& name, Participant* participant);
+
 /// One line for those of them that a user may have got wrong; empty: there are none. Left out are
 /// the topics that every node has, and those that ROS 2 hides.
 std::string hint_at(const std::vector<OneSidedTopic>& topics);

@@ -107,6 +107,21 @@ std::vector<std::string> failures(Act&& act) {
 constexpr const char* kFailure =
     "test.yaml:6: topic '/scan' must match: nobody publishes it for /listener";
 
+// In one of several containers: nobody could say at its start that the name is wrong.
+TEST(OneSidedTopics, ThatMustMatchFailTheRunWhenNobodyHasThem) {
+  SystemDescription system = listening();
+  system.must_match = {{"/scam", "test.yaml:6"}};
+  Container container(system);
+  container.start();
+  container.release();
+  container.hold();
+  container.stop();
+  EXPECT_THAT(
+      container.result().failures,
+      ElementsAre("test.yaml:6: topic '/scam' must match: nobody publishes it or subscribes "
+                  "to it; is it misspelt?"));
+}
+
 TEST(OneSidedTopics, ThatMustMatchFailTheRunOnce) {
   EXPECT_THAT(failures([](Container& container) { container.check_matches(); }),
               ElementsAre(kFailure));

@@ -147,9 +147,10 @@ class Made : public Node {
 };
 
 TEST(Release, OfAnyProgramBeginsPhasesAndTouchesNothingElse) {
-  components().add("test::Made", "for tests", [](const NodeOptions& options) {
-    return std::make_unique<Component>(Component{std::make_shared<Made>(options)});
-  });
+  components().add("test::Made", {"for tests", [](const NodeOptions& options) {
+                                    return std::make_unique<Component>(
+                                        Component{std::make_shared<Made>(options)});
+                                  }});
   for (int seed = 0; seed < kPrograms; ++seed) {
     ASSERT_EQ(Program(static_cast<unsigned>(seed)).run(), "") << "program " << seed;
   }

@@ -66,9 +66,10 @@ class TwoOfOneName : public Node {
 
 template <class Class>
 std::string provide(const std::string& type) {
-  components().add(type, "for tests", [](const NodeOptions& options) {
-    return std::make_unique<Component>(Component{std::make_shared<Class>(options)});
-  });
+  components().add(
+      type, {"for tests", [](const NodeOptions& options) {
+               return std::make_unique<Component>(Component{std::make_shared<Class>(options)});
+             }});
   return type;
 }
 

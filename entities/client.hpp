@@ -25,9 +25,9 @@
 namespace takt {
 
 struct ClientOptions {
-  /// Calls without an answer so far; one more is refused with an Error.
+  /// Limit of outstanding calls; one more throws an Error.
   std::size_t calls_in_flight = 100;
-  /// How long a call waits for its answer; then it ends without one. 0: for ever.
+  /// The timeout of a call, after which it ends without an answer. 0: none.
   Nanoseconds timeout{0};
 };
 
@@ -157,9 +157,9 @@ class PendingCalls {
 /// A number that no other client has.
 std::uint64_t new_client_id();
 
-/// A client as its node hands it out. Answers come to the executor like messages, so whoever waits
-/// for one must let the executor spin: a callback that blocks until its own executor serves the
-/// answer waits for ever, as in every executor. A callback that is a coroutine waits without that:
+/// A client, as its node creates it. Answers come to the executor like messages, so a thread that
+/// waits for one must let the executor spin: a callback that blocks until its own executor serves
+/// the answer waits for ever, as in every executor. A callback that is a coroutine does not block:
 /// see Task.
 ///
 /// Thread safety: every method from any thread.
@@ -168,6 +168,7 @@ std::uint64_t new_client_id();
 template <ServiceType S>
 class Client : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Client>;
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
   /// nothing: no answer came in time.
@@ -194,14 +195,14 @@ class Client : public SubscriptionBase {
     set_address(id_);
   }
 
-  /// Whether somebody would receive a call now.
+  /// Whether a service would receive a call now.
   bool service_is_ready() const noexcept {
     return requests_.local_subscription_count() != 0 ||
            (requests_.subscription_count() != 0 && outside_publisher_count() != 0);
   }
 
   /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
-  /// nobody gets the answer. Throws Error when ClientOptions::calls_in_flight are.
+  /// the answer is dropped. Throws Error beyond ClientOptions::calls_in_flight.
   void async_send_request(const typename S::Request& request, AnswerCallback callback) {
     send(request, std::move(callback));
   }
@@ -215,8 +216,8 @@ class Client : public SubscriptionBase {
     return future;
   }
   /// For coroutines: `if (auto answer = co_await client->call(request)) ... answer->sum`. False: no
-  /// answer came in time, or the client has gone. Throws Error when ClientOptions::calls_in_flight
-  /// are. The request must live until the call is sent, so until co_await waits.
+  /// answer came in time, or the client has gone. Throws Error beyond
+  /// ClientOptions::calls_in_flight. The request must live until co_await waits.
   class Call;
   Call call(const typename S::Request& request) { return Call(*this, request); }
   std::size_t calls_in_flight() const noexcept { return pending_->count(); }

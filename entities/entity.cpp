@@ -10,6 +10,8 @@
 
 namespace takt {
 
+Entity::~Entity() = default;
+
 thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
 
 Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group)

@@ -20,21 +20,23 @@ namespace takt {
 struct Waiting;
 
 /// Where an entity announces itself: an executor makes one for each of its entities.
+/// Thread safety: every method from any thread; the comments name the lock that the caller holds.
+/// Real-time: remove and wait_for_removal block; the rest neither blocks nor allocates.
 class Sink : public ArrivalListener {
  public:
   /// The time that next_release() tells has changed. As announce.
   virtual void release_changed() noexcept = 0;
-  /// Lets the entity go: afterwards nobody announces to this sink and, unless the call comes from
-  /// the entity's own callback, nobody executes the entity. Blocks until then.
+  /// Lets the entity go: afterwards no thread announces to this sink and, unless the call comes
+  /// from the entity's own callback, none executes the entity. Blocks until then.
   virtual void remove() noexcept = 0;
   /// Announces a remove(), so that the sink lives until then. Called with ownership_mutex held.
   virtual void expect_remove() noexcept = 0;
-  /// Somebody else removes already: announces a wait_for_removal(), so that the sink lives until
-  /// then. Called with ownership_mutex held.
+  /// Another thread removes it already: announces a wait_for_removal(), so that the sink lives
+  /// until then. Called with ownership_mutex held.
   virtual void expect_wait() noexcept {}
   /// Blocks as remove() does.
   virtual void wait_for_removal() noexcept {}
-  /// Whether nobody announces to this sink any more. With ownership_mutex held.
+  /// Whether no thread announces to this sink any more. With ownership_mutex held.
   virtual bool has_let_go() const noexcept { return true; }
   /// Whether messages need their publish time.
   virtual bool wants_time() const noexcept { return true; }
@@ -47,7 +49,7 @@ class Sink : public ArrivalListener {
 struct Watch {
   int fd = -1;                          // none
   short events = 0;                     // as poll(2) takes them
-  ArrivalListener* listener = nullptr;  // is told when the kernel has news; perhaps too often
+  ArrivalListener* listener = nullptr;  // notified of events of the kernel; perhaps too often
 };
 
 /// What `take` took; it belongs to the worker, so that a reentrant group's workers can take from
@@ -56,15 +58,15 @@ struct Watch {
 struct Slot : Envelope {
   union {
     MessageBlock* message = nullptr;  // subscriptions: the worker's hold of it
-    Waiting* waiting;                 // coroutines: who goes on
+    Waiting* waiting;                 // coroutines: the one to resume
   };
   bool more = false;        // there was more to take
   std::uint8_t events = 0;  // file descriptors: FileDescriptorEvents
 };
 
-/// The way of a chain instance: the callbacks that it has come through, as one number. 0 is the way
-/// that has not begun. Each callback multiplies by kWayFactor and adds its mark, so two ways that
-/// go on through the same callbacks can be told from each other's, see joined_root. The low byte
+/// The path of a chain instance: the callbacks that it has passed, as one number. 0 is the path
+/// that has not begun. Each callback multiplies by kWayFactor and adds its mark, so two paths that
+/// continue through the same callbacks stay distinct, see joined_root. The low byte
 /// counts the callbacks, as the factor and every mark end in 01.
 inline constexpr std::uint64_t kWayFactor = 0x9e3779b97f4a7c01;
 constexpr std::uint64_t way_mark(std::uint64_t entity_id) noexcept {
@@ -76,7 +78,7 @@ constexpr std::uint64_t way_mark(std::uint64_t entity_id) noexcept {
 constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t mark) noexcept {
   return way * kWayFactor + mark;
 }
-/// The way that the callback with this mark extends to `way`.
+/// The path that the callback with this mark extends to `way`.
 constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t mark) noexcept {
   constexpr std::uint64_t kInverse = 0xe84ee902acc58401;  // times kWayFactor, it is 1
   return (way - mark) * kInverse;
@@ -136,7 +138,7 @@ struct ChainStep {
 class Entity {
  public:
   Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group);
-  virtual ~Entity() = default;
+  virtual ~Entity();
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 
@@ -146,7 +148,7 @@ class Entity {
   const std::shared_ptr<CallbackGroup>& group() const noexcept { return group_; }
   /// From 1, over the process.
   std::uint64_t id() const noexcept { return id_; }
-  /// Of this callback in the way of a chain instance.
+  /// Of this callback in the path of a chain instance.
   std::uint64_t mark() const noexcept { return mark_; }
 
   /// What it has of its own, before what its group has. Before an executor has it; afterwards see
@@ -194,13 +196,13 @@ class Entity {
   /// No announcement is under way when it returns.
   virtual void detach() noexcept;
   bool is_attached() const noexcept { return sink_.load() != nullptr; }
-  /// Whose entity it is. With ownership_mutex held; who resets the owner must call its remove(),
-  /// so that of two who let an entity go at the same time only one does the work.
+  /// The owner of the entity. With ownership_mutex held; the thread that resets the owner must call
+  /// its remove(), so that of two threads that drop an entity at the same time only one removes it.
   void set_owner(Sink* owner) noexcept { owner_ = owner; }
   Sink* owner() const noexcept { return owner_; }
   /// Whether it can get an owner. With ownership_mutex held.
   bool is_free() const noexcept;
-  /// Who has been its owner, and may still be in its callback. There may be several: a callback may
+  /// Adds a former owner, which may still be in its callback. There may be several: a callback may
   /// give its own entity to another executor. With ownership_mutex held.
   void add_earlier_owner(Sink& owner) { earlier_owners_.push_back(&owner); }
   void forget_earlier_owner(const Sink& owner) noexcept { std::erase(earlier_owners_, &owner); }
@@ -216,7 +218,8 @@ class Entity {
 
  protected:
   void announce(Arrival arrival) noexcept {
-    if (Sink* sink = sink_.load()) sink->announce(arrival);
+    Sink* sink = sink_.load();
+    if (sink != nullptr && !sink->announce_here(arrival)) sink->announce(arrival);
   }
   Sink* sink() const noexcept { return sink_.load(); }
 
@@ -235,7 +238,7 @@ class Entity {
   bool is_retired_ = false;
 };
 
-/// Guards who owns which entity, over the whole process: taken for a few instructions when
+/// Guards the owner of each entity, over the whole process: taken for a few instructions when
 /// entities and executors come and go, never while something waits or runs.
 PiMutex& ownership_mutex() noexcept;
 

@@ -64,7 +64,7 @@ FileDescriptor::FileDescriptor(std::string name, std::shared_ptr<CallbackGroup> 
       callback_(std::move(callback)) {
 }
 
-// What the callback would be told now. The end of a stream keeps the descriptor ready for ever,
+// What the callback would get now. The end of a stream keeps the descriptor ready for ever,
 // readable (sockets) or writable (pipes): so it counts only when nothing is left to read, and once.
 FileDescriptorEvents FileDescriptor::ready_events() const noexcept {
   if (is_closed_.load(std::memory_order_relaxed)) return Events::none;
@@ -106,7 +106,7 @@ void FileDescriptor::announce(Arrival arrival) noexcept {
 }
 
 bool FileDescriptor::take(Slot& slot) noexcept {
-  // Who executes it now will look again.
+  // The thread that executes it now will check again.
   if (is_reentrant_ && is_executing_.exchange(true)) return false;
   const Events events = ready_events();
   if (events == Events::none) {
@@ -127,7 +127,7 @@ void FileDescriptor::execute(Slot& slot) {
   if (callback_) callback_(static_cast<Events>(slot.events));
 }
 
-// The back end tells of news only. What the callback has left, nobody but us knows of.
+// The back end reports only new events. Only this entity knows what the callback has left unread.
 void FileDescriptor::look_again() noexcept {
   if (is_reentrant_) is_executing_.store(false);
   if (!is_attached()) return;  // the callback has dropped the entity, and may have closed its file

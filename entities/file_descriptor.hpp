@@ -12,7 +12,7 @@
 
 namespace takt {
 
-/// What one waits for (`readable`, `writable`, or both), and what a callback is told.
+/// What to wait for (`readable`, `writable`, or both), and what a callback gets.
 enum class FileDescriptorEvents : std::uint8_t {
   none = 0,
   readable = 1,
@@ -30,12 +30,12 @@ constexpr bool contains(FileDescriptorEvents events, FileDescriptorEvents event)
 }
 
 /// Runs its callback for as long as the file descriptor is readable or writable (level-triggered):
-/// what one call leaves unread, the next one is called for. `hang_up` and `error` are told once,
-/// without the other two, when nothing is left to read; again only after the descriptor was well in
-/// between. A descriptor that was closed is logged once, and never served again. Its callback runs
-/// at one place at a time, in a reentrant group too.
+/// if one call leaves something unread, the callback is called again. `hang_up` and `error` are
+/// reported once, without the other two, when nothing is left to read; again only after the
+/// descriptor was usable in between. A descriptor that was closed is logged once, and never served
+/// again. Its callback runs at one place at a time, in a reentrant group too.
 ///
-/// The descriptor stays the user's, who keeps it open until the entity is dropped. It should not
+/// The descriptor belongs to the user. Keep it open until the entity is dropped. It should not
 /// block: another process may read what was there.
 ///
 /// Thread safety: as Entity.

@@ -1,5 +1,5 @@
-// Messages by bytes, inside a process: both ways between who knows the type and who does not.
-// SPDX-License-Identifier: Apache-2.0
+// Messages by bytes, inside a process: in both directions between an end that knows the type and
+// one that does not. SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

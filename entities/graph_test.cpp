@@ -1,4 +1,4 @@
-// ROS 2's graph: what processes tell each other of their nodes, and how it looks on the wire.
+// ROS 2's graph: what processes publish about their nodes, and its bytes on the wire.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/dds/graph.hpp"
 
@@ -360,7 +360,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
   ASSERT_TRUE(eventually([&] { return all(), ask->subscription_count() == 1; }));
   goal->canceled({3});
   all();
-  std::string last;  // of the states that were told
+  std::string last;  // of the reported states
   ASSERT_TRUE(eventually([&] {
     while (serve(*status)) last = received_;
     return last ==

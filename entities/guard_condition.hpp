@@ -11,11 +11,13 @@
 
 namespace takt {
 
-/// Triggered from anywhere; triggers that come before the callback has started are one.
+/// Triggered from anywhere; several triggers before the callback starts count as one.
 /// Thread safety: every method from any thread.
 /// Real-time: trigger neither blocks nor allocates.
 class GuardCondition : public Entity {
  public:
+  using SharedPtr = std::shared_ptr<GuardCondition>;
+
   GuardCondition(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
                  std::function<void()> callback);
 

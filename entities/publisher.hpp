@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "takt/entities/entity.hpp"
+#include "takt/entities/send.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
@@ -18,8 +19,8 @@ namespace takt {
 template <Message T>
 class Publisher;
 
-/// A message that lies in its publisher's pool, or in shared memory, until it is published; if it
-/// never is, it goes back. False when the pool was empty.
+/// A message in its publisher's pool, or in shared memory, until it is published. If it is never
+/// published, it goes back. False when the pool was empty.
 /// Thread safety: as any value.
 /// Real-time: nothing blocks or allocates.
 template <Message T>
@@ -41,7 +42,7 @@ class LoanedMessage {
 
   explicit operator bool() const noexcept { return block_ != nullptr; }
   T& operator*() const noexcept { return *operator->(); }
-  // What is lent is not const, but who receives it must not write.
+  // The loan is not const, but receivers must not write to the message.
   T* operator->() const noexcept { return static_cast<T*>(const_cast<void*>(block_->payload())); }
 
  private:
@@ -55,28 +56,31 @@ class LoanedMessage {
 /// How a publisher behaves beyond its QoS.
 template <Message T>
 struct PublisherOptions {
-  /// How many messages can be on loan or on their way at once. They are made with the publisher.
+  /// How many messages can be on loan or in transit at once. The publisher allocates them in
+  /// advance.
   std::size_t loans = 0;
-  /// What a fresh loan looks like: give vectors and strings their final capacity here, and
+  /// The initial content of each loan: give vectors and strings their final capacity here, and
   /// nothing allocates afterwards. A loan keeps what its last user wrote. nullptr: a T{}.
   std::shared_ptr<const T> prototype = nullptr;
-  /// How often it publishes, if that is known: a receiver's report then tells what was late.
+  /// Its publishing period, if known: receivers then report late messages.
   Nanoseconds expected_period{0};
-  /// The node's callbacks that publish with it, by name, for those who look for chains. Empty: any
-  /// of them may.
+  /// The names of the node's callbacks that publish with it, to find chains. Empty: any of them
+  /// may.
   std::vector<std::string> published_by;
 };
 
 /// Thread safety: every method from any thread.
 /// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
 /// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
-/// messages are on their way. publish(const T&) copies: into a loan, or else to the heap. With
+/// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
 /// receivers in other processes it also encodes the message, or copies it into shared memory, and
-/// makes Cyclone DDS send it, see Participant. Only what was lent by shared memory is neither
+/// makes Cyclone DDS send it, see Participant. Only loans in shared memory are neither
 /// encoded nor copied.
 template <Message T>
 class Publisher {
  public:
+  using SharedPtr = std::shared_ptr<Publisher>;
+
   /// `participant`: sends to other processes too; may be nullptr.
   Publisher(Endpoint endpoint, Clock& clock, PublisherOptions<T> options = {},
             const std::shared_ptr<Participant>& participant = nullptr)
@@ -135,7 +139,7 @@ class Publisher {
       send(*std::exchange(message.block_, nullptr));
     } else if (is_for_outside_only()) {
       remote_->write_lent(*std::exchange(message.block_, nullptr));
-    } else {  // somebody in this process has come meanwhile
+    } else {  // a reader in this process has come meanwhile
       const LoanedMessage<T> loan = std::move(message);
       publish(*loan);
     }
@@ -152,7 +156,7 @@ class Publisher {
   }
 
  private:
-  // How many messages are on no way, because the writer keeps them for who comes late.
+  // How many messages are not in transit, because the writer keeps them for late joiners.
   static std::size_t kept(const QoS& qos) noexcept {
     return qos.durability == Durability::transient_local ? qos.depth : 0;
   }
@@ -173,7 +177,7 @@ class Publisher {
     send(*block);
   }
 
-  /// Nobody in this process is matched, and the message is not to be held back.
+  /// No reader in this process is matched, and the message is not to be held back.
   bool is_for_outside_only() const noexcept {
     const Dispatch* dispatch = Dispatch::current();
     return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);

@@ -15,8 +15,8 @@
 
 namespace takt {
 
-/// The callback is called once for all that happened since it was called last, on its executor as
-/// every other. What was so already when the event was made is told too. Made by
+/// The callback is called once for everything since its last call, on its executor like every
+/// other. It also reports what was true already when the event was made. Made by
 /// Node::create_qos_event; it may outlive its publisher or subscription.
 /// Thread safety and real-time: as GuardCondition.
 template <class Status>
@@ -30,7 +30,7 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
         events_(std::move(events)),
         callback_(std::move(callback)) {}
 
-  /// From here on it is told of what happens.
+  /// From here on it is notified.
   void start() noexcept {
     events_->set_listener(Status::kEvent, this);
     trigger();
@@ -67,6 +67,7 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
 /// A timer that is due when the next message should have passed; each time that none has, the
 /// deadline is missed. As in DDS, that begins with the first message.
+/// Thread safety and real-time: as Timer.
 class DeadlineEvent final : public Timer {
  public:
   using Callback = std::function<void(const DeadlineMissedStatus&)>;

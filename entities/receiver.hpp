@@ -15,8 +15,8 @@
 namespace takt {
 
 /// A subscription without a callback: `auto message = co_await receiver->receive()` in a coroutine
-/// gets the oldest message, or the next one that comes. Of several that wait, the first one gets
-/// it. Messages that nobody waits for stay, as many as the depth says.
+/// gets the oldest message, or waits for the next one. Of several waiting coroutines, the first one
+/// gets it. Messages that no task waits for stay, up to the depth.
 ///
 /// Thread safety: every method from any thread.
 /// Real-time: as Subscription, and a lock with priority inheritance, held for a few instructions.
@@ -50,7 +50,7 @@ class Receiver : public Subscription<T> {
   void discard(Slot&) noexcept override {}
 
  private:
-  // Lives as long as somebody waits.
+  // Lives as long as a task waits.
   struct Awaited {
     PiMutex mutex;
     WaitingList waiting;
@@ -92,7 +92,7 @@ class Receiver<T>::Next {
     waits_.suspend(coroutine);
     awaited->waiting.push(waits_);
     awaited->count.fetch_add(1);
-    receiver_.announce_if_ready();  // what came before that, nobody was to take
+    receiver_.announce_if_ready();  // what came before that was not to be taken
     return true;
   }
   TakenMessage<T> await_resume() noexcept {

@@ -24,34 +24,35 @@ struct RequestId {
   std::int64_t sequence = 0;
 };
 
-/// Fills in the response, at once or as a coroutine. Or it remembers the id: then somebody sends
-/// the response later.
+/// Fills in the response, at once or as a coroutine. Or it remembers the id: then other code
+/// sends the response later.
 template <class F, class S>
 concept ServiceCallback = std::invocable<F&, const typename S::Request&, typename S::Response&> ||
     std::invocable<F&, const typename S::Request&, RequestId>;
 
 struct ServiceOptions {
-  /// How many requests it keeps that it has not served: what comes beyond replaces the oldest, and
-  /// is counted as dropped.
+  /// How many pending requests it keeps: a further one replaces the oldest, which is counted as
+  /// dropped.
   std::size_t depth = kServiceDepth;
-  /// Responses that are made in advance; when they are out, the heap has more. For services that
+  /// Responses that are allocated in advance; further ones come from the heap. For services that
   /// allocate anyway: 0.
   std::size_t loans = kServiceDepth;
 };
 
-/// For a service that is called now and then, and of which there are many: little memory.
+/// For services that are called rarely, and of which there are many: little memory.
 inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
 
-/// A service as its node hands it out: it receives requests as a subscription does, from this
+/// A service, as its node creates it: it receives requests as a subscription does, from this
 /// process by pointer and from others over DDS, and publishes each response. The callback fills in
-/// the response; when it throws, there is none, and the caller's time-out tells.
+/// the response; when it throws, there is none, and the caller's timeout ends the call.
 ///
 /// Thread safety and real-time: as Subscription and Publisher; a call inside the process allocates
-/// nothing while at most service_loans() responses are on their way. A call from another process
-/// that has just come waits, up to 100 ms, until DDS has found the way back.
+/// nothing while at most service_loans() responses are in transit. A call from another process
+/// that has just come waits, up to 100 ms, until DDS has discovered the client's reader.
 template <ServiceType S>
 class Service : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Service>;
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
 
@@ -76,7 +77,7 @@ class Service : public SubscriptionBase {
                     endpoint().identity},
                    clock, {.loans = service_loans<Response>(options.loans)}, participant) {}
 
-  /// A response on its way: lent, or from the heap.
+  /// A response in transit: lent, or from the heap.
   class Answer {
    public:
     Answer(LoanedMessage<Response> lent, std::unique_ptr<Response> own) noexcept
@@ -134,6 +135,8 @@ class Service : public SubscriptionBase {
   std::atomic<std::size_t> callers_without_ear_{0};
 };
 
+/// A service with its callback.
+/// Thread safety and real-time: as Service.
 template <ServiceType S, ServiceCallback<S> F>
 class CallbackService final : public Service<S>, private TaskOwner {
   using Base = Service<S>;

@@ -57,7 +57,7 @@ void takt_visit_fields(Visitor& visitor, M& message) {
 /// and is counted as dropped.
 inline constexpr std::size_t kServiceDepth = 200;
 
-/// How many messages of a service are made in advance: as many as can be on their way, but no more
+/// How many messages of a service are made in advance: as many as can be in transit, but no more
 /// than a mebibyte of them, or four. Beyond that, they come from the heap.
 template <class T>
 constexpr std::size_t service_loans(std::size_t most) {
@@ -65,8 +65,8 @@ constexpr std::size_t service_loans(std::size_t most) {
   return std::min(most, std::max<std::size_t>(kFit, 4));
 }
 
-/// What both ends of a service, or of a client, tell of it: an id that no other has, and the
-/// service's type. Nothing without a participant.
+/// What both ends of a service, or of a client, publish about it: a unique id, and the service's
+/// type. Nothing without a participant.
 template <ServiceType S>
 ServiceIdentity service_identity(const char* kind,
                                  const std::shared_ptr<Participant>& participant) {

@@ -45,7 +45,7 @@ std::int64_t now_ns() {
   return Clock::steady().now().time_since_epoch().count();
 }
 
-// The ends of the content, as all of an image would take longer than its way.
+// The ends of the content, as checking a whole image would take longer than sending it.
 template <class T>
 void fill(T& message, std::int64_t value) {
   message.value = value;
@@ -112,8 +112,9 @@ class Sender final : public End {
 template <class T>
 class Receiver final : public End, ArrivalListener {
  public:
-  Receiver(Node& node, const std::string& topic, std::size_t depth, std::counting_semaphore<>& news)
-      : news_(news),
+  Receiver(Node& node, const std::string& topic, std::size_t depth,
+           std::counting_semaphore<>& arrivals)
+      : arrivals_(arrivals),
         subscription_(node.create_subscription<T>(
             topic, depth, [this](const std::shared_ptr<const T>& message) { receive(message); })) {
     subscription_->set_listener(this);
@@ -154,7 +155,7 @@ class Receiver final : public End, ArrivalListener {
   }
 
  private:
-  void announce(Arrival) noexcept override { news_.release(); }
+  void announce(Arrival) noexcept override { arrivals_.release(); }
 
   void receive(const std::shared_ptr<const T>& message) {
     latency_ns_.push_back(now_ns() - message->sent_ns);
@@ -164,7 +165,7 @@ class Receiver final : public End, ArrivalListener {
     if (keeps_) kept_.push_back(message);
   }
 
-  std::counting_semaphore<>& news_;
+  std::counting_semaphore<>& arrivals_;
   std::uint64_t received_ = 0, broken_ = 0;
   std::int64_t last_ = 0;
   bool keeps_ = false;
@@ -197,11 +198,11 @@ int run() {
   const auto node = std::make_shared<Node>("peer", options);
   std::mutex mutex;  // guards `ends`, and held while a callback runs
   std::map<std::string, std::unique_ptr<End>> ends;
-  std::counting_semaphore<> news(0);
+  std::counting_semaphore<> arrivals(0);
   std::atomic<bool> is_over = false;
   std::thread callbacks([&] {
     while (!is_over) {
-      news.acquire();
+      arrivals.acquire();
       const std::lock_guard lock(mutex);
       for (const auto& [topic, end] : ends) {
         end->call_back();
@@ -218,7 +219,7 @@ int run() {
       std::size_t depth = 0;
       words >> topic >> depth;
       if (command == "publisher") return std::make_unique<Sender<T>>(*node, topic, depth);
-      return std::make_unique<Receiver<T>>(*node, topic, depth, news);
+      return std::make_unique<Receiver<T>>(*node, topic, depth, arrivals);
     };
     try {
       if (command == "publisher" || command == "subscription") {
@@ -247,7 +248,7 @@ int run() {
     std::cout << answer << std::endl;
   }
   is_over = true;
-  news.release();
+  arrivals.release();
   callbacks.join();
   return 0;
 }

@@ -232,7 +232,7 @@ TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
   EXPECT_THAT(Peer("require").greeting(), HasSubstr("RouDi is not running"));
 
   roudi_.reset();
-  start_roudi();  // who was there before cannot use it, and who comes new can
+  start_roudi();  // older processes cannot use it, and new ones can
   const Peer late("require");
   ASSERT_EQ(late.greeting(), "ok");
   match(from, late, "block", "/late");
@@ -257,8 +257,8 @@ TEST_F(BySharedMemory, SurvivesKilledPeers) {
   }
 }
 
-// Each message is received or counted, by those who stay as by those who come, and who stays holds
-// no more than before.
+// Each message is received or counted, by old and new processes, and the old ones hold no more than
+// before.
 TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
   roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 50'000}});
   struct Life {
@@ -286,9 +286,9 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
     ASSERT_EQ(life->publisher.ask("publisher block /in 10"), "ok");
     ASSERT_EQ(life->subscriber.ask("subscription block /out 100"), "ok");
     ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }))
-        << life->publisher.ask("matched /in") << " of a publisher that was told "
+        << life->publisher.ask("matched /in") << " of a publisher that answered "
         << life->publisher.greeting();
-    ASSERT_TRUE(eventually([&] {  // until those who stay know it
+    ASSERT_TRUE(eventually([&] {  // until the old processes know it
       send(*life, 1);
       return stays.received("/in").last == sent;
     }));

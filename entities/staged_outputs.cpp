@@ -5,6 +5,8 @@
 #include <atomic>
 #include <mutex>
 
+#include "takt/entities/send.hpp"
+
 namespace takt {
 namespace {
 

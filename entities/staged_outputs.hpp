@@ -31,7 +31,7 @@ class StagedOutputs {
   std::size_t size() const noexcept;
   std::uint64_t dropped() const noexcept;
 
-  /// The writer's publisher goes: nobody publishes with it any more.
+  /// The writer's publisher goes: nothing is published with it any more.
   static void forget(const IntraProcessWriter& writer) noexcept;
 
  private:
@@ -46,14 +46,6 @@ class StagedOutputs {
   std::vector<Output> outputs_;
   std::uint64_t dropped_ = 0;
 };
-
-/// Sends a message with what a publisher has: near first, then far.
-inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message) noexcept {
-  if (remote == nullptr) return writer.write(message);
-  writer.write(message, 1);
-  remote->write(message.payload());
-  message.release();
-}
 
 }  // namespace takt
 

@@ -5,6 +5,23 @@
 
 namespace takt {
 
+SubscriptionBase::SubscriptionBase(EntityKind kind, std::string name,
+                                   std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
+                                   std::shared_ptr<Participant> participant)
+    : Entity(kind, std::move(name), std::move(group)),
+      IntraProcessReader(std::move(endpoint)),
+      participant_(std::move(participant)) {
+}
+
+SubscriptionBase::~SubscriptionBase() = default;
+
+SubscriptionBase::Report SubscriptionBase::report() const {
+  return {.topic = topic(),
+          .expected = expected(),
+          .from_outside = ask_outside(&RemoteReader::received),
+          .dropped = lost()};
+}
+
 void SubscriptionBase::attach(Sink& sink) noexcept {
   set_wants_time(sink.wants_time());
   set_listener(&sink);

@@ -21,16 +21,14 @@
 
 namespace takt {
 
-/// All of a subscription that does not depend on the message's type.
+/// The part of a subscription that does not depend on the message's type.
 /// Thread safety and real-time: as Entity and IntraProcessReader.
 class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
   /// `participant`: receives from other processes too; may be nullptr.
   SubscriptionBase(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group,
-                   Endpoint endpoint, std::shared_ptr<Participant> participant)
-      : Entity(kind, std::move(name), std::move(group)),
-        IntraProcessReader(std::move(endpoint)),
-        participant_(std::move(participant)) {}
+                   Endpoint endpoint, std::shared_ptr<Participant> participant);
+  ~SubscriptionBase() override;
 
   const std::string& topic() const noexcept { return endpoint().topic; }
   const QoS& qos() const noexcept { return endpoint().qos; }
@@ -42,12 +40,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   void attach(Sink& sink) noexcept override;
   void detach() noexcept override;
   void retire() noexcept override;
-  Report report() const override {
-    return {.topic = topic(),
-            .expected = expected(),
-            .from_outside = ask_outside(&RemoteReader::received),
-            .dropped = lost()};
-  }
+  Report report() const override;
   std::uint64_t lost() const noexcept override { return dropped() + malformed_; }
   /// Publishers in other processes.
   std::size_t outside_publisher_count() const noexcept {
@@ -64,9 +57,9 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
     if (message == nullptr || message->payload() != nullptr) return message;
     return decode_received(*message);
   }
-  /// The message that these bytes are, or nullptr. Called by who takes.
+  /// The message that these bytes are, or nullptr. Called by the thread that takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
-  /// For who may take again, after it might not.
+  /// For a taker that may take again, after it might not.
   void announce_if_ready() noexcept;
 
  private:
@@ -81,11 +74,11 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
 
   const std::shared_ptr<Participant> participant_;
   std::unique_ptr<RemoteReader> own_remote_;
-  std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for whoever asks
+  std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for other threads
   std::atomic<std::uint64_t> malformed_{0};
 };
 
-/// What a callback may ask to be told besides the message.
+/// What a callback may take besides the message.
 struct MessageInfo {
   std::uint64_t sequence;  // order of publication, over the process
   TimePoint publish_time;  // {} when the executor's statistics are not full
@@ -94,6 +87,8 @@ struct MessageInfo {
 
 /// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
 /// small cells; beyond that, and for larger requests, the heap.
+/// Thread safety: allocators allocate and free from any thread.
+/// Real-time: a cell is lock-free; the heap is not.
 class ControlBlocks {
  public:
   static constexpr std::size_t kBytes = 64;
@@ -140,7 +135,7 @@ class ControlBlocks {
   PoolPtr<Cell> cells_;
 };
 
-/// Where messages from other processes are decoded to.
+/// The memory into which messages from other processes are decoded.
 /// Thread safety: from any thread.
 /// Real-time: a message that fits into the memory of one of the `kept` before it allocates nothing.
 template <Message T>
@@ -171,11 +166,15 @@ class DecodedMessages {
   PoolPtr<LoanedBlock<T>> loans_;
 };
 
-/// A subscription as its node hands it out. Dropping the last pointer takes it from its executor
+/// A subscription, as its node creates it. Dropping the last pointer removes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
+/// Thread safety and real-time: as SubscriptionBase; a message from another process is decoded as
+/// DecodedMessages says.
 template <Message T>
 class Subscription : public SubscriptionBase {
  public:
+  using SharedPtr = std::shared_ptr<Subscription>;
+
   /// `kept`: how many messages from other processes callbacks hold at once.
   Subscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
                std::shared_ptr<Participant> participant, std::size_t kept)
@@ -202,7 +201,7 @@ class Subscription : public SubscriptionBase {
   DecodedMessages<T> decoded_;
 };
 
-/// The forms of callback: how the message comes, and whether MessageInfo follows.
+/// The forms of callback: how it takes the message, and whether MessageInfo follows.
 template <class F, class T>
 concept SubscriptionCallback =
     std::invocable<F&, const T&> || std::invocable<F&, std::shared_ptr<const T>> ||
@@ -212,15 +211,16 @@ concept SubscriptionCallback =
 const MessageInfo& > || std::invocable<F&, std::unique_ptr<T>, const MessageInfo&>;
 
 /// A subscription with its callback. A callback that takes
-/// - `const T&` looks at the message; it never costs an allocation or a copy;
+/// - `const T&` reads the message; it never costs an allocation or a copy;
 /// - `std::shared_ptr<const T>` may keep it; no allocation while it keeps at most depth + 16;
 /// - `std::unique_ptr<T>` owns it: moved out when it came by unique_ptr to this subscription
 ///   alone (or last), else copied to the heap.
+/// Thread safety and real-time: as Subscription, with the allocations named above.
 template <Message T, SubscriptionCallback<T> F>
 class CallbackSubscription : public Subscription<T> {
   static constexpr bool kLooks =
       std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&>;
-  // A unique_ptr converts to a shared_ptr, so who takes a shared_ptr would take both.
+  // A unique_ptr converts to a shared_ptr, so a callback that takes a shared_ptr would take both.
   static constexpr bool kShares =
       !kLooks && (std::invocable<F&, const std::shared_ptr<const T>&> ||
                   std::invocable<F&, const std::shared_ptr<const T>&, const MessageInfo&>);
@@ -309,6 +309,7 @@ class CallbackSubscription : public Subscription<T> {
 };
 
 /// A subscription whose callback is a coroutine.
+/// Thread safety and real-time: as CallbackSubscription and TaskRunner.
 template <Message T, SubscriptionCallback<T> F>
 class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
   using Base = CallbackSubscription<T, F>;

@@ -1,4 +1,4 @@
-// Tests of receiving: the forms of callback, who owns the message, what is counted.
+// Tests of receiving: the forms of callback, what owns the message, what is counted.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/subscription.hpp"
 

@@ -33,7 +33,7 @@ class FrameMemory {
 
 /// What each of our coroutines' promises knows.
 struct TaskContext {
-  TaskRunner* runner = nullptr;  // who resumes it
+  TaskRunner* runner = nullptr;  // that resumes it
 
   static void* operator new(std::size_t bytes) { return FrameMemory::allocate(bytes); }
   static void operator delete(void* frame, std::size_t bytes) noexcept {
@@ -101,6 +101,7 @@ struct TaskPromise<void> : TaskPromiseBase {
   }
 };
 
+/// Thread safety and real-time: as declared above.
 template <class T>
 class [[nodiscard]] Task {
  public:
@@ -158,7 +159,7 @@ struct Waiting {
   std::coroutine_handle<> coroutine;
   Waiting* next = nullptr;
   Arrival arrival{};  // when it became ready to go on
-  // The chain instance that it belongs to, and its way so far.
+  // The chain instance that it belongs to, and its path so far.
   std::uint64_t chain_instance = 0;
   TimePoint root_release{};
   std::uint64_t way = 0;
@@ -180,6 +181,8 @@ struct Waiting {
 };
 
 /// First in, first out.
+/// Thread safety: none; the owner's lock guards it.
+/// Real-time: nothing blocks or allocates; remove is linear.
 class WaitingList {
  public:
   bool empty() const noexcept { return first_ == nullptr; }
@@ -214,6 +217,8 @@ class WaitingList {
 };
 
 /// A message that was awaited, until the object goes. False: there is none.
+/// Thread safety: as any value.
+/// Real-time: nothing blocks or allocates.
 template <class T>
 class TakenMessage {
  public:

@@ -222,7 +222,7 @@ void TaskRunner::resume_at(Waiting& waiting, TimePoint time) noexcept {
   set_alarm_clock();
 }
 
-// With the mutex held, so that of two who do this the later one knows all.
+// With the mutex held, so that of two threads that do this the later one knows all.
 void TaskRunner::set_alarm_clock() noexcept {
   TimePoint first = kNever;
   for (const Sleeper& sleeper : sleepers_) first = std::min(first, sleeper.until);

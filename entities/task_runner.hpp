@@ -19,11 +19,11 @@
 
 namespace takt {
 
-/// Who has a runner, and waits for one of its tasks to end.
+/// Has a runner, and waits for one of its tasks to end.
+/// Thread safety and real-time: task_ended on any thread; it neither blocks nor allocates.
 class TaskOwner {
  public:
-  /// Another task may be started. On any thread, inside a read section; neither blocks nor
-  /// allocates.
+  /// Another task may be started. Inside a read section.
   virtual void task_ended() noexcept = 0;
 
  protected:
@@ -34,7 +34,8 @@ class TaskOwner {
 /// them. There is one for each such callback.
 ///
 /// The protocol:
-/// 1. Who starts a task reserves a place for it, and so decides whether anything is taken at all.
+/// 1. A thread that starts a task reserves a place for it, and so decides whether anything is
+/// taken.
 /// 2. The task runs, on the caller's thread, until it waits. A Waiting in its frame is then in the
 ///    list of what it waits for, which holds a lock while it hands the Waiting to the runner.
 /// 3. The runner announces itself. Its executor takes the oldest Waiting and resumes the task.
@@ -54,7 +55,7 @@ class TaskRunner : public Entity {
 
   Clock& clock() const noexcept { return clock_; }
   void set_owner_of_tasks(TaskOwner& owner) noexcept { task_owner_ = &owner; }
-  /// The timer that wakes those who sleep; it is the runner's from then on.
+  /// The timer that wakes sleeping tasks; it is the runner's from then on.
   void set_alarm(std::shared_ptr<Timer> alarm);
 
   bool is_free() const noexcept { return reserved_.load() < tasks_.size(); }
@@ -79,7 +80,7 @@ class TaskRunner : public Entity {
   void resume_at(Waiting& waiting, TimePoint time) noexcept;
   /// It does not wait any more, for its frame is being destroyed.
   void forget(const Waiting& waiting) noexcept;
-  /// For the alarm: who has slept long enough goes on.
+  /// For the alarm: tasks that have slept long enough continue.
   void wake_sleepers() noexcept;
   void announce_if_ready() noexcept;
 
@@ -125,6 +126,8 @@ class TaskRunner : public Entity {
 };
 
 /// Waits in a task, on its clock.
+/// Thread safety: belongs to its task.
+/// Real-time: as TaskRunner.
 class Sleep {
  public:
   Sleep(Nanoseconds duration, TimePoint until) noexcept : duration_(duration), until_(until) {}
@@ -158,6 +161,7 @@ inline Sleep sleep_until(TimePoint time) noexcept {
 }
 
 /// A timer whose callback is a coroutine.
+/// Thread safety and real-time: as Timer and TaskRunner.
 class TaskTimer : public Timer {
  public:
   TaskTimer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,

@@ -14,28 +14,30 @@
 
 namespace takt {
 
-/// A periodic timer. Its releases are start + n × period: the phase is kept whatever happens. At
-/// most one release is outstanding; those that come due meanwhile are counted as missed, and the
-/// timer goes on with the next one of the phase (rclcpp issue 2771: no burst after an overrun).
-/// What a SimulatedClock does to it, is said there.
+/// A periodic timer. Its releases are start + n × period: it always keeps this phase. At most one
+/// release is outstanding; those that come due meanwhile are counted as missed, and the timer
+/// continues with the next one of the phase (rclcpp issue 2771: no burst after an overrun).
+/// SimulatedClock documents its effect on timers.
 ///
-/// Thread safety: cancel, reset and the observers from any thread, the own callback included.
-/// Real-time: all of it; nothing blocks or allocates.
+/// Thread safety: cancel, reset and the observers from any thread, including its own callback.
+/// Real-time: nothing blocks or allocates.
 class Timer : public Entity, private SimulatedClock::Listener {
  public:
+  using SharedPtr = std::shared_ptr<Timer>;
+
   Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock, Nanoseconds period,
         std::function<void()> callback);
   ~Timer() override;
 
-  /// No further release, the outstanding one included.
+  /// Cancels all further releases, including the outstanding one.
   void cancel() noexcept;
-  /// Starts anew: the next release is one period from now.
+  /// Restarts: the next release is one period from now.
   void reset() noexcept;
-  /// The next release is then, and those after it in period; kNever is cancel.
+  /// Sets the next release; later ones follow it by the period. kNever cancels.
   void release_at(TimePoint release) noexcept;
-  /// Starts anew, as reset, unless the timer was cancelled or a release was given to it: for those
-  /// who make timers one by one and let them begin together, as a Container does. What others have
-  /// decided meanwhile, the library's own alarms and time-outs among them, stays as it is.
+  /// Restarts, as reset, unless the timer was cancelled or a release was given to it: for
+  /// callers that make timers one by one and let them begin together, as a Container does. A
+  /// release that was set meanwhile, also by the library's own alarms and timeouts, stays as it is.
   void begin_phase() noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
   Clock& clock() const noexcept { return clock_; }
@@ -54,7 +56,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   std::uint64_t lost() const noexcept override { return missed(); }
 
  protected:
-  /// Starts anew and tells nobody; a timer that is cancelled stays so.
+  /// Restarts without a notification; a cancelled timer stays cancelled.
   void restart() noexcept;
   /// A release was taken and not served.
   void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }

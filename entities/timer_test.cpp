@@ -129,7 +129,7 @@ TEST_F(TimerTest, BeginsANewPhaseWithReset) {
   EXPECT_EQ(timer.missed(), 0u);
 }
 
-// Who begins all phases together must not touch what others have decided.
+// Beginning all phases together must not change a release that was set.
 TEST_F(TimerTest, BeginsItsPhaseUnlessItsReleaseWasGiven) {
   Timer periodic = make(10ms), cancelled = make(10ms), given = make(10ms), reset = make(10ms);
   cancelled.cancel();

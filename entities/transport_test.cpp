@@ -1,4 +1,4 @@
-// One specification for every way that messages take: by pointer in the process, over DDS in one
+// One specification for every path that messages take: by pointer in the process, over DDS in one
 // process, over DDS between two, and both at once.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
@@ -373,8 +373,9 @@ struct Life {
   std::int64_t sent = 0, arrived = 0;
 };
 
-// Each published message arrives once, in order, but what died with its publisher; who stands still
-// for a while loses none of them, who subscribes may lose the oldest; and nothing is left behind.
+// Each published message arrives once, in order, except those that died with their publisher. A
+// stopped publisher loses none of them, a stopped subscription may lose the oldest; and nothing is
+// left behind.
 TEST_F(TwoParticipants, SurviveOthersThatAreKilledStoppedAndRestarted) {
   const auto end = std::chrono::steady_clock::now() + fault_time();
   constexpr std::size_t kLives = 2;

@@ -29,19 +29,37 @@ class Watchdog;
 enum class StatisticsLevel {
   off,    // nothing
   count,  // how often each ran
-  full,   // latency and execution time too: a clock reading a message and one a callback
+  full,   // also latency and execution time: a clock reading per message and one per callback
 };
 
-/// What `isolated` gives an executor and a thread of its own.
+/// When announced callbacks reach the scheduler.
+enum class Readiness {
+  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
+  events,    // at every dispatch
+};
+
+/// Properties of an executor that are known by its name. The registration states them, and the
+/// constructor gets them. The defaults are those of rclcpp's single-threaded executor.
+struct ExecutorTraits {
+  Readiness readiness = Readiness::wait_set;
+  std::string scheduler = "ros";  // unless the options name one
+  std::size_t max_threads = 1;    // how many of ExecutorOptions::threads it can use
+  bool pool = false;              // without thread options: as many threads as CPUs, at least two
+  bool frozen = false;            // nothing is added or removed after the first spin
+  bool triggered = false;         // takes a trigger, and a period
+  bool isolates = false;          // a thread for each node or group: ExecutorOptions::per
+};
+
+/// The unit that gets its own executor and thread in an executor that isolates.
 enum class Isolation { node, group };
 
-/// Of one callback, for a trigger.
+/// The state of one callback, for a trigger.
 struct TriggerInput {
   std::string_view node, callback;  // "/node", "callback"
   bool is_ready = false;
 };
 
-/// When `triggered` serves what is ready, all at once.
+/// When `triggered` runs all that is ready.
 struct TriggerOptions {
   enum class Kind { any, all, one };
   Kind kind = Kind::any;
@@ -49,46 +67,47 @@ struct TriggerOptions {
   /// Instead of `kind`. Called on the executor's thread whenever something new has arrived; must
   /// neither block nor allocate.
   std::function<bool(std::span<const TriggerInput>)> own;
-  /// Logical execution time: at the end of every period the trigger is asked, inputs are taken
+  /// Logical execution time: at the end of every period the trigger is evaluated, inputs are taken
   /// together, callbacks run, and what they publish is sent together at the end of the next period.
-  /// 0: whenever something arrives.
+  /// 0: evaluated whenever something arrives.
   Nanoseconds let_period{0};
   /// How many messages can wait for the end of a period; more are dropped and counted.
   std::size_t most_outputs = 256;
 };
 
-/// Longer is not waking early but polling.
+/// The limit of `early_wake`; a longer time would be polling.
 inline constexpr Nanoseconds kMostEarlyWake = std::chrono::milliseconds(1);
 
-/// How an executor is made. What is left out is the executor's own default.
+/// How to make an executor. Empty fields mean the executor's own default.
 struct ExecutorOptions {
-  std::string name = "executor";  // of its threads, unless these have their own
+  std::string name = "executor";  // the name of its threads, unless they have their own
   std::string scheduler;          // a registered name; empty: the executor's own order
-  /// How its threads sleep: a registered wait back end, or "auto". Of the latter the first spin
-  /// makes `futex`, or `epoll` when there are file descriptors by then; it stays so.
+  /// How its threads sleep: a registered wait back end, or "auto". The first spin resolves "auto"
+  /// for good: to `epoll` if there are file descriptors by then, else to `futex`.
   std::string wait = "auto";
-  /// One for each thread. The first is for the thread that calls spin, and is applied there.
-  /// Empty: the caller's thread as it is, and for pools as many more as the machine has CPUs.
+  /// One entry per thread. The first is applied to the thread that calls spin.
+  /// Empty: the caller's thread as it is; a pool has as many threads as the machine has CPUs.
   std::vector<ThreadAttributes> threads;
-  Isolation per = Isolation::node;  // `isolated` only
-  TriggerOptions trigger;           // `triggered` only
-  /// Callbacks, as "node/callback", that come first in the order of registration, as listed. For
-  /// schedulers that look at it: `listed` and, inside a kind, `ros`.
+  Isolation per = Isolation::node;  // of executors that isolate
+  TriggerOptions trigger;           // of triggered executors
+  /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
+  /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
-  /// Threads that sleep until a timer wake up so much earlier, and look at the clock until the
-  /// release: no wake-up latency is in the timer's, for that much of a CPU at each sleep. At most
-  /// kMostEarlyWake; what else arrives meanwhile is served at once, file descriptors after it.
+  /// Threads that sleep until a timer is due wake up this much earlier, and poll the clock until
+  /// the release: the timer has no wake-up latency, at the cost of this CPU time per sleep. At most
+  /// kMostEarlyWake; other arrivals are served immediately, file descriptors after it.
   Nanoseconds early_wake{0};
   Realtime realtime = Realtime::prefer;
   StatisticsLevel statistics = StatisticsLevel::full;
-  /// How many executions each thread remembers for a timeline, the newest; 0: none.
+  /// How many of its last executions each thread records for a timeline; 0: none.
   std::size_t trace_events = 0;
-  /// Tells of missed deadlines when they are missed; without, it is done when callbacks return.
+  /// Reports missed deadlines when they are missed; without it, they are reported when callbacks
+  /// return.
   std::shared_ptr<Watchdog> watchdog;
   Clock* clock = &Clock::steady();
 };
 
-/// What has been recorded of one callback.
+/// The recorded statistics of one callback.
 struct CallbackStatistics {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
@@ -98,26 +117,26 @@ struct CallbackStatistics {
   std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
   std::uint64_t late = 0, too_late = 0;
   std::uint64_t deadline_misses = 0;
-  /// Timer releases that came while one was outstanding, and executions longer than the budget.
+  /// Timer releases while one was outstanding, and executions longer than the budget.
   std::uint64_t overruns = 0;
   Histogram latency;  // published or due → callback starts
   Histogram execution;
 };
 
-/// One execution, for a reader who does not know the executor's callbacks.
+/// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {
   std::string name;  // "/node/callback"
   EntityKind kind = EntityKind::waitable;
 };
 
-/// What one thread of an executor asked for, got and used, from spin to the end of spin.
+/// What one thread of an executor requested, got and used, from spin to the end of spin.
 struct ThreadStatistics {
   ThreadAttributes asked;
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
-  /// Of a logical execution time: periods that began late or not at all, and messages that did not
-  /// fit into one.
+  /// With logical execution time: periods that began late or not at all, and messages that did not
+  /// fit into a period.
   std::uint64_t missed_periods = 0, dropped_outputs = 0;
   std::vector<NamedTraceEvent> trace;
   std::size_t trace_overwritten = 0;
@@ -138,8 +157,8 @@ struct FailedCallback {
   std::exception_ptr exception;
 };
 
-/// Called on the thread of the callback, as a part of it. True: the executor goes on; false: the
-/// exception leaves spin. Must not throw.
+/// Called on the thread of the callback, as a part of it. True: the executor continues; false:
+/// the exception leaves spin. Must not throw.
 using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 
 /// Runs the callbacks of the nodes and groups that were added to it.
@@ -148,14 +167,14 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// - Callbacks of a mutually exclusive group never run at the same time.
 /// - What is added while it spins runs without delay. What is removed does not run any more when
 ///   remove returns; remove waits for a running callback, except in that very callback, where the
-///   removal is complete when the callback returns. Dropping a handle does the same. Of callbacks
-///   that remove each other, in a circle of any length, the last one that begins to does not wait:
-///   if it did, none could return. So it must not free what the callback that it removes uses.
-/// - A group that one of its callbacks gives to another executor may run there before that callback
-///   has returned.
-/// - `cancel` is sticky: it ends the spin that runs, or else the next one.
+///   removal is complete when the callback returns. Dropping a handle does the same. If callbacks
+///   remove each other, in a cycle of any length, the last one to begin its removal does not wait:
+///   otherwise none could return. So it must not free what the callback that it removes uses.
+/// - If a callback gives its own group to another executor, the group may run there before that
+///   callback has returned.
+/// - `cancel` is sticky: it ends the current spin, or else the next one.
 /// - An exception from a callback leaves spin on the thread that called it, when all threads of the
-///   executor have stopped; or goes to the handler, and the executor goes on.
+///   executor have stopped; or it goes to the handler, which decides.
 ///
 /// Thread safety: every method from any thread, from callbacks too; only one spin at a time
 /// (a second one throws Error). Destroy it when it does not spin.
@@ -164,12 +183,14 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:
+  using SharedPtr = std::shared_ptr<Executor>;
+
   virtual ~Executor() = default;
   Executor() = default;
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  /// Adds the node's groups, and those it gets later, except groups that were created with
+  /// Adds the node's groups, including later ones, except groups that were created with
   /// automatically_add_to_executor = false. Throws Error when it belongs to an executor already.
   virtual void add_node(const std::shared_ptr<Node>& node) = 0;
   virtual void remove_node(const std::shared_ptr<Node>& node) = 0;
@@ -182,11 +203,10 @@ class Executor {
   /// Runs callbacks until cancelled.
   void spin() { spin({}); }
   virtual void spin(const ExceptionHandler& handler) = 0;
-  /// Runs one callback, for which it waits until the timeout (negative: for ever).
+  /// Runs one callback. Waits for it until the timeout (negative: for ever).
   virtual void spin_once(Nanoseconds timeout = Nanoseconds(-1)) = 0;
-  /// Runs what is ready when it is called, and does not wait: of executors with a wait set one
-  /// snapshot, of event-driven ones all that has arrived. Begins nothing after max_duration (0: no
-  /// limit).
+  /// Runs what is ready at the call, and does not wait: with a wait set one snapshot, with events
+  /// all that has arrived. Starts no callback after max_duration (0: no limit).
   virtual void spin_some(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
   /// Runs until nothing is ready, or until max_duration (0: no limit).
   virtual void spin_all(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
@@ -198,19 +218,16 @@ class Executor {
   }
 
   virtual void cancel() noexcept = 0;
-  /// True from when all threads of a spin are there until it ends: also after cancel.
+  /// True from when all threads of a spin have started until it ends, even after cancel.
   virtual bool is_spinning() const noexcept = 0;
 
-  /// How many of ExecutorOptions::threads it can use.
-  virtual std::size_t max_threads() const noexcept = 0;
-
-  /// False: timers come due and nothing happens, until true. A run begins and ends so: all threads
-  /// are there before the first release, and no message is lost after the last.
+  /// False: due timers are held until true. Used at the beginning and end of a run: all threads
+  /// have started before the first release, and no message is lost after the last.
   virtual void release_timers(bool released) noexcept = 0;
   /// How many callbacks are ready or running; 0 when everything that was sent is done.
   virtual std::size_t pending() const noexcept = 0;
 
-  /// Throws Error while it spins: the hot path pays for no lock on them.
+  /// Throws Error while it spins, because the hot path has no lock for them.
   virtual std::vector<CallbackStatistics> statistics() const = 0;
   virtual std::vector<ThreadStatistics> thread_statistics() const = 0;
 
@@ -218,19 +235,27 @@ class Executor {
   virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;
 };
 
-using ExecutorRegistry = Registry<Executor, const ExecutorOptions&>;
+using ExecutorRegistry = Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class)                                    \
-  namespace {                                                                               \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = [] {                            \
-    ::takt::executors().add(name, description, [](const ::takt::ExecutorOptions& options) { \
-      return std::make_unique<Class>(options);                                              \
-    });                                                                                     \
-    return true;                                                                            \
-  }();                                                                                      \
+/// Adds to `executors()`. For the macro below. Always true. Throws Error when the name is taken.
+template <class Class>
+bool register_executor(std::string name, std::string description, ExecutorTraits traits) {
+  executors().add(std::move(name), {std::move(description),
+                                    [traits](const ExecutorOptions& options) {
+                                      return std::make_unique<Class>(options, traits);
+                                    },
+                                    traits});
+  return true;
+}
+
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
+/// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
+#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)             \
+  namespace {                                                             \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =               \
+      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}); \
   }
 
 }  // namespace takt

@@ -33,8 +33,10 @@ class IsolatedExecutor::Spin {
   IsolatedExecutor& executor_;
 };
 
-IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options)
-    : options_(options), backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
+IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)
+    : options_(options),
+      traits_(traits),
+      backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
   for (const ThreadAttributes& thread : options.threads) thread.check();
   make_wait_backend(options.wait, *options.clock, 1, false);  // or the children would throw
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
@@ -493,6 +495,6 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
 }
 
 TAKT_REGISTER_EXECUTOR("isolated", "a single-threaded executor and thread for each node or group",
-                       IsolatedExecutor)
+                       IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true)
 
 }  // namespace takt

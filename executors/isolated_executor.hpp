@@ -9,8 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "takt/executors/executor.hpp"
-#include "takt/executors/single_threaded_executor.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
@@ -32,7 +31,7 @@ namespace takt {
 /// something else is added.
 class IsolatedExecutor final : public Executor, private NodeListener, private Wakeable {
  public:
-  explicit IsolatedExecutor(const ExecutorOptions& options = {});
+  IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
   ~IsolatedExecutor() override;
 
   void add_node(const std::shared_ptr<Node>& node) override;
@@ -48,7 +47,6 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
   bool is_spinning() const noexcept override;
-  std::size_t max_threads() const noexcept override { return SIZE_MAX; }
   void release_timers(bool released) noexcept override;
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
@@ -67,18 +65,18 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   struct Child {
     Child(IsolatedExecutor& parent, const ExecutorOptions& options,
           const std::shared_ptr<Node>& for_node, const std::shared_ptr<CallbackGroup>& for_group)
-        : node(for_node), group(for_group), executor(options), waker(parent) {}
+        : node(for_node), group(for_group), executor(options, parent.traits_), waker(parent) {}
     std::weak_ptr<Node> node;
     std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
-    SingleThreadedExecutor executor;
+    DispatchingExecutor executor;
     Waker waker;
     std::atomic<bool> runs{false};  // on its thread
     // Guarded by the executor's mutex_.
     std::thread thread;
     int adding = 0;         // threads that add something to it
     bool may_spin = false;  // it has what it was made for, so its first spin knows what to wait for
-    bool is_joined = false;  // somebody waits for the end of its thread
-    bool may_go = false;     // a callback has removed what it had; who spins looks after it
+    bool is_joined = false;  // a thread waits for the end of its thread
+    bool may_go = false;     // a callback has removed what it had; the spinning thread removes it
     bool is_gone = false;
   };
   class Spin;
@@ -113,6 +111,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void wake() noexcept override;
 
   const ExecutorOptions options_;
+  const ExecutorTraits traits_;  // of the children too
   const std::unique_ptr<WaitBackend> backend_;
   std::atomic<bool> spinning_{false}, cancelled_{false}, has_news_{false};
   std::size_t next_turn_ = 0;  // of the children, on the caller's thread

@@ -1,7 +1,5 @@
 // Tests of what `isolated` has beyond the conformance suite: its threads come and go.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/isolated_executor.hpp"
-
 #include <filesystem>
 #include <fstream>
 
@@ -26,7 +24,7 @@ int threads_called(const std::string& prefix) {
 class IsolatedThreads : public testing::TestWithParam<Isolation> {
  protected:
   IsolatedThreads() {
-    executor_ = std::make_unique<IsolatedExecutor>(ExecutorOptions{.per = GetParam()});
+    executor_ = executors().make("isolated", {.per = GetParam()});
     executor_->add_node(stays_);
   }
   static bool has_thread() { return threads_called("goes") != 0; }

@@ -35,7 +35,7 @@ std::uint64_t misses(const std::vector<Task>& tasks, const std::string& executor
   const auto executor = executors().make(executor_name, options);
   executor->add_node(node);
   {
-    const bool is_isolated = executor_name == "isolated";
+    const bool is_isolated = executors().traits(executor_name).isolates;
     const ManualSpin spin(*executor, clock, is_isolated ? tasks.size() + 1 : 1);
     clock.advance(1ms + duration);
     executor->release_timers(false);

@@ -1,15 +1,12 @@
+// rclcpp's single-threaded executor: a wait set, one snapshot at each polling point, served in the
+// order of the scheduler `ros` unless told otherwise. The model of Casini et al. (ECRTS 2019).
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/single_threaded_executor.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
 
-SingleThreadedExecutor::SingleThreadedExecutor(const ExecutorOptions& options)
-    : DispatchingExecutor(
-          options, {.readiness = Readiness::wait_set, .scheduler = "ros", .max_threads = 1}) {
-}
-
 TAKT_REGISTER_EXECUTOR("single_threaded",
                        "a snapshot of what is ready at each polling point, in rclcpp's order",
-                       SingleThreadedExecutor)
+                       DispatchingExecutor, .readiness = Readiness::wait_set, .scheduler = "ros")
 
 }  // namespace takt

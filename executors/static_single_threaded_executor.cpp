@@ -1,18 +1,13 @@
+// As single_threaded, but the set of callbacks is fixed at the first spin: adding or removing later
+// is an Error (rclcpp's static executor of Humble).
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/static_single_threaded_executor.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
-
-StaticSingleThreadedExecutor::StaticSingleThreadedExecutor(const ExecutorOptions& options)
-    : DispatchingExecutor(options, {.readiness = Readiness::wait_set,
-                                    .scheduler = "ros",
-                                    .max_threads = 1,
-                                    .frozen = true}) {
-}
 
 TAKT_REGISTER_EXECUTOR(
     "static_single_threaded",
     "as single_threaded, over a set of callbacks that is fixed at the first spin",
-    StaticSingleThreadedExecutor)
+    DispatchingExecutor, .readiness = Readiness::wait_set, .scheduler = "ros", .frozen = true)
 
 }  // namespace takt

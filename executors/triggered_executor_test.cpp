@@ -1,9 +1,6 @@
 // When snapshots are served, in which order, and what logical execution time means.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/triggered_executor.hpp"
-
 #include "takt/executors/conformance/conformance.hpp"
-#include "takt/executors/single_threaded_executor.hpp"
 
 namespace takt::conformance {
 namespace {
@@ -17,8 +14,8 @@ class Triggered : public ::testing::Test {
  protected:
   std::unique_ptr<Executor> make(const TriggerOptions& trigger,
                                  const std::vector<std::string>& order = {}) {
-    auto executor = std::make_unique<TriggeredExecutor>(
-        ExecutorOptions{.trigger = trigger, .order = order, .clock = &clock_});
+    auto executor =
+        executors().make("triggered", {.trigger = trigger, .order = order, .clock = &clock_});
     executor->add_node(node_);
     return executor;
   }
@@ -116,12 +113,12 @@ TEST_F(Triggered, LetTakesInputsTogetherAndSendsOutputsAtTheEndOfThePeriod) {
   const auto to_in = node_->create_publisher<Number>("in", 5);
   const auto outside = std::make_shared<Node>("outside", NodeOptions{.clock = &clock_});
   std::vector<int> arrivals_ms;
-  SingleThreadedExecutor listener({.clock = &clock_});
+  const auto listener = executors().make("single_threaded", {.clock = &clock_});
   const auto sink = outside->create_subscription<Number>(
       "out", 5, [&](const Number&) { arrivals_ms.push_back(now_ms()); });
-  listener.add_node(outside);
+  listener->add_node(outside);
   const auto executor = make({.let_period = 10ms});
-  const ManualSpin listening(listener, clock_, 1);
+  const ManualSpin listening(*listener, clock_, 1);
   const ManualSpin spin(*executor, clock_, 2);
   clock_.advance(4ms);
   to_in->publish(Number{1});

@@ -13,13 +13,13 @@
 
 namespace takt {
 
-/// The user's own loop: wait until one of the entities is ready, then take from those one likes, in
-/// one's own order (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
+/// For the user's own loop: wait until an entity is ready, then take from any of them, in any order
+/// (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
 /// An entity is in one wait set or executor at a time; the set holds it until it is removed.
 ///
 /// Thread safety: one thread waits; entities may become ready, be added and removed on any.
 /// Real-time: wait sleeps in epoll, so that file descriptors can come at any time, and neither
-/// polls nor allocates; with a manual clock file descriptors wake nobody.
+/// polls nor allocates; with a manual clock file descriptors do not wake it.
 class WaitSet {
  public:
   explicit WaitSet(Clock& clock = Clock::steady());
@@ -32,7 +32,7 @@ class WaitSet {
   void remove(const std::shared_ptr<Entity>& entity);
 
   /// Sleeps until an entity is ready or the timeout has passed (negative: for ever). The result
-  /// lists what is ready, in the order of add; it is empty after a time-out, and valid until the
+  /// lists what is ready, in the order of add; it is empty after a timeout, and valid until the
   /// next call.
   const std::vector<std::shared_ptr<Entity>>& wait(Nanoseconds timeout = Nanoseconds(-1));
 

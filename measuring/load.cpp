@@ -62,7 +62,7 @@ Load::Load(const std::string& kind) {
     }
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(0);
-    signal(SIGINT, SIG_IGN);  // whoever measures ends us
+    signal(SIGINT, SIG_IGN);  // the measuring process ends us
     apply({.name = "load",
            .affinity = kind == "cpu" ? std::vector{available_cpus()[i]} : std::vector<int>{}},
           Realtime::prefer);

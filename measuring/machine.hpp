@@ -35,7 +35,7 @@ struct Neighbour {
   Nanoseconds cpu_time{0};  // while the observation lasted
 };
 
-/// Watches, from its construction on, who else had the CPUs.
+/// Observes, from its construction on, what else used the CPUs.
 /// Thread safety: none. Real-time: reads /proc, so not on the thread that is measured.
 class Observation {
  public:

@@ -7,7 +7,7 @@ thread_local constinit const CallbackGate::Passage* CallbackGate::Passage::inner
 thread_local constinit int CallbackGate::held_ = 0;
 
 bool CallbackGate::reserve() noexcept {
-  if (!is_open()) return false;  // so that those who ask do not disturb who waits
+  if (!is_open()) return false;  // so that callers do not disturb the thread that waits
   if ((state_.fetch_add(kReserved) & kClosing) != 0) {
     leave(kReserved);
     return false;
@@ -53,11 +53,11 @@ std::uint32_t CallbackGate::own_passages() const noexcept {
 
 void CallbackGate::close() noexcept {
   const std::uint32_t own = own_passages();
-  closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, who see it with kClosed
+  closings_.fetch_add(1, std::memory_order_relaxed);  // for publishers, which see it with kClosed
   std::uint32_t state = state_.fetch_or(kClosing) | kClosing;
   for (;;) {
-    // Outside logical execution time no user's code runs between reserving and passing, so whoever
-    // comes here with a reservation has taken a period's inputs.
+    // Outside logical execution time no user's code runs between reserving and passing, so a thread
+    // that comes here with a reservation has taken a period's inputs.
     if (running(state) == own && (reserved(state) == 0 || held_ != 0)) {
       if (state_.compare_exchange_weak(state, state | kClosed)) return;
     } else {

@@ -15,8 +15,8 @@ namespace takt {
 ///    refuses, and nothing is taken. So what is not served stays where it is.
 /// 2. What was taken is executed: the reservation becomes a Passage, which ends with the callback.
 ///    Or it is discarded: the reservation is given back.
-/// 3. Who closes the gate first refuses further reservations, then waits until all others have
-///    ended, except for the passages of the calling thread, within which it closes the gate.
+/// 3. Closing the gate first refuses further reservations, then waits until all others have ended,
+///    except for the passages of the calling thread, within which it closes the gate.
 /// 4. An executor that takes all inputs of a period before it runs the first callback (logical
 ///    execution time) holds reservations that cannot end while one of these callbacks closes the
 ///    gate. They are not waited for; they become no passages any more.
@@ -32,7 +32,7 @@ class CallbackGate {
 
   /// Whether something may be taken.
   bool is_open() const noexcept { return (state_.load() & kClosing) == 0; }
-  /// Whether it has been closed and everybody has come out, but for who closed it.
+  /// Whether it has been closed and all passages have ended, except those of the closing thread.
   bool is_closed() const noexcept { return (state_.load() & kClosed) != 0; }
   /// How often it has been closed, the beginning included.
   std::uint32_t closings() const noexcept { return closings_.load(std::memory_order_relaxed); }

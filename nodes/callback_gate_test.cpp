@@ -1,4 +1,4 @@
-// Tests of the gate: who may pass, and for whom closing waits.
+// Tests of the gate: what may pass, and what closing waits for.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/nodes/callback_gate.hpp"
 

@@ -52,7 +52,7 @@ std::shared_ptr<Chain> Chain::create(const ChainOptions& options, const std::vec
                                 "receives",
                                 options.name, before->fully_qualified_name(), before_name,
                                 node->fully_qualified_name(), name),
-                    "name the callbacks between, or mend the topics");
+                    "name the callbacks between, or fix the topics");
       }
     }
     entities.push_back(entity);

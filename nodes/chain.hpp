@@ -18,7 +18,7 @@ namespace takt {
 
 class Node;
 
-/// What is decided about a chain.
+/// The settings of a chain.
 struct ChainOptions {
   std::string name;
   int priority = 0;  // larger is more critical; what PiCAS calls the chain's priority
@@ -26,7 +26,7 @@ struct ChainOptions {
       0};  // from the release of its first callback to the end of its last; 0: none
 };
 
-/// What has been measured of a chain.
+/// The measurements of a chain.
 struct ChainStatistics {
   std::uint64_t instances = 0;  // that have come to the end
   std::uint64_t misses = 0;     // of these, after the deadline
@@ -34,8 +34,8 @@ struct ChainStatistics {
   Histogram latency;            // release of the first callback → end of the last
 };
 
-/// A path of callbacks, each of which publishes what the next one receives. Its instances are told
-/// from others that end in the same callback by the way that they have come.
+/// A path of callbacks, each of which publishes what the next one receives. Its instances differ
+/// from others that end in the same callback by the path that they took.
 /// Thread safety: finished() is serialised by the executor of the last callback, aborted() may be
 /// called by any thread, statistics() while that executor does not spin.
 /// Real-time: finished() and aborted() neither block nor allocate.
@@ -44,8 +44,8 @@ class Chain {
   /// A callback by its node and its name.
   using Step = std::pair<std::shared_ptr<Node>, std::string>;
 
-  /// Puts the chain together before executors have its callbacks. Throws Error when a name does not
-  /// exist, when a step does not publish what the next one receives, or when one stands twice.
+  /// Creates the chain, before its callbacks are added to executors. Throws Error when a name does
+  /// not exist, when a step does not publish what the next one receives, or when one occurs twice.
   static std::shared_ptr<Chain> create(const ChainOptions& options, const std::vector<Step>& path);
 
   explicit Chain(const ChainOptions& options);
@@ -71,7 +71,7 @@ class Chain {
   Histogram latency_;
 };
 
-/// Chain instances that were ended before their end: whatever they have sent is received by nobody.
+/// Chain instances that were ended before their end: no callback receives what they have sent.
 /// The last 1024 or so are remembered.
 /// Thread safety: from any thread.
 /// Real-time: nothing blocks or allocates.

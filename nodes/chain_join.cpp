@@ -43,15 +43,15 @@ Joined& place(std::uint64_t number) noexcept {
   return (*table_of_process.load())[number % ChainJoin::kMostJoined];
 }
 
-/// How much a way is multiplied by so many callbacks.
+/// The factor that so many callbacks apply to a path.
 std::uint64_t factor(std::uint64_t callbacks) noexcept {
   std::uint64_t result = 1;
   while (callbacks-- != 0) result *= kWayFactor;
   return result;
 }
 
-/// Calls use(instance) for all that go on with the dispatch, their ways as of now. False: it is not
-/// known any more.
+/// Calls use(instance) for all that go on with the dispatch, their paths as of now. False: it is
+/// not known any more.
 template <class Use>
 bool for_each_joined(const Dispatch& dispatch, const Use& use) noexcept {
   if (!is_joined(dispatch.chain_instance)) return true;

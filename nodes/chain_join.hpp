@@ -13,10 +13,12 @@
 
 namespace takt {
 
-/// Chain instances that are about to go on as one.
+/// Chain instances that are about to continue as one.
+/// Thread safety: none; the owner's lock guards it.
+/// Real-time: nothing blocks or allocates; linear in kMost.
 class JoiningInstances {
  public:
-  /// How many can go on as one; more are left out.
+  /// How many can continue as one; further ones are dropped.
   static constexpr std::size_t kMost = 16;
   struct Instance {
     std::uint64_t way = 0;  // so far
@@ -38,7 +40,7 @@ class JoiningInstances {
   std::size_t count_ = 0;
 };
 
-/// What a fusion keeps, so that the chains of all its inputs go on in what it publishes. Without
+/// For a fusion of several inputs: the chains of all of them continue in what it publishes. Without
 /// it, a message belongs to the chain of the input in whose callback it was published:
 ///
 ///   on left:   join.received(0); left_ = message; fuse();
@@ -47,8 +49,8 @@ class JoiningInstances {
 ///              join.combine();
 ///              publisher->publish(…);
 ///
-/// The message carries a number that stands for all instances; the newest kMostJoined such numbers
-/// of the process are known. What is older is measured for the input that came last.
+/// The message carries a number that stands for all instances; the process remembers the newest
+/// kMostJoined of these. An older one is measured for the input that came last.
 /// Thread safety: calls are serialised by the user, as a mutually exclusive group of the callbacks
 /// does.
 /// Real-time: received() and combine() neither block nor allocate.
@@ -59,13 +61,13 @@ class ChainJoin {
   /// Throws Error when there are no inputs, or more than JoiningInstances::kMost.
   explicit ChainJoin(std::size_t inputs);
 
-  /// The callback that runs was called for this input, from 0. Of several messages of one input
-  /// the last one counts.
+  /// The running callback was called for this input, from 0. Of several messages of one input, the
+  /// last one counts.
   void received(std::size_t input) noexcept;
-  /// From here on what the callback that runs publishes belongs to its own chain instance and to
+  /// From here on, what the running callback publishes belongs to its own chain instance and to
   /// those of the inputs received since the last combine().
   void combine() noexcept;
-  /// Instances that ended here because more than JoiningInstances::kMost would have gone on.
+  /// Instances that ended here because more than JoiningInstances::kMost would have continued.
   std::uint64_t left_out() const noexcept { return left_out_; }
 
  private:
@@ -79,7 +81,7 @@ class ChainJoin {
 constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
   return static_cast<std::int64_t>(chain_instance) < 0;
 }
-/// The release of the root of the instance that has come to the dispatch on this way, when it is
+/// The release of the root of the instance that has come to the dispatch on this path, when it is
 /// one of those that were joined.
 std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
 /// The same of any instance.

@@ -95,7 +95,7 @@ CallbackReturn LifecycleNode::go_through(const LifecycleTransition& transition) 
 
 void LifecycleNode::step(const LifecycleTransition& transition) {
   state_.store(transition.goal);
-  // Who is told that the node is active may rely on it.
+  // A listener that is notified that the node is active may rely on it.
   if (transition.goal == LifecycleState::active) start_managed();
   const std::lock_guard lock(listener_mutex_);
   if (listener_) listener_(transition);
@@ -142,11 +142,11 @@ CallbackReturn LifecycleNode::call_unguarded(LifecycleState during, LifecycleSta
 
 // ---- Managed entities ----
 
-std::shared_ptr<Timer> LifecycleNode::create_timer(std::string name, Nanoseconds period,
-                                                   std::function<void()> callback,
-                                                   std::shared_ptr<CallbackGroup> group) {
+std::shared_ptr<Timer> LifecycleNode::make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                                 std::function<void()> callback,
+                                                 std::shared_ptr<CallbackGroup> group) {
   auto timer = std::make_shared<ManagedTimer<Timer>>(gate_, std::move(name),
-                                                     group_or_default(std::move(group)), clock(),
+                                                     group_or_default(std::move(group)), clock,
                                                      period, std::move(callback));
   manage(timer);
   return adopt_timer(timer);

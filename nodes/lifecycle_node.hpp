@@ -20,10 +20,10 @@
 
 namespace takt {
 
-/// What became of a request. True: the callback returned SUCCESS.
+/// The result of a request. True: the callback returned SUCCESS.
 struct TransitionResult {
-  /// What the transition's callback returned; nothing: the request was refused, and nothing was
-  /// done.
+  /// What the transition's callback returned; nothing: the request was rejected without any
+  /// effect.
   std::optional<CallbackReturn> returned;
   LifecycleState state = LifecycleState::unknown;  // of the node afterwards
   std::string message;  // refused or without success: why, and what can be asked for
@@ -32,31 +32,32 @@ struct TransitionResult {
 };
 
 /// ROS 2's managed node (design.ros2.org/articles/node_lifecycle.html). A request runs one of the
-/// callbacks below, on the calling thread; what that returns decides the next state.
+/// callbacks below, on the calling thread; its return value decides the next state.
 ///
 /// Inactive means inactive, as the design says (in rclcpp only publishers are managed: #1846). The
 /// publishers, subscriptions and timers that this class creates work in the state `active` only:
-/// - what is published otherwise goes nowhere, see LifecyclePublisher;
-/// - messages that arrive otherwise wait, the newest of them as the depth says, until the node is
-///   active again; nobody is woken for them;
-/// - timers rest otherwise. Their phase begins when the node becomes active, also when that is
-///   because on_deactivate returned FAILURE. One that is cancelled stays so.
+/// - in other states, publishing has no effect, see LifecyclePublisher;
+/// - messages that arrive in other states wait, up to the depth, until the node is active again; no
+///   thread is woken for them;
+/// - timers are paused in other states. Their phase begins when the node becomes active, even if it
+///   does so because on_deactivate returned FAILURE. A cancelled timer stays cancelled.
 /// Before on_deactivate, or on_shutdown of an active node, is called, the running managed callbacks
-/// have returned; no further one begins. If the request comes from one of them, that one is not
-/// waited for. (Two nodes whose managed callbacks deactivate each other at the same time wait for
-/// ever.) Under logical execution time it takes the place of those of its period that have not
-/// begun: their inputs are lost.
-/// What shall always work (services, clients, guard conditions and file descriptors do) is created
-/// by `Node::create_timer(…)` and so on.
+/// have returned; no further one begins. A request from one of them does not wait for that one.
+/// (Two nodes whose managed callbacks deactivate each other at the same time wait for ever.) With
+/// logical execution time, callbacks of the same period that have not begun are skipped: their
+/// inputs are lost.
+/// Services, clients, guard conditions and file descriptors always work. To create other entities
+/// that always work, call `Node::create_timer(…)` and so on.
 ///
-/// Thread safety: every method from any thread. Requests do not wait for each other: one that
-/// comes during another, from whatever thread or callback, is refused.
+/// Thread safety: every method from any thread. Requests do not wait for each other: one
+/// that comes during another, from any thread or callback, is rejected.
 /// Real-time: requests block, allocate and run the user's code: for control threads. A managed
-/// callback costs three atomic additions more than another, and nothing allocates.
-/// Errors: exceptions from callbacks are logged and count as ERROR. A request that cannot be says
-/// why in its result; nothing throws.
+/// callback costs three more atomic additions than others, and nothing allocates.
+/// Errors: exceptions from callbacks are logged and count as ERROR. The result of a
+/// rejected request says why; nothing throws.
 class LifecycleNode : public Node {
  public:
+  using SharedPtr = std::shared_ptr<LifecycleNode>;
   using CallbackReturn = takt::CallbackReturn;
 
   explicit LifecycleNode(std::string_view name, const NodeOptions& options = {});
@@ -74,24 +75,26 @@ class LifecycleNode : public Node {
   TransitionResult trigger_transition(std::string_view label);
   TransitionResult trigger_transition(TransitionId id);
 
-  /// During a transition, the state that stands for it.
+  /// During a transition: its transition state.
   LifecycleState get_current_state() const noexcept { return state_.load(); }
 
   // Managed entities, as Node's.
 
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr);
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
   template <TaskCallback F>
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
-    group = group_or_default(std::move(group));
-    auto runner = managed_task_runner(name, group);
-    auto timer =
-        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock(),
-                                                  period, std::move(callback), std::move(runner));
-    manage(timer);
-    return adopt_timer(timer);
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
+  template <class F>
+  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
+                      std::move(group));
   }
 
   template <Message T>
@@ -123,9 +126,9 @@ class LifecycleNode : public Node {
   // For LifecycleServices.
 
   using TransitionListener = std::function<void(const LifecycleTransition&)>;
-  /// Is told of each row of the table that the node has gone through, on the thread of the request.
-  /// Empty: nobody is. When this returns, the listener before is not told any more. Must not be
-  /// called by the listener.
+  /// Called with each row of the table that the node has gone through, on the thread of the
+  /// request. Empty: none. When this returns, the previous listener is not called any more. The
+  /// listener must not call this.
   void set_transition_listener(TransitionListener listener);
 
  protected:
@@ -142,6 +145,20 @@ class LifecycleNode : public Node {
   virtual CallbackReturn on_error(LifecycleState previous);
 
  private:
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                    std::function<void()> callback,
+                                    std::shared_ptr<CallbackGroup> group);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period, F callback,
+                                    std::shared_ptr<CallbackGroup> group) {
+    group = group_or_default(std::move(group));
+    auto runner = managed_task_runner(name, group);
+    auto timer =
+        std::make_shared<ManagedTimer<TaskTimer>>(gate_, std::move(name), std::move(group), clock,
+                                                  period, std::move(callback), std::move(runner));
+    manage(timer);
+    return adopt_timer(timer);
+  }
   template <class Request>
   TransitionResult request(Request which, const std::string& name);
   CallbackReturn go_through(const LifecycleTransition& transition);
@@ -158,12 +175,12 @@ class LifecycleNode : public Node {
 
   const std::shared_ptr<CallbackGate> gate_ = std::make_shared<CallbackGate>();
   std::atomic<LifecycleState> state_{LifecycleState::unconfigured};
-  std::atomic<bool> is_changing_{false};  // whoever sets it may change the state
+  std::atomic<bool> is_changing_{false};  // the thread that sets it may change the state
 
   mutable PiMutex managed_mutex_;
   std::vector<std::weak_ptr<Managed>> managed_;
 
-  PiMutex listener_mutex_;  // held while it is told
+  PiMutex listener_mutex_;  // held while it is called
   TransitionListener listener_;
 };
 

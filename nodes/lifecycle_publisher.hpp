@@ -16,10 +16,10 @@ namespace takt {
 
 /// A publisher of a LifecycleNode: what is published while the node is not active goes nowhere. It
 /// is counted, and a warning is logged once for each time that the node is not active. Callbacks
-/// that still run while the node is being deactivated publish; whoever publishes at that moment
-/// outside of the node's managed callbacks may or may not.
+/// that still run while the node is being deactivated publish; a publication at that moment from
+/// outside the node's managed callbacks may or may not go out.
 ///
-/// Thread safety and real-time: as Publisher; one look at an atomic more.
+/// Thread safety and real-time: as Publisher; plus one load of an atomic.
 template <Message T>
 class LifecyclePublisher : private Publisher<T> {
  public:

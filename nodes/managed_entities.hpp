@@ -18,9 +18,10 @@
 
 namespace takt {
 
-/// What a LifecycleNode tells its managed entities. Whether they run is decided by the gate alone;
-/// this is about who has to be woken.
+/// How a LifecycleNode notifies its managed entities. The gate alone decides whether they run; this
+/// is about which listener has to be woken.
 /// Thread safety: one call at a time; everything else of the entity meanwhile.
+/// Real-time: a lock with priority inheritance at most; nothing allocates.
 class Managed {
  public:
   virtual ~Managed() = default;
@@ -69,6 +70,7 @@ class GatedEntity : public Base, public Managed {
 
 /// A timer of a LifecycleNode: while the node is not active it has no release, whatever reset and
 /// release_at say; when the node becomes active, its phase begins, unless it is cancelled.
+/// Thread safety and real-time: as GatedEntity.
 template <std::derived_from<Timer> Base>
 class ManagedTimer final : public GatedEntity<Base> {
  public:
@@ -88,7 +90,8 @@ class ManagedTimer final : public GatedEntity<Base> {
   }
 };
 
-/// What resumes the coroutines of a LifecycleNode: they go on when the node is active again.
+/// Resumes the coroutines of a LifecycleNode: they continue when the node is active again.
+/// Thread safety and real-time: as GatedEntity.
 class ManagedTaskRunner final : public GatedEntity<TaskRunner> {
  public:
   using GatedEntity::GatedEntity;
@@ -98,7 +101,9 @@ class ManagedTaskRunner final : public GatedEntity<TaskRunner> {
 };
 
 /// A subscription of a LifecycleNode: while the node is not active it keeps the newest messages, as
-/// its depth says, and tells nobody.
+/// its depth says, and notifies no listener.
+/// Thread safety and real-time: as GatedEntity; attach, detach and the changes of the gate take a
+/// lock with priority inheritance.
 template <Message T, class F>
 class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
   using Base = GatedEntity<SubscriptionWith<T, F>>;
@@ -111,8 +116,8 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
   using Base::take;
   bool take(T& message) override { return this->gate().is_open() && Base::take(message); }
 
-  // Who is told is decided under the mutex, so that of an executor that attaches and a node that
-  // becomes active neither undoes what the other did.
+  // The listener is set under the mutex, so that an executor that attaches and a node that becomes
+  // active do not undo each other's change.
   void attach(Sink& sink) noexcept override {
     const std::lock_guard lock(mutex_);
     Base::attach(sink);
@@ -127,11 +132,11 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
     Sink* sink = this->sink();
     if (sink == nullptr) return;
     this->set_listener(sink);
-    // Sequentially consistent: who sends from now on announces, and what was sent is seen here.
+    // Sequentially consistent: a sender announces from now on, and what was sent is seen here.
     if (this->ready_count() == 0) return;
     Arrival arrival{next_sequence(), clock_.now()};
     this->front(arrival);  // unless its publisher has not finished
-    sink->announce(arrival);
+    this->announce(arrival);
   }
   void has_closed() noexcept override {
     const std::lock_guard lock(mutex_);

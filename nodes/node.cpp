@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 namespace takt {
+
+NodeOptions::~NodeOptions() = default;
 namespace {
 
 // ROS 2's rule for one part of a name.
@@ -192,11 +194,16 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
   notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });
 }
 
-std::shared_ptr<Timer> Node::create_timer(std::string name, Nanoseconds period,
-                                          std::function<void()> callback,
-                                          std::shared_ptr<CallbackGroup> group) {
+std::shared_ptr<Timer> Node::make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                        std::function<void()> callback,
+                                        std::shared_ptr<CallbackGroup> group) {
   return adopt_timer(std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)),
-                                             clock(), period, std::move(callback)));
+                                             clock, period, std::move(callback)));
+}
+
+std::string Node::next_wall_timer_name() {
+  const std::lock_guard lock(mutex_);
+  return fmt::format("wall_timer_{}", ++wall_timers_);
 }
 
 std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {

@@ -36,7 +36,7 @@
 
 namespace takt {
 
-/// What is decided about a node from outside. A component's constructor takes it and hands it on.
+/// The settings of a node from outside. A component's constructor takes them and passes them on.
 struct NodeOptions {
   std::string name;                                       // instead of the one the code gives
   std::string name_space;                                 // "/front"; empty: the root
@@ -45,11 +45,13 @@ struct NodeOptions {
   TopicQos qos;  // instead of what the code says, by the topic's full name
   Clock* clock = &Clock::steady();
   std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
-  /// Talks to other processes through it; without, messages stay in the process.
+  /// Connects the node to other processes; without it, messages stay in the process.
   std::shared_ptr<Participant> participant;
+
+  ~NodeOptions();  // not in each program's main
 };
 
-/// The parameter of ROS 2 by which a container gives a node a simulated clock.
+/// ROS 2's parameter for a simulated clock: a container reads it.
 inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
@@ -62,7 +64,9 @@ struct CallbackParameterChanges {
   std::map<std::string, CallbackParameters, std::less<>> callback_groups, callbacks;
 };
 
-/// An executor that serves the node or some of its groups: told of what the node gets later.
+/// An executor that serves the node or some of its groups: notified of later additions.
+/// Thread safety: called on the thread that makes the change; several threads may call at a time.
+/// Real-time: no; set-up only.
 class NodeListener {
  public:
   virtual void entity_added(Node& node, const std::shared_ptr<Entity>& entity) = 0;
@@ -73,15 +77,17 @@ class NodeListener {
   ~NodeListener() = default;
 };
 
-/// Names, parameters, and a factory of entities. The node knows its entities weakly: they live as
-/// long as the user holds them (dropping the last pointer takes an entity from its executor), the
-/// default callback group as long as the node.
+/// Names, parameters, and a factory for entities. The node holds weak references to its entities:
+/// they live as long as the user holds them (dropping the last pointer removes an entity from its
+/// executor). The default callback group lives as long as the node.
 ///
 /// Thread safety: every method from any thread. Entities may be created and dropped while the
-/// executor spins, from callbacks too.
+/// executor spins, also from callbacks.
 /// Real-time: set-up only; creating and dropping entities allocates and takes locks.
 class Node : public std::enable_shared_from_this<Node> {
  public:
+  using SharedPtr = std::shared_ptr<Node>;
+
   explicit Node(std::string_view name, const NodeOptions& options = {});
   virtual ~Node();
   Node(const Node&) = delete;
@@ -90,7 +96,7 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
   const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
-  /// That of its timers: perhaps a SimulatedClock.
+  /// The clock of its timers, possibly a SimulatedClock.
   Clock& clock() const noexcept { return *options_.clock; }
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
@@ -112,18 +118,25 @@ class Node : public std::enable_shared_from_this<Node> {
     return default_group_;
   }
 
-  /// `name` is what configuration files, chains and results call the timer.
+  /// Configuration files, chains and results refer to the timer by `name`.
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
                                       std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr);
+                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
   /// The callback is a coroutine, see Task.
   template <TaskCallback F>
   std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
                                       std::shared_ptr<CallbackGroup> group = nullptr) {
-    group = group_or_default(std::move(group));
-    auto runner = create_task_runner(name, group, 1);
-    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock(),
-                                                   period, std::move(callback), std::move(runner)));
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  }
+  /// As rclcpp's: uses real time, even if the node's clock is simulated. The first is called
+  /// "wall_timer_1", the next "wall_timer_2", and so on.
+  template <class F>
+  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
+                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
+                      std::move(group));
   }
 
   /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
@@ -136,11 +149,11 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<GuardCondition> create_guard_condition(
       std::string name, F callback, std::shared_ptr<CallbackGroup> group = nullptr) = delete;
 
-  /// A callback for what happens to a publisher or a subscription besides messages; which, tells
-  /// the status that it takes: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
+  /// A callback for events of a publisher or a subscription besides messages. The status that it
+  /// takes selects the event: MatchedStatus, IncompatibleQosStatus, MessageLostStatus,
   /// DeadlineMissedStatus or LivelinessChangedStatus (these two: see EndpointEvent). There is one
-  /// of a kind for each end; the one that is made last is told. Throws Error when a deadline is to
-  /// be told that the QoS does not have. Its name is "TOPIC/publisher/deadline_missed" and so on.
+  /// of a kind for each end; the one that is made last is notified. Throws Error for a deadline
+  /// event if the QoS has no deadline. Its name is "TOPIC/publisher/deadline_missed" and so on.
   template <class Status, class End>
   std::shared_ptr<Entity> create_qos_event(const End& end,
                                            std::function<void(const Status&)> callback,
@@ -257,8 +270,8 @@ class Node : public std::enable_shared_from_this<Node> {
     return handle;
   }
 
-  /// What resumes coroutines, for those who make callbacks of their own kinds of others: at most so
-  /// many tasks at a time. `callback` is what it is called after.
+  /// Resumes coroutines, for authors of callback kinds that are made of others: at most
+  /// `most_tasks` at a time. `callback` gives it its name.
   std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
                                                  std::shared_ptr<CallbackGroup> group,
                                                  std::size_t most_tasks) {
@@ -296,10 +309,10 @@ class Node : public std::enable_shared_from_this<Node> {
   [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
     return parameters_.set_atomically(values);
   }
-  /// The callback is told of values that are right by their descriptors, before they are set or
-  /// declared, on the thread that does so. As in rclcpp the one that was added last is called
-  /// first: so only the one that was added first knows that no other refuses, and may act on them.
-  /// It may read parameters, which still have their old values, but not set or declare any.
+  /// The callback gets values that are valid by their descriptors, before they are set or declared,
+  /// on the thread that does so. As in rclcpp, the one that was added last is called first: so only
+  /// the one that was added first knows that no other refuses, and may act on them. It may read
+  /// parameters, which still have their old values, but not set or declare any.
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
       OnSetParametersCallback callback) {
     return parameters_.add_callback(std::move(callback));
@@ -362,6 +375,7 @@ class Node : public std::enable_shared_from_this<Node> {
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
   /// Throws Error when the timer's name cannot be, and warns when another one has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
+  std::string next_wall_timer_name();
   /// What resumes the coroutines of a callback.
   std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
 
@@ -382,6 +396,17 @@ class Node : public std::enable_shared_from_this<Node> {
   static void check_deadline(const std::string& topic, const QoS& qos);
   /// "/arm/move" → "arm_move_timeout".
   static std::string timeout_name(std::string_view service);
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
+                                    std::function<void()> callback,
+                                    std::shared_ptr<CallbackGroup> group);
+  template <TaskCallback F>
+  std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period, F callback,
+                                    std::shared_ptr<CallbackGroup> group) {
+    group = group_or_default(std::move(group));
+    auto runner = create_task_runner(name, group, 1);
+    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock, period,
+                                                   std::move(callback), std::move(runner)));
+  }
   void add(const std::shared_ptr<Entity>& entity);
   /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
   template <class Call>
@@ -409,6 +434,7 @@ class Node : public std::enable_shared_from_this<Node> {
   std::condition_variable_any listener_called_;
   std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
   std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
+  int wall_timers_ = 0;
   // Topic → the callbacks that publish on it; empty: any may.
   std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
 

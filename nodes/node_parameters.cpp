@@ -49,14 +49,13 @@ std::string text(const Range& range) {
 
 }  // namespace
 
-// Lets one thread at a time change parameters. A callback that is told of a change and makes one
+// Lets one thread at a time change parameters. A callback that is called for a change and makes one
 // would wait for itself.
 class NodeParameters::Changing {
  public:
   Changing(NodeParameters& parameters, std::string_view what) : parameters_(parameters) {
     if (parameters.changing_thread_.load() == std::this_thread::get_id()) {
-      throw Error(fmt::format("node '{}': a callback that is told of parameters before they are "
-                              "set {}",
+      throw Error(fmt::format("node '{}': a callback that is called before parameters are set {}",
                               parameters.node_, what),
                   "do it after the callback");
     }
@@ -131,7 +130,7 @@ void NodeParameters::set(Parameters values) {
 }
 
 void NodeParameters::set_listener(ParametersListener listener) {
-  const Changing changing(*this, "changes who is told");
+  const Changing changing(*this, "changes the listener");
   listener_.swap(listener);
 }
 

@@ -20,18 +20,18 @@
 
 namespace takt {
 
-/// Is told of values before they are set, and may refuse them all with a reason.
+/// Called with values before they are set; may reject them all with a reason.
 using OnSetParametersCallback = std::function<SetParametersResult(const Parameters&)>;
 /// Keeps the callback: when it is dropped, no further call begins.
 using OnSetParametersHandle = std::shared_ptr<const OnSetParametersCallback>;
 
-/// Is told of values after they were set, or declared (`are_new`), on the thread that did so.
+/// Called with values after they were set, or declared (`are_new`), on the thread that did so.
 using ParametersListener = std::function<void(const Parameters& values, bool are_new)>;
 
-/// Names, values and descriptors. Node hands all of it on, and says what each method does.
+/// Names, values and descriptors. Node forwards to it, and documents each method.
 ///
-/// Thread safety: every method from any thread. Whoever sets values holds up others who set, while
-/// callbacks are called; whoever reads is held up by nobody for longer than a look-up and a copy.
+/// Thread safety: every method from any thread. While callbacks are called, other threads that set
+/// values wait; a reader waits no longer than for a look-up and a copy.
 /// Real-time: get of a boolean or a number takes a lock with priority inheritance, and allocates
 /// nothing; a string or an array is copied. The rest is set-up.
 class NodeParameters {
@@ -54,7 +54,7 @@ class NodeParameters {
   ListParametersResult list(const std::vector<std::string>& prefixes, std::uint64_t depth) const;
   SetParametersResult set_atomically(const Parameters& values);
   OnSetParametersHandle add_callback(OnSetParametersCallback callback);
-  /// Empty: nobody is told. When this returns, the one before is not told any more. It may read
+  /// Empty: none. When this returns, the previous listener is not called any more. It may read
   /// parameters, but not set or declare any.
   void set_listener(ParametersListener listener);
   /// What is given and was not declared.
@@ -133,7 +133,7 @@ class NodeParameters {
   const std::string node_;
   const Parameters given_;
 
-  PiMutex change_mutex_;  // held by who sets values; comes before mutex_
+  PiMutex change_mutex_;  // held while values are set; comes before mutex_
   std::atomic<std::thread::id> changing_thread_{};
   ParametersListener listener_;  // guarded by change_mutex_
 

@@ -339,8 +339,8 @@ TEST(SetParameters, IsRefusedInsideACallback) {
         [&] {
           reason(*node, {{"a", 3}});
         },
-        ThrowsMessage<Error>("node 'camera': a callback that is told of parameters before "
-                             "they are set sets one; do it after the callback"));
+        ThrowsMessage<Error>("node 'camera': a callback that is called before parameters are set "
+                             "sets one; do it after the callback"));
     EXPECT_THROW(node->declare_parameter("b", 1), Error);
     return SetParametersResult{};
   });

@@ -36,7 +36,7 @@ std::shared_ptr<Node> make_node(const std::string& name, const NodeOptions& opti
   return std::make_shared<Node>(name, options);
 }
 
-// Owns an entity as an executor does, and notes what it is told.
+// Owns an entity as an executor does, and records its notifications.
 class OwningSink final : public Sink {
  public:
   explicit OwningSink(std::shared_ptr<Entity> entity) : entity_(std::move(entity)) {
@@ -99,6 +99,20 @@ TEST(Node, WarnsOnceOfTwoTimersOfOneName) {
   const auto third = node->create_timer("tick", 1s, [] {});
   EXPECT_THAT(log.get(), ElementsAre(HasSubstr("/mapper: two timers are called 'tick'")));
   EXPECT_THAT(node->timers_of_one_name(), ElementsAre("tick"));
+}
+
+TEST(Node, NumbersItsWallTimersWhichGoByRealTimeWhereItsClockIsSimulated) {
+  ManualClock clock;
+  SimulatedClock simulated(clock);
+  const auto node = make_node("node", {.clock = &simulated});
+  const Timer::SharedPtr first = node->create_wall_timer(10ms, [] {});
+  const Timer::SharedPtr second = node->create_wall_timer(10ms, []() -> Task<> { co_return; });
+  EXPECT_EQ(first->name(), "wall_timer_1");
+  EXPECT_EQ(second->name(), "wall_timer_2");
+  const auto simulated_timer = node->create_timer("tick", 10ms, [] {});
+  EXPECT_EQ(first->next_release(), clock.now() + 10ms);
+  EXPECT_EQ(second->next_release(), clock.now() + 10ms);
+  EXPECT_NE(simulated_timer->next_release(), clock.now() + 10ms);
 }
 
 TEST(Node, WarnsOfTwoNodesOfOneName) {

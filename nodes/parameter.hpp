@@ -38,8 +38,8 @@ struct FloatingPointRange {
 /// What is known of a parameter besides its value. Its type is that of the default value, for good.
 struct ParameterDescriptor {
   std::string description;
-  bool read_only = false;                     // the configuration may give it, nobody sets it
-  std::optional<IntegerRange> integer_range;  // of an integer
+  bool read_only = false;                                  // only the configuration may give it
+  std::optional<IntegerRange> integer_range;               // of an integer
   std::optional<FloatingPointRange> floating_point_range;  // of a floating-point number
 };
 

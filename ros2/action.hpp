@@ -48,7 +48,7 @@ inline constexpr const char* kGetResult = "/_action/get_result";
 inline constexpr const char* kFeedback = "/_action/feedback";
 inline constexpr const char* kStatus = "/_action/status";
 
-/// Who comes late learns the state of all goals.
+/// A late joiner learns the state of all goals.
 inline QoS status_qos() {
   return QoS(1).transient_local();
 }

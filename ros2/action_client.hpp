@@ -17,8 +17,9 @@
 
 namespace takt {
 
-/// A goal that a server has accepted. `state` is what the server has last told.
+/// A goal that a server has accepted. `state` is the last one that the server reported.
 /// Thread safety: every method from any thread.
+/// Real-time: nothing blocks or allocates after construction.
 class ClientGoalHandle {
  public:
   ClientGoalHandle(const GoalId& id, builtin_interfaces::Time stamp) : id_(id), stamp_(stamp) {}
@@ -153,7 +154,7 @@ class ActionClient {
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel({{goal->id(), {}}}, std::move(callback));
   }
-  /// Everybody's goals.
+  /// The goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
     cancel({}, std::move(callback));
   }
@@ -227,7 +228,7 @@ class ActionClient {
   }
 
   const std::shared_ptr<Goals> goals_;
-  // In this order, so that who serves what was registered first hears how it goes before the end.
+  // In this order, so that an executor in order of registration serves feedback before the result.
   const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
   const std::shared_ptr<Subscription<action_msgs::GoalStatusArray>> status_;
   const std::shared_ptr<Client<SendGoal<A>>> send_;

@@ -36,8 +36,8 @@ struct ActionServerOptions {
 template <ActionType A>
 class ActionServerCore;
 
-/// One goal, for who has to reach it. When the last pointer to it goes before it has ended, the
-/// goal is aborted.
+/// One goal, for the code that executes it. When the last pointer to it goes before it has ended,
+/// the goal is aborted.
 /// Thread safety: every method from any thread.
 /// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. What ends a goal
 /// copies its result.
@@ -64,7 +64,7 @@ class ServerGoalHandle {
   void publish_feedback(const typename A::Feedback& feedback) {
     core_->publish_feedback(id_, feedback);
   }
-  // These throw Error when the goal has ended already, or nobody wants it to be cancelled.
+  // These throw Error when the goal has ended already, or no cancellation was requested.
   void succeed(const typename A::Result& result) { core_->end(id_, GoalState::succeeded, result); }
   void abort(const typename A::Result& result) { core_->end(id_, GoalState::aborted, result); }
   void canceled(const typename A::Result& result) { core_->end(id_, GoalState::canceled, result); }
@@ -76,6 +76,8 @@ class ServerGoalHandle {
 };
 
 /// What the server and its goals share.
+/// Thread safety: every method from any thread.
+/// Real-time: a lock with priority inheritance; a new goal and a result allocate.
 template <ActionType A>
 class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>> {
  public:
@@ -104,8 +106,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     expiry_ = timer;
   }
-  /// The server goes: nothing is accepted, published or answered any more. Nobody takes hold of its
-  /// parts from here on, so that none of them goes with the mutex held.
+  /// The server goes: nothing is accepted, published or answered any more. Nothing takes hold of
+  /// its parts from here on, so that none of them goes with the mutex held.
   void close() noexcept {
     const std::lock_guard lock(mutex_);
     feedback_ = nullptr;
@@ -125,7 +127,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     return handle;
   }
 
-  /// Somebody is about to reach it.
+  /// Its execution is about to begin.
   void begin(const GoalId& id) {
     const std::lock_guard lock(mutex_);
     Goal* goal = find(id);
@@ -166,7 +168,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     finish(*goal, GoalState::aborted, {}, lock);
   }
 
-  /// Who asks for a result gets it, or is remembered until there is one.
+  /// A request for a result is answered, or kept until there is a result.
   void ask_result(const GoalId& id, RequestId request) {
     std::unique_lock lock(mutex_);
     Goal* goal = find(id);
@@ -305,13 +307,14 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   std::weak_ptr<Timer> expiry_;
 };
 
-/// Decides about goals, and reaches them; ROS 2's action server. Its parts are entities of the
+/// Accepts goals, and executes them; ROS 2's action server. Its parts are entities of the
 /// node, each in the group that the options give it: the services "NAME/_action/send_goal",
 /// "…/cancel_goal" and "…/get_result", and what calls handle_accepted, "NAME_execute".
 ///
 /// - `handle_goal` decides about a goal, and returns at once.
-/// - `handle_cancel` decides whether a goal may be asked to end; it is told by is_canceling().
-/// - `handle_accepted` reaches it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
+/// - `handle_cancel` decides whether a goal may be asked to end; the goal sees it by
+/// is_canceling().
+/// - `handle_accepted` executes it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
 ///   these as many run as there are goals. Or it keeps the handle, and returns.
 ///
 /// Thread safety: any. Dropping it ends all of its parts; goals that are left stay without a

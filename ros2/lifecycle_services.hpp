@@ -16,7 +16,7 @@ namespace takt {
 /// looks at the request's label, and at its id if that is empty; a request that is refused is
 /// answered without success, and the log says why.
 ///
-/// Thread safety: make and drop it on any thread, while nobody does so for the same node.
+/// Thread safety: make and drop it on any thread, while no other thread does so for the same node.
 /// Real-time: change_state runs the callbacks of the node, and may wait for its managed callbacks:
 /// so the host is a node whose executor may block. Answers allocate.
 /// Errors: as Node::create_service.

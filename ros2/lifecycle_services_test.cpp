@@ -194,7 +194,7 @@ TEST_F(LifecycleServicesTest, TheNodeMayBeItsOwnHost) {
   ASSERT_TRUE(future.ready());
   EXPECT_TRUE(future.get()->success);
   services_.reset();
-  EXPECT_TRUE(node_->activate());  // nobody is told any more
+  EXPECT_TRUE(node_->activate());  // there is no listener any more
 }
 
 }  // namespace

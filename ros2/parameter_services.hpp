@@ -19,11 +19,11 @@ ParameterValue from_message(const rcl_interfaces::ParameterValue& message);
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
 /// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
 /// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
-/// another and has a result for each. What is declared and set is told on `/parameter_events`: at
-/// first all that there is.
+/// another and has a result for each. `/parameter_events` reports what is declared and set:
+/// initially all parameters.
 ///
 /// The services are entities of the host, in its default callback group: the node itself, or
-/// another one whose executor has the time that real-time executors have not. Both nodes outlive
+/// another one whose executor is not a real-time one. Both nodes outlive
 /// them. When they are destroyed, no request is served any more.
 ///
 /// Thread safety: as Node.

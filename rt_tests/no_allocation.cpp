@@ -20,7 +20,8 @@ TAKT_MESSAGE(Image, "rt_tests/msg/Image", pixels);
 
 /// A timer at 1 kHz that lends three images each time to two subscriptions.
 ThreadCounters run(const std::string& name, double& callbacks) {
-  std::vector<ThreadAttributes> threads(name == "multi_threaded" ? 2 : 1, rt::realtime_thread(50));
+  std::vector<ThreadAttributes> threads(executors().traits(name).pool ? 2 : 1,
+                                        rt::realtime_thread(50));
   const auto executor = executors().make(name, {.threads = threads});
   const auto node = std::make_shared<Node>("node");
   const auto publisher = node->create_publisher<Image>("image", 3, {.loans = 16});

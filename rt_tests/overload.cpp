@@ -1,4 +1,4 @@
-// Who starves when there is more to do than the CPU can?
+// Which callbacks starve when there is more to do than the CPU can?
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <thread>
@@ -51,9 +51,10 @@ std::vector<double> shares(const std::string& scheduler) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  rt::RtTest test(argc, argv,
-                  "Who starves when timers want 150 % of a CPU? (share of its releases that each "
-                  "ran, in %; prio5 is the most urgent)");
+  rt::RtTest test(
+      argc, argv,
+      "Which callbacks starve when timers want 150 % of a CPU? (share of the releases that each "
+      "ran, in %; prio5 is the most urgent)");
   test.needs_realtime();
   for (const std::string& name : schedulers().names()) {
     const std::vector<double> share = shares(name);

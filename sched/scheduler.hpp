@@ -72,11 +72,8 @@ class Scheduler {
   /// The callback to run next, nullptr when there is none.
   virtual ReadyCallback* pop() noexcept = 0;
   /// The callback has run for so long. It is one of those of `configure`, but it may wait again by
-  /// now, or have been popped from the scheduler before this one.
+  /// now, or have been popped from the scheduler before this one. Not called without `uses_time`.
   virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
-  /// Whether it looks at `ready_time` and `deadline`, or overrides `done`, which is not called
-  /// otherwise. When not, executors that count only spare two clock readings a message.
-  virtual bool uses_time() const noexcept { return true; }
   /// Whether it keeps nothing of what was pushed and popped before. Then it need not be asked about
   /// a callback that waits alone.
   virtual bool is_order() const noexcept { return false; }
@@ -84,8 +81,9 @@ class Scheduler {
 
 /// A scheduler that is only an order. `Before` is a function object:
 /// `bool operator()(const ReadyCallback& a, const ReadyCallback& b) const`: a runs before b.
-/// Set `kUsesTime` when it looks at times. Push and pop are O(log n).
-template <class Before, bool kUsesTime = true>
+/// Thread safety: as Scheduler.
+/// Real-time: configure allocates; push and pop are O(log n), and neither block nor allocate.
+template <class Before>
 class HeapScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> callbacks) override {
@@ -100,7 +98,6 @@ class HeapScheduler final : public Scheduler {
     if (size_ > 1) std::pop_heap(heap_.begin(), end(), after);
     return heap_[--size_];
   }
-  bool uses_time() const noexcept override { return kUsesTime; }
   bool is_order() const noexcept override { return true; }
 
  private:
@@ -113,20 +110,30 @@ class HeapScheduler final : public Scheduler {
   std::size_t size_ = 0;
 };
 
-using SchedulerRegistry = Registry<Scheduler>;
+/// What is known of a scheduler by its name. What a registration leaves out is always safe.
+struct SchedulerTraits {
+  /// Looks at `ready_time` and `deadline`, or overrides `done`. Without, executors that count only
+  /// spare two clock readings a message.
+  bool uses_time = true;
+  /// Of two callbacks that wait, never runs the one of lower priority, or of the less critical
+  /// chain, first: `takt plan` then knows what a chain waits for.
+  bool by_priority = false;
+};
+
+using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;
 /// All schedulers of this process by name.
 SchedulerRegistry& schedulers();
 
 /// Adds to `schedulers()`; while a library is loaded by load_scheduler(), only notes it for that.
 /// For the macro below. Always true. Throws Error when the name is taken.
-bool register_scheduler(std::string name, std::string description, SchedulerRegistry::Factory make,
-                        const char* version);
+bool register_scheduler(std::string name, SchedulerRegistry::Entry entry, const char* version);
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_SCHEDULER(name, description, Class)                                \
-  namespace {                                                                            \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_scheduler_) = ::takt::register_scheduler( \
-      name, description, [] { return std::make_unique<Class>(); }, TAKT_VERSION);        \
+/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it may stand traits:
+/// `.uses_time = false`.
+#define TAKT_REGISTER_SCHEDULER(name, description, Class, ...)                                     \
+  namespace {                                                                                      \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_scheduler_) = ::takt::register_scheduler(           \
+      name, {description, [] { return std::make_unique<Class>(); }, {__VA_ARGS__}}, TAKT_VERSION); \
   }
 
 }  // namespace takt

@@ -20,10 +20,9 @@ constexpr const char* kNoun = "scheduler";
 
 }  // namespace
 
-bool register_scheduler(std::string name, std::string description, SchedulerRegistry::Factory make,
-                        const char* version) {
-  if (!note_registration({kNoun, name, description, make, version})) {
-    schedulers().add(std::move(name), std::move(description), std::move(make));
+bool register_scheduler(std::string name, SchedulerRegistry::Entry entry, const char* version) {
+  if (!note_registration({kNoun, name, entry, version})) {
+    schedulers().add(std::move(name), std::move(entry));
   }
   return true;
 }
@@ -55,9 +54,9 @@ void load_scheduler(const std::string& name, const std::string& library) {
     throw Error(fmt::format("the name '{}' is taken by another scheduler", name),
                 fmt::format("register it under another name than {}", fmt::join(taken, ", ")));
   }
-  const auto make = std::any_cast<SchedulerRegistry::Factory>(registration.factory);
-  check_scheduler(name, make);
-  schedulers().add(name, registration.description, make);
+  const auto entry = std::any_cast<SchedulerRegistry::Entry>(registration.entry);
+  check_scheduler(name, entry.factory);
+  schedulers().add(name, entry);
   registration.is_added = true;
 }
 

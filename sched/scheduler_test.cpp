@@ -126,11 +126,41 @@ TEST_P(EveryScheduler, GivesTheSameOrderForTheSamePushes) {
   EXPECT_EQ(order(GetParam(), callbacks, pushes), order(GetParam(), callbacks, pushes));
 }
 
+TEST_P(EveryScheduler, LooksAtTimeOnlyIfItSaysSo) {
+  if (schedulers().traits(GetParam()).uses_time) GTEST_SKIP() << "it says so";
+  Callbacks callbacks(random_infos(random_, 50));
+  std::vector<std::size_t> pushes(callbacks.size());
+  for (std::size_t i = 0; i < pushes.size(); ++i) pushes[i] = i;
+  const std::vector<CallbackId> without_times = order(GetParam(), callbacks, pushes);
+  for (std::size_t i = 0; i < callbacks.size(); ++i) {
+    callbacks[i].ready_time = TimePoint(Nanoseconds(random_() % 1000));
+    callbacks[i].deadline = TimePoint(Nanoseconds(random_() % 1000));
+  }
+  EXPECT_EQ(order(GetParam(), callbacks, pushes), without_times);
+}
+
+TEST_P(EveryScheduler, GoesByPriorityIfItSaysSo) {
+  if (!schedulers().traits(GetParam()).by_priority) GTEST_SKIP() << "it does not";
+  std::vector<CallbackInfo> infos = random_infos(random_, 50);
+  for (CallbackInfo& info : infos) info.chain = kNoChain, info.criticality = 0;
+  Callbacks callbacks(infos);
+  std::vector<std::size_t> pushes(callbacks.size());
+  for (std::size_t i = 0; i < pushes.size(); ++i) pushes[i] = i;
+  std::vector<int> priorities;
+  for (const CallbackId id : order(GetParam(), callbacks, pushes)) {
+    priorities.push_back(infos[id].priority);
+  }
+  EXPECT_TRUE(std::is_sorted(priorities.rbegin(), priorities.rend()));
+}
+
 // ---- The order of each ----
 
 TEST(Schedulers, AreRegisteredUnderTheirNames) {
   EXPECT_THAT(schedulers().names(), IsSupersetOf({"chain_priority", "edf", "fifo", "fixed_priority",
                                                   "ros", "round_robin"}));
+  EXPECT_TRUE(schedulers().traits("edf").uses_time);
+  EXPECT_FALSE(schedulers().traits("fifo").uses_time);
+  EXPECT_TRUE(schedulers().traits("fixed_priority").by_priority);
   EXPECT_THAT([] { schedulers().make("fixed_prio"); },
               ThrowsMessage<Error>(HasSubstr("no scheduler is called 'fixed_prio'")));
 }
@@ -152,7 +182,6 @@ TEST(FifoScheduler, RunsInOrderOfArrivalAndLooksAtNothingElse) {
   callbacks[1].sequence = 7;
   callbacks[2].sequence = 6;
   EXPECT_THAT(order("fifo", callbacks, {1, 2, 0}), ElementsAre(0, 2, 1));
-  EXPECT_FALSE(schedulers().make("fifo")->uses_time());
   EXPECT_TRUE(schedulers().make("fifo")->is_order());
   EXPECT_FALSE(schedulers().make("round_robin")->is_order());  // whose turn it is, it remembers
 }

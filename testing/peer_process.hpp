@@ -1,4 +1,4 @@
-// A process at the other end, which does what it is told line by line.
+// A process at the other end, which executes commands line by line.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_PEER_PROCESS_HPP_
 #define TAKT_TESTING_PEER_PROCESS_HPP_

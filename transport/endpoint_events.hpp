@@ -16,13 +16,13 @@ namespace takt {
 enum class EndpointEvent {
   matched,             // with an end that is compatible, or not any more
   incompatible_qos,    // an end of the topic is not matched, because it offers or asks for too much
-  message_lost,        // overwritten, expired, or lost on the way
+  message_lost,        // overwritten, expired, or lost in transit
   deadline_missed,     // no message for longer than the QoS says
   liveliness_changed,  // a matched publisher is not heard of any more, or is again
 };
 inline constexpr std::size_t kEndpointEvents = 5;
 
-// What a callback is told; the words are rclcpp's. `change` is since the callback was told last.
+// What a callback gets; the words are rclcpp's. `change` is since the last call of the callback.
 
 struct MatchedStatus {
   static constexpr EndpointEvent kEvent = EndpointEvent::matched;
@@ -54,7 +54,7 @@ struct LivelinessChangedStatus {
   std::int64_t not_alive_count = 0, not_alive_count_change = 0;
 };
 
-/// Counts of one end, written by whoever matches, drops or notices.
+/// Counts of one end, written by the threads that match, drop or notice.
 /// Thread safety: every method from any thread.
 /// Real-time: nothing blocks or allocates.
 class EndpointEvents {
@@ -68,12 +68,12 @@ class EndpointEvents {
     ~Listener() = default;
   };
 
-  /// Who is told. Who was told before may still be until wait_for_readers() has
+  /// Sets the listener. The previous one may still be notified until wait_for_readers() has
   /// returned.
   void set_listener(EndpointEvent event, Listener* listener) noexcept {
     listeners_[static_cast<std::size_t>(event)].store(listener);
   }
-  /// Tells it no more; who has taken its place is told on.
+  /// Notifies it no more; a listener that has replaced it stays.
   void remove_listener(EndpointEvent event, Listener* listener) noexcept {
     listeners_[static_cast<std::size_t>(event)].compare_exchange_strong(listener, nullptr);
   }

@@ -18,7 +18,7 @@
 
 namespace takt {
 
-/// Who is on which topic. Set-up and tear-down only; `write` never comes here.
+/// The readers and writers of each topic. Set-up and tear-down only; `write` never comes here.
 class Topics {
  public:
   static Topics& instance() {
@@ -212,7 +212,7 @@ MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more
   return message;
 }
 
-// Not inline: it would cost those who drop nothing their registers.
+// Not inline: it would cost callers that drop nothing their registers.
 void IntraProcessReader::drop(MessageBlock& message) noexcept {
   dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
   message.release();

@@ -1,4 +1,4 @@
-// Delivery by pointer inside the process: writers, readers, and who is matched with whom.
+// Delivery by pointer inside the process: writers, readers, and their matches.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_INTRA_PROCESS_HPP_
 #define TAKT_TRANSPORT_INTRA_PROCESS_HPP_
@@ -19,7 +19,7 @@
 
 namespace takt {
 
-/// What both ends of a service, or of a client, tell others of it.
+/// What both ends of a service, or of a client, publish about it.
 struct ServiceIdentity {
   std::string id;                        // "serviceid=1.2f...;" or "clientid=...;"; empty: a topic
   const MessageType* request = nullptr;  // without the header
@@ -32,7 +32,7 @@ struct Endpoint {
   std::string topic;
   const MessageType* type;
   QoS qos;
-  std::string node;  // its full name; empty: nobody's
+  std::string node;  // its full name; empty: none
   ServiceIdentity identity;
 };
 
@@ -64,12 +64,12 @@ class IntraProcessReader {
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
     if (is_here) return;
-    listener = listener_.load();  // after the push: who comes meanwhile looks for messages itself
+    listener = listener_.load();  // after the push: a new listener looks for messages itself
     if (listener != nullptr) listener->announce(arrival);
   }
 
-  /// Who is told of messages, on the publisher's thread; nullptr: nobody. Who was told before may
-  /// still be until wait_for_readers() has returned.
+  /// Sets the listener that is notified of messages, on the publisher's thread; nullptr: none. The
+  /// previous one may still be notified until wait_for_readers() has returned.
   void set_listener(ArrivalListener* listener) noexcept { listener_.store(listener); }
 
   /// From here on only messages arrive whose first field, a uint64, is this number: so one topic
@@ -130,7 +130,7 @@ class IntraProcessReader {
 /// the table and wait until no publication uses the old one.
 /// Thread safety: write from any thread.
 /// Real-time: write is lock-free and allocates nothing; linear in the number of readers. Where the
-/// QoS is transient local, it keeps messages for who comes late, under a lock with priority
+/// QoS is transient local, it keeps messages for late joiners, under a lock with priority
 /// inheritance that is held for a publication, or for handing them over.
 class IntraProcessWriter {
  public:

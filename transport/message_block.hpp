@@ -1,4 +1,4 @@
-// A published message on its way: the payload, who still needs it, and its envelope.
+// A published message in transit: the payload, the count of its holders, and its envelope.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
 #define TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
@@ -13,19 +13,21 @@
 
 namespace takt {
 
-/// When something became ready: in order of arrival and, where somebody looks at it, in time.
+/// When something became ready: in order of arrival and, where a receiver needs it, in time.
 struct Arrival {
   std::uint64_t sequence;
   TimePoint ready_time;
 };
 
-/// Who wants to know of arrivals: an executor, or a wait set.
+/// Is notified of arrivals: an executor, or a wait set.
+/// Thread safety: announce from any thread, inside a read section.
+/// Real-time: nothing blocks or allocates.
 class ArrivalListener {
  public:
-  /// Something has arrived. Any thread, inside a read section; neither blocks nor allocates.
+  /// Something has arrived.
   virtual void announce(Arrival arrival) noexcept = 0;
-  /// The same before it has arrived, on the thread that alone takes it: true. On any other thread
-  /// it does nothing.
+  /// The shorter way, and it may be taken before it has arrived: true, on the thread that alone
+  /// takes it. On any other thread it does nothing, and `announce` must follow.
   virtual bool announce_here(Arrival) noexcept { return false; }
 
  protected:
@@ -43,7 +45,7 @@ struct Envelope {
   Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
 };
 
-/// The payload with a count of those who have not released it.
+/// The payload with a count of the holders that have not released it.
 /// Thread safety: release from any thread; the rest belongs to the publisher before it is sent,
 /// and is read-only afterwards.
 /// Real-time: release neither blocks nor allocates; the last one gives the payload back to its
@@ -53,7 +55,7 @@ class alignas(64) MessageBlock {
  public:
   Envelope envelope;
 
-  /// nullptr: it has come as bytes that nobody has decoded yet, see `encoded`.
+  /// nullptr: it has come as bytes that are not decoded yet, see `encoded`.
   const void* payload() const noexcept { return payload_; }
   /// CDR with its header, where there is no payload.
   virtual std::span<const std::byte> encoded() const noexcept { return {}; }
@@ -61,7 +63,7 @@ class alignas(64) MessageBlock {
   void set_references(std::uint32_t count) noexcept {
     references_.store(count, std::memory_order_relaxed);  // published by the ring's swap
   }
-  /// Nobody gets it later than that. Only who has a lifespan says so, each time it is sent.
+  /// It is not delivered later than that. Called each time it is sent, if there is a lifespan.
   void expire_at(TimePoint expiry, const Clock& clock) noexcept {
     expiry_ = expiry;
     expiry_clock_ = &clock;
@@ -69,7 +71,7 @@ class alignas(64) MessageBlock {
   bool can_expire() const noexcept { return expiry_clock_ != nullptr; }
   bool is_expired() const noexcept { return can_expire() && expiry_clock_->now() > expiry_; }
 
-  /// One more, for a caller who has one.
+  /// One more hold, for a caller that has one.
   void retain() noexcept { references_.fetch_add(1, std::memory_order_relaxed); }
   void release() noexcept {
     // Acquire and release: pair with each other; all uses end before the payload goes.
@@ -78,7 +80,7 @@ class alignas(64) MessageBlock {
       recycle();
     }
   }
-  /// The payload for a receiver who wants to own it: moved out when nobody else needs it and it
+  /// The payload for a receiver that wants to own it: moved out when no other holds it and it
   /// came from the heap, else nullptr (the receiver copies).
   void* steal() noexcept {
     return references_.load(std::memory_order_acquire) == 1 ? give_away() : nullptr;
@@ -108,6 +110,7 @@ using HeldMessage = std::unique_ptr<MessageBlock, ReleaseMessage>;
 
 /// A message that lives in its publisher's pool. It is constructed once and keeps its memory
 /// (a vector's capacity, say) from one loan to the next.
+/// Thread safety and real-time: as MessageBlock.
 template <class T>
 class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
  public:
@@ -120,6 +123,8 @@ class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
 };
 
 /// A message that the user made: by unique_ptr (moves) or shared_ptr<const T> (fans out).
+/// Thread safety: as MessageBlock.
+/// Real-time: as MessageBlock; the last release frees the user's message.
 template <class T>
 class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock<T>> {
  public:

@@ -1,4 +1,4 @@
-// Tests of messages on their way: who holds them, and where they go afterwards.
+// Tests of messages in transit: what holds them, and where they go afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/message_block.hpp"
 

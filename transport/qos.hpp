@@ -16,7 +16,7 @@ namespace takt {
 
 enum class Reliability { best_effort, reliable };
 enum class Durability {
-  volatile_,        // who comes late gets what is sent from then on
+  volatile_,        // a late joiner gets what is sent from then on
   transient_local,  // and the publisher's last `depth` messages before
 };
 enum class Liveliness {
@@ -43,7 +43,7 @@ struct QoS {
   /// Messages that are older are not delivered. For publishers.
   QoS& lifespan(Nanoseconds duration) noexcept { return lifespan_duration = duration, *this; }
   QoS& liveliness(Liveliness kind) noexcept { return liveliness_kind = kind, *this; }
-  /// Who is not heard of for so long is not alive.
+  /// A publisher that is silent for longer is not alive.
   QoS& liveliness_lease_duration(Nanoseconds lease) noexcept {
     return lease_duration = lease, *this;
   }

@@ -39,8 +39,8 @@ class Inbox {
     return oldest_first;
   }
 
-  /// Sequentially consistent with push: who reads true after announcing that it goes to sleep
-  /// will be woken by the next push.
+  /// Sequentially consistent with push: the next push wakes a thread that reads true after it has
+  /// announced that it goes to sleep.
   bool empty() const noexcept { return first_.load() == nullptr; }
 
  private:

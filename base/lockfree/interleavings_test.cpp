@@ -222,7 +222,7 @@ struct Item {
   int end_begins = kNeverHappened, end_ends = kNeverHappened;
   int taken = 0, given_back = 0;
 };
-// A pop that told of nothing more.
+// A pop that reported nothing more.
 struct LastPop {
   int begins, ends;
 };

@@ -21,14 +21,14 @@ namespace takt {
 ///    Beside the word the cell tells the whole ticket. If that is the head's, the taker needs no
 ///    look at the tail to know that it was not overtaken, and leaves that cache line to the
 ///    publishers. Of the tail it keeps a copy, good for as long as that says that there is more.
-/// 3. A publisher that was preempted between its ticket and its swap holds up nobody: the taker
+/// 3. A publisher that was preempted between its ticket and its swap delays no other: the taker
 ///    stamps the cell with the ticket, the swap fails, and the publisher draws another ticket.
 ///    So does one that finds at its return that the tail is too far ahead to compare tickets.
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
-/// 4. Who publishes on the taker's own thread, while nothing waits, needs no ticket: the item lies
+/// 4. A publisher on the taker's own thread, while nothing waits, needs no ticket: the item lies
 ///    beside the cells, and is older than all that come into them before it is taken.
-/// docs/explanation/decisions/0002_own_queues.md tells why this is not a Boost.Lockfree queue.
+/// docs/explanation/decisions/0002_own_queues.md says why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread, but push_here only from the one that
 /// takes; the destructor frees no items.
@@ -46,15 +46,15 @@ class KeepLastRing {
     for (std::size_t i = 0; i < depth; ++i) cells_[i].word = pack(i - depth, nullptr);
   }
 
-  /// Returns the item that had to make room, or nullptr. `sequence` and `time_ns` are what
-  /// `front` tells of the item while it waits.
+  /// Returns the item that was overwritten, or nullptr. `front` returns `sequence` and `time_ns`
+  /// while the item waits.
   T* push(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
     for (;;) {
       const std::uint64_t ticket = tail_.fetch_add(1);
       Cell& cell = cell_of(ticket);
       std::uint64_t word = cell.word.load(std::memory_order_acquire);  // pairs with the swaps
       while (age(word, ticket) > 0 && !is_far(ticket)) {
-        // Relaxed: published by the swap; one who fails to swap leaves a wrong hint there.
+        // Relaxed: published by the swap; one that fails to swap leaves a wrong hint there.
         cell.ticket.store(ticket, std::memory_order_relaxed);
         cell.sequence.store(sequence, std::memory_order_relaxed);
         cell.time_ns.store(time_ns, std::memory_order_relaxed);
@@ -80,19 +80,19 @@ class KeepLastRing {
     here_ticket_.store(ticket, std::memory_order_relaxed);
     here_sequence_.store(sequence, std::memory_order_relaxed);
     here_time_ns_.store(time_ns, std::memory_order_relaxed);
-    here_.store(item, std::memory_order_release);  // pairs with the swap of who takes it
+    here_.store(item, std::memory_order_release);  // pairs with the taker's swap
     here_pushed_.store(here_pushed_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     return nullptr;
   }
 
-  /// How many items were pushed so far; exact when nobody pushes.
+  /// How many items were pushed so far; exact when no thread pushes.
   std::uint64_t pushed() const noexcept {
     return tail_.load(std::memory_order_relaxed) - lost_tickets_.load(std::memory_order_relaxed) +
            here_pushed_.load(std::memory_order_relaxed);
   }
 
   /// The oldest item, or nullptr when there is none. `dropped` is called with items that were
-  /// overwritten by publishers who have not finished yet. `more` tells whether there was more.
+  /// overwritten by publishers that have not finished yet. `more` says whether there was more.
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
     if (T* item = take_here()) {
@@ -111,8 +111,8 @@ class KeepLastRing {
     return pointer(word);
   }
 
-  /// What push was told of the oldest item; false when there is none, or its publisher has not
-  /// finished. While publishers overwrite, it may tell of the item that took its place.
+  /// What was passed to push with the oldest item; false when there is none, or its publisher has
+  /// not finished. While publishers overwrite, it may be that of the item that took its place.
   bool front(std::uint64_t& sequence, std::int64_t& time_ns) const noexcept {
     if (here_.load(std::memory_order_acquire) != nullptr) {
       sequence = here_sequence_.load(std::memory_order_relaxed);
@@ -137,7 +137,7 @@ class KeepLastRing {
     }
   }
 
-  /// An upper bound; exact when nobody pushes or pops. Sequentially consistent with push: a
+  /// An upper bound; exact when no thread pushes or pops. Sequentially consistent with push: a
   /// taker that reads 0 after it announced that it goes away will be announced to again.
   std::size_t size() const noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
@@ -152,7 +152,8 @@ class KeepLastRing {
  private:
   struct Cell {
     std::atomic<std::uint64_t> word{0};
-    std::atomic<std::uint64_t> ticket{0}, sequence{0};  // of who swapped last, or is about to
+    // Of the last swap, or of one that is about to happen.
+    std::atomic<std::uint64_t> ticket{0}, sequence{0};
     std::atomic<std::int64_t> time_ns{0};
 
     /// True: the item of just this ticket is in the word, which was loaded before.

@@ -48,7 +48,7 @@ class NumberRing {
     for (int number; (number = pop()) != -1;) result.push_back(number);
     return result;
   }
-  /// The number that `front` tells of, or -1.
+  /// The number that `front` reports, or -1.
   int front() const {
     std::uint64_t sequence = 0;
     std::int64_t time_ns = 0;
@@ -223,8 +223,8 @@ struct Item {
   int number;
 };
 
-// Counts what becomes of each item, and frees it at once: whoever still looks at it then is
-// caught by the address sanitizer.
+// Counts what becomes of each item, and frees it at once: the address sanitizer catches a thread
+// that still reads it then.
 class Ledger {
  public:
   Ledger(int publishers, int items) : items_(items), ends_(new End[publishers * items]) {}

@@ -13,6 +13,8 @@ namespace takt {
 
 /// A pool whose owner has gone while objects were out. Such pools are looked through, and freed
 /// when all their objects are home, each time a pool is made or closed.
+/// Thread safety: sweep from any thread, under a lock of its own; all_home inside sweep only.
+/// Real-time: no; set-up and tear-down only.
 class ClosedPool {
  protected:
   virtual ~ClosedPool() = default;
@@ -25,7 +27,8 @@ class ClosedPool {
 template <class T>
 class Pool;
 
-/// The part of a pooled object that knows the way home.
+/// The part of a pooled object that knows its pool.
+/// Thread safety and real-time: none of its own; only Pool uses it.
 template <class T>
 class PoolNode {
   friend class Pool<T>;
@@ -36,7 +39,7 @@ class PoolNode {
 /// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
 /// are home and the owner has said goodbye (`close`): an object that is still out when the owner
 /// goes keeps the pool alive. Coming home is one swap, after which the returner never touches the
-/// pool again; so who has counted all objects home may free it.
+/// pool again; so a thread that has counted all objects home may free it.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other, which takes over the whole first list when it is
@@ -95,7 +98,7 @@ class Pool final : ClosedPool {
     std::uint64_t old = list.load(std::memory_order_relaxed);
     do {
       next_[last].store(static_cast<std::uint32_t>(old), std::memory_order_relaxed);
-      // Release: pairs with the acquire of whoever takes it; the object is complete.
+      // Release: pairs with the acquire of the thread that takes it; the object is complete.
     } while (!list.compare_exchange_weak(old, next_tag(old) | first, std::memory_order_release,
                                          std::memory_order_relaxed));
   }
@@ -118,7 +121,7 @@ class Pool final : ClosedPool {
     // Acquire: pairs with push in recycle; the chain and its objects are ours now.
     std::uint64_t old = returned_.load(std::memory_order_relaxed);
     do {
-      // A lender who waits for a free object must not take the cache line from the returner.
+      // A lender that waits for a free object must not take the cache line from the returner.
       if (static_cast<std::uint32_t>(old) == kNone) return kNone;
     } while (
         !returned_.compare_exchange_weak(old, next_tag(old) | kNone, std::memory_order_acquire));

@@ -214,9 +214,9 @@ TEST_F(PoolTest, LosesNothingBetweenALenderAndItsReturners) {
   for (Tool* tool : tools) Pool<Tool>::recycle(*tool);
 }
 
-// The story: close() used to count what was home after it had let returners count themselves, so
-// the last of them could free the pool under close's feet. Objects come home from two threads
-// while the owner says goodbye; whoever touches a pool that is gone is seen by the sanitizers.
+// The bug: close() counted the returned objects after it had let returners count themselves, so the
+// last of them could free the pool while close still used it. Here objects return from two threads
+// while the owner closes the pool; the sanitizers see a thread that touches a freed pool.
 TEST_F(PoolTest, IsFreedOnceWhenObjectsComeHomeWhileTheOwnerCloses) {
   constexpr std::size_t kTools = 4;
   for (int round = 0; round < 500; ++round) {

@@ -9,7 +9,7 @@ namespace takt {
 thread_local constinit ReadSection::Reader* ReadSection::this_reader = nullptr;
 
 struct ReadSection::Readers {
-  std::mutex mutex;         // taken when threads come and go, and by those who wait for readers
+  std::mutex mutex;         // taken when threads come and go, and to wait for readers
   Reader* first = nullptr;  // records are used again by later threads, never freed
 };
 

@@ -13,8 +13,9 @@ struct NewestFirst {
     return a.sequence > b.sequence;
   }
 };
-using NewestFirstScheduler = takt::HeapScheduler<NewestFirst, /*kUsesTime=*/false>;
-TAKT_REGISTER_SCHEDULER("newest_first", "the contrary of fifo", NewestFirstScheduler)
+using NewestFirstScheduler = takt::HeapScheduler<NewestFirst>;
+TAKT_REGISTER_SCHEDULER("newest_first", "the contrary of fifo", NewestFirstScheduler,
+                        .uses_time = false)
 
 struct Count {
   int number = 0;

@@ -1,6 +1,6 @@
 // Two nodes and an executor: ends when a message has come.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/executor.hpp"
+#include "takt/takt.hpp"
 
 struct Greeting {
   int number = 0;

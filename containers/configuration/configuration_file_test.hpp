@@ -64,9 +64,10 @@ inline void provide_workload() {
   try {
     components().check("takt::Workload");
   } catch (const Error&) {
-    components().add("takt::Workload", "stands for the real one", [](const NodeOptions& options) {
-      return std::make_unique<Component>(Component{std::make_shared<Node>("workload", options)});
-    });
+    components().add("takt::Workload", {"stands for the real one", [](const NodeOptions& options) {
+                                          return std::make_unique<Component>(Component{
+                                              std::make_shared<Node>("workload", options)});
+                                        }});
   }
 }
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "takt/executors/executor.hpp"
+#include "takt/takt.hpp"
 
 int main() {
   for (const std::string& name : takt::executors().names()) {

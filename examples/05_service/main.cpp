@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "takt/executors/executor.hpp"
+#include "takt/takt.hpp"
 
 struct Add {
   struct Request {

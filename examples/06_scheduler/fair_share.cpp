@@ -1,4 +1,4 @@
-// The callback group that has used the least time runs next. Who has slept has saved nothing up.
+// The callback group that has used the least time runs next. A group that slept earns no credit.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/scheduler.hpp"
 using namespace takt;
@@ -25,6 +25,6 @@ struct FairShare : Scheduler {
   Nanoseconds& used(const ReadyCallback& one) { return used_[one.info->group]; }
   std::vector<Nanoseconds> used_;        // by group
   std::vector<ReadyCallback*> waiting_;  // as they came
-  Nanoseconds served_{0};                // what that group had used which was served last
+  Nanoseconds served_{0};                // what the group that ran last had used
 };
 TAKT_REGISTER_SCHEDULER("fair_share", "the group that has used the least time", FairShare)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The files of this folder, run: who has an identity and the permission gets messages, and nobody
-else does. Tells of each other who refused it.
+"""The files of this folder, run: a process with an identity and the permission gets messages, and
+no other does. Reports what rejected each of the others.
 
 usage: security_test.py TAKT DOCUMENT
 """
@@ -106,7 +106,7 @@ check("two with identities and permissions exchange messages", sent > 100 and re
 if tap is None:
     print("skipped: what the wire tells; it takes the right to listen (root)")
 else:
-    check("the wire does not tell of what type", not tells_type(tap))
+    check("the wire does not show the type", not tells_type(tap))
 
 # Without an identity: neither receives nor is received.
 plain = (r"(?s)dds:.*?container", "dds: {}\ncontainer")
@@ -115,7 +115,7 @@ write("mallory.yaml", "talker.yaml", plain)
 _, (received, said, _) = run("talker", "spy")
 check("'spy' without an identity gets nothing", received == 0, received, said)
 _, (received, said, _) = run("mallory", "listener")
-check("'mallory' without an identity is heard by nobody who has one", received == 0, received, said)
+check("'mallory' without an identity is received by no process with one", received == 0, received, said)
 tap = wiretap()
 _, (received, said, _) = run("mallory", "spy")
 check("these two hear each other", received > 50, received, said)
@@ -127,7 +127,7 @@ _, (received, said, _) = run("stranger", "listener")
 check("'stranger' of another authority is refused by the listener",
       received == 0 and "handshake" in said and "/CN=talker" in said, received, said)
 
-# Whom its own side refuses.
+# What its own side rejects.
 write("eve.yaml", "talker.yaml", ("keys/talker", "keys/eve"))
 write("secret.yaml", "talker.yaml", (r"topic: \[imu\]", "topic: [secret]"))
 write("forged.yaml", "talker.yaml", ("keys/talker", "other/talker"))
@@ -143,7 +143,7 @@ os.chmod("open.key", 0o644)
 for name, key in [("locked", "locked.key"), ("open", "open.key"), ("mixed", "keys/eve.key")]:
     write(name + ".yaml", "talker.yaml", ("keys/talker.key", key))
 for name, who, reason in [
-        ("eve", "whom no permission names", "Subject name is invalid"),
+        ("eve", "which no permission names", "Subject name is invalid"),
         ("secret", "whose permissions forbid the topic",
          "secret.yaml:11: component 'takt::Workload' could not be made: topic '/secret' with type "
          "takt/msg/Workload could not be made: Not Allowed By Security"),

@@ -44,11 +44,14 @@ inline bool eventually(const std::function<bool()>& condition) {
   return false;
 }
 
-/// `isolated` with a thread for each group stands beside the executors that are registered.
-inline const std::string kIsolatedPerGroup = "isolated_per_group";
+inline constexpr std::string_view kPerGroup = "_per_group";
+/// Every registered executor; one that isolates also with a thread for each group, under a name
+/// that ends so.
 inline std::vector<std::string> executor_names() {
   std::vector<std::string> names = executors().names();
-  names.push_back(kIsolatedPerGroup);
+  for (const std::string& name : executors().names()) {
+    if (executors().traits(name).isolates) names.push_back(name + std::string(kPerGroup));
+  }
   return names;
 }
 
@@ -56,12 +59,11 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
  protected:
   const std::string& executor_name() const { return std::get<0>(GetParam()); }
   const std::string& scheduler_name() const { return std::get<1>(GetParam()); }
-  bool is_isolated() const { return executor_name().starts_with("isolated"); }
-  bool is_frozen() const { return executor_name() == "static_single_threaded"; }
-  bool is_pool() const { return executor_name() == "multi_threaded"; }
-  bool is_event_driven() const {
-    return executor_name() == "events" || executor_name() == "chain_aware";
-  }
+  bool is_per_group() const { return executor_name().ends_with(kPerGroup); }
+  bool is_isolated() const { return traits_.isolates; }
+  bool is_frozen() const { return traits_.frozen; }
+  bool is_pool() const { return traits_.pool; }
+  bool is_event_driven() const { return traits_.readiness == Readiness::events; }
 
   std::unique_ptr<Executor> make(Clock& clock, std::size_t pool_threads = 2) const {
     ExecutorOptions options;
@@ -72,15 +74,19 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
     return make(options);
   }
   std::unique_ptr<Executor> make(ExecutorOptions options) const {
-    if (executor_name() != kIsolatedPerGroup) return executors().make(executor_name(), options);
-    options.per = Isolation::group;
-    return executors().make("isolated", options);
+    if (is_per_group()) options.per = Isolation::group;
+    return executors().make(type_, options);
   }
   std::shared_ptr<Node> make_node(Clock& clock, const std::string& name = "node") const {
     NodeOptions options;
     options.clock = &clock;
     return std::make_shared<Node>(name, options);
   }
+
+  /// The registered name.
+  const std::string type_ =
+      executor_name().substr(0, executor_name().size() - (is_per_group() ? kPerGroup.size() : 0));
+  const ExecutorTraits traits_ = executors().traits(type_);
 };
 
 /// Spins on a thread of its own, and cancels and joins at the end.

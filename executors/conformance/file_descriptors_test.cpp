@@ -57,8 +57,9 @@ class ConformanceFileDescriptors
     }
   }
   const std::string& wait() const { return std::get<2>(GetParam()); }
-  bool is_frozen() const { return std::get<0>(GetParam()) == "static_single_threaded"; }
-  bool is_pool() const { return std::get<0>(GetParam()) == "multi_threaded"; }
+  bool is_frozen() const { return traits_.frozen; }
+  bool is_pool() const { return traits_.pool; }
+  bool is_isolated() const { return traits_.isolates; }
 
   std::unique_ptr<Executor> make(Clock& clock = Clock::steady()) const {
     ExecutorOptions options;
@@ -69,6 +70,8 @@ class ConformanceFileDescriptors
     if (is_pool()) options.threads.resize(wait() == "io_uring" ? 1 : 2);
     return executors().make(std::get<0>(GetParam()), options);
   }
+
+  const ExecutorTraits traits_ = executors().traits(std::get<0>(GetParam()));
 
   const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
   Pipe pipe_;
@@ -398,8 +401,7 @@ TEST_P(ConformanceFileDescriptors, UnderAManualClockTheyAreAskedAtPollingPoints)
   pipe_.send("ab");
   executor->spin_all();
   EXPECT_THAT(trace, ElementsAre("a", "b"));
-  const ManualSpin spin(*executor, clock,
-                        std::get<0>(GetParam()) == "isolated" || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
   clock.advance(5ms);
   pipe_.send("c");
   clock.advance(1ms);  // nobody looks

@@ -419,8 +419,8 @@ class KnowsItsCallbacks : public Scheduler {
 
 // The scheduler that a removal brings has no room for what was removed: it must not hear of it.
 TEST(Schedulers, AreNotToldOfTheEndOfACallbackThatIsRemovedMeanwhile) {
-  schedulers().add("knows_its_callbacks", "", [] { return std::make_unique<KnowsItsCallbacks>(); });
-  const auto executor = executors().make("events", {.scheduler = "knows_its_callbacks"});
+  schedulers().add("knowing", {"", [] { return std::make_unique<KnowsItsCallbacks>(); }});
+  const auto executor = executors().make("events", {.scheduler = "knowing"});
   const auto node = std::make_shared<Node>("node");
   const auto stays = node->create_guard_condition("stays", [] {});
   std::shared_ptr<GuardCondition> leaves;

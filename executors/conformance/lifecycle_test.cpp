@@ -3,7 +3,6 @@
 // inactive node run on.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
-#include "takt/executors/triggered_executor.hpp"
 #include "takt/executors/wait_set.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
@@ -291,11 +290,11 @@ TEST(LifecycleTriggered, ACallbackThatDeactivatesTakesThePlaceOfTheOthersOfItsPe
       "second", 3, [&](const Number&) { trace.emplace_back("second"); });
   const auto to_first = node->Node::create_publisher<Number>("first", 3);
   const auto to_second = node->Node::create_publisher<Number>("second", 3);
-  TriggeredExecutor executor({.trigger = {.let_period = 10ms},
-                              .order = {"managed/first", "managed/second"},
-                              .clock = &clock});
-  executor.add_node(node);
-  const ManualSpin spin(executor, clock, 1);
+  const auto executor = executors().make("triggered", {.trigger = {.let_period = 10ms},
+                                                       .order = {"managed/first", "managed/second"},
+                                                       .clock = &clock});
+  executor->add_node(node);
+  const ManualSpin spin(*executor, clock, 1);
   ASSERT_TRUE(node->configure());
   ASSERT_TRUE(node->activate());
   to_first->publish(Number{1});

@@ -191,7 +191,7 @@ TEST_P(ConformanceOverrun, DemotePutsItBehindAllOthersUntilItKeepsItsTime) {
   executor->add_node(node_);
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(39ms);
-  if (scheduler_name() == "fixed_priority") {
+  if (schedulers().traits(scheduler_name()).by_priority) {
     EXPECT_THAT(trace, ElementsAre("urgent", "modest", "modest", "urgent", "urgent", "modest"));
   } else {
     EXPECT_EQ(trace.size(), 6u);  // whose order knows no priorities
@@ -216,7 +216,7 @@ TEST_P(ConformanceOverrun, AnotherPolicyEndsADemotion) {
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(35ms);
   EXPECT_EQ(trace.size(), 5u);
-  if (scheduler_name() == "fixed_priority") {
+  if (schedulers().traits(scheduler_name()).by_priority) {
     EXPECT_EQ(trace.back(), "modest");
   }
 }
@@ -321,7 +321,7 @@ TEST_P(ConformanceOverrun, ParametersChangeTogetherBetweenTwoCallbacks) {
   executor->add_node(node_);
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(45ms);
-  if (scheduler_name() == "fixed_priority" || scheduler_name() == "edf" ||
+  if (schedulers().traits(scheduler_name()).by_priority || scheduler_name() == "edf" ||
       scheduler_name() == "least_laxity") {
     EXPECT_THAT(trace, ElementsAre("a", "b", "a", "b", "b", "a", "b", "a"));
   } else {

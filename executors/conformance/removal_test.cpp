@@ -67,7 +67,7 @@ class Telling : public Scheduler {
   static inline std::function<void()> on_configure, on_destroy;
   static const std::string& name() {
     static const std::string name = [] {
-      schedulers().add("telling", "", [] { return std::make_unique<Telling>(); });
+      schedulers().add("telling", {"", [] { return std::make_unique<Telling>(); }});
       return "telling";
     }();
     return name;

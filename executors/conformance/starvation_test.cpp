@@ -35,7 +35,7 @@ TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
   add("shared", 3, 100us);
   executor->add_node(node);
   {
-    const std::size_t isolated = executor_name() == kIsolatedPerGroup ? 4 : 2;
+    const std::size_t isolated = is_per_group() ? 4 : 2;
     const ManualSpin spin(*executor, clock, is_isolated() ? isolated : is_pool() ? 2 : 1);
     clock.advance(1s);
   }
@@ -218,7 +218,7 @@ class ConformanceWaiting : public Conformance {
 };
 
 TEST_P(ConformanceWaiting, NoCallbackWaitsForMoreDispatchesThanPromised) {
-  run(is_pool() || executor_name() == "events" ? 3 : 1);
+  run(is_isolated() ? 1 : std::min<std::size_t>(traits_.max_threads, 3));
   for (const Callback& callback : callbacks_) {
     EXPECT_GT(callback.runs, 100u) << callback.entity->name();
     EXPECT_LE(callback.longest_wait, bound(callback)) << callback.entity->name();

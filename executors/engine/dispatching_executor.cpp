@@ -116,7 +116,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
                : nullptr),
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
-                 schedulers().make(scheduler_)->uses_time(),
+                 schedulers().traits(scheduler_).uses_time,
              options.watchdog.get(), trigger_.get()),
       has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
@@ -173,8 +173,8 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
 }
 
 // Wakes one sleeping worker. The announcing thread has written its announcement before, and a
-// worker counts itself idle before it looks for news a last time, both sequentially consistent: no
-// wake-up is lost, and without sleepers it costs two loads.
+// worker counts itself idle before it looks for events a last time, both sequentially consistent:
+// no wake-up is lost, and without sleepers it costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();
@@ -235,7 +235,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 }
 
 // With the lock held, when a worker is about to execute: if there is more to do than it can, or
-// nobody left who keeps time, another is woken.
+// no timekeeper left, another is woken.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_ || idle_.load() == 0) return;
   const TimePoint release = ready_.next_release();

@@ -20,16 +20,6 @@
 
 namespace takt {
 
-/// What distinguishes one named executor from another.
-struct ExecutorTraits {
-  Readiness readiness;
-  const char* scheduler;    // unless the options name one
-  std::size_t max_threads;  // options that give more are refused
-  bool pool = false;        // without thread options: as many threads as CPUs, at least two
-  bool frozen = false;      // nothing is added or removed after the first spin
-  bool triggered = false;   // takes a trigger, and a period
-};
-
 /// How it works:
 /// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready
 ///    set's inbox, and one sleeping worker is woken, if there is one.
@@ -37,8 +27,10 @@ struct ExecutorTraits {
 ///    from the ready set, and executes it without the lock.
 /// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
 ///    when the first timer is due.
-/// 4. What control threads change, they build as an update; a worker installs it at its next
-///    dispatch. While nobody spins, the control thread installs it itself.
+/// 4. A control thread builds a change as an update; a worker installs it at its next dispatch.
+/// While
+///    no thread spins, the control thread installs it itself.
+/// Thread safety and real-time: as Executor.
 class DispatchingExecutor : public Executor, private Wakeable {
  public:
   DispatchingExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
@@ -58,10 +50,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override;
   bool is_spinning() const noexcept override { return has_workers_.load(); }
-  std::size_t max_threads() const noexcept override { return traits_.max_threads; }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
-    wake();  // who keeps time must look anew
+    wake();  // the timekeeper must look again
   }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
@@ -79,10 +70,10 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool is_used_by(const Node* node) const;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
-  /// When the first timer is due; ask only while nobody spins.
+  /// When the first timer is due; ask only while no thread spins.
   TimePoint next_release() const noexcept { return ready_.next_release(); }
-  /// For another wait back end: has news when file descriptors that we serve have; -1 when there
-  /// are none. Ask only on the thread of the last spin, after it.
+  /// For another wait back end: ready when a file descriptor that we serve is; -1 when there are
+  /// none. Ask only on the thread of the last spin, after it.
   int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
   /// Is woken when something becomes ready and no thread of ours sleeps.
   void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
@@ -252,7 +243,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   static constexpr std::size_t kNobody = SIZE_MAX;
   std::size_t timekeeper_ = kNobody;  // the worker that sleeps until the first timer is due
   TimePoint timekeeper_deadline_{};
-  Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when nobody sleeps
+  Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
@@ -267,13 +258,13 @@ class DispatchingExecutor : public Executor, private Wakeable {
   mutable PiMutex control_mutex_;
   std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
-  Records removed_records_;                                // until nobody can touch them
+  Records removed_records_;                                // until no thread can touch them
   // Groups and nodes that are being removed, by one thread or several, with the number of that
   // removal: the first thread that is ready ends it for all.
   std::map<const void*, std::uint64_t> leaving_;
   std::uint64_t last_leaving_ = 0;
   PastStatistics past_;     // of those that are gone
-  bool is_ending_ = false;  // nobody asks for statistics any more
+  bool is_ending_ = false;  // statistics are not asked for any more
   ScheduleUpdate changes_;  // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
@@ -296,16 +287,14 @@ struct DispatchingExecutor::Record final : CallbackRecord {
   // Of those, the first detaches the entity, and the others wait until it has: none comes
   // later, when the entity may have another owner.
   std::atomic<bool> is_being_detached{false};
-  std::atomic<std::uint32_t> detached{0};  // 1: nobody announces any more
+  std::atomic<std::uint32_t> detached{0};  // 1: no thread announces any more
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // what the next update brings
   bool is_handed_over = false;                                // to the ready set, by an update
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
-  void announce(Arrival arrival) noexcept override {
-    if (!announce_here(arrival)) executor.announce(*this, arrival);
-  }
+  void announce(Arrival arrival) noexcept override { executor.announce(*this, arrival); }
   bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor || executor.shared_) return false;
     executor.ready_.announce_from_callback(*this, arrival);
@@ -330,7 +319,7 @@ struct DispatchingExecutor::Record final : CallbackRecord {
     waits_for_us.removal_is_over(1);
   }
   bool has_let_go() const noexcept override { return detached.load() != 0; }
-  /// True: and nobody comes to wait from here on.
+  /// True: and no thread begins to wait from here on.
   bool is_awaited_by_nobody() noexcept {
     const std::lock_guard ownership(ownership_mutex());
     if (users.load() != 0) return false;

@@ -36,8 +36,8 @@ DispatchingExecutor::~DispatchingExecutor() {
   take_what_is_gone();
 }
 
-// When all have ended who remove, or wait for a removal, nobody begins to wait any more: whose
-// handle is dropped later finds no record.
+// When all threads have ended that remove, or wait for a removal, no other begins to wait: one that
+// drops a handle later finds no record.
 void DispatchingExecutor::let_nobody_wait() noexcept {
   for (;;) {
     for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
@@ -296,9 +296,9 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
 }
 
 // In its own callback the removal is complete when that returns; and of callbacks that remove each
-// other one must not wait. A thread that waits in a callback is perhaps the only one who can
-// install an update that somebody else waits for: its own executor's, or that of a callback further
-// out.
+// other one must not wait. A thread that waits in a callback is perhaps the only one that can
+// install an update that another thread waits for: its own executor's, or that of a callback
+// further out.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
   if (worker_of_ == nullptr) return record.gone.wait(0);
   const WaitInCallback wait(record);

@@ -13,7 +13,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   const bool waits = trigger_ != nullptr && !ready_.is_open();
   std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
   for (const auto& [id, record] : records_) {
-    // In this order: who sees that a message was taken sees that its callback executes.
+    // In this order: a thread that sees that a message was taken sees that its callback executes.
     // The entity's kind, as a worker may be installing the record's.
     const bool is_timer = record->entity->kind() == EntityKind::timer;
     const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||

@@ -184,8 +184,8 @@ void ReadySet::drain_inbox() noexcept {
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
     if (record->is_timer()) {
-      // Cleared before the release time is read: who changes it again announces again. Of a
-      // removed record this is our last touch.
+      // Cleared before the release time is read: a thread that changes it again announces again. Of
+      // a removed record this is our last touch.
       const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
       record->changed.store(false);
       if (is_idle) {

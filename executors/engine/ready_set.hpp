@@ -22,12 +22,6 @@
 
 namespace takt {
 
-/// When announced callbacks reach the scheduler.
-enum class Readiness {
-  wait_set,  // all at once, at a polling point: when the last snapshot has been handed out
-  events,    // at every dispatch
-};
-
 /// What the parameters of a callback come to. They may change at a dispatch point.
 struct CallbackSettings {
   CallbackInfo info;
@@ -97,7 +91,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   alignas(64) std::atomic<bool> queued{false};
   // A timer's record stands in the inbox because its release time has changed.
   std::atomic<bool> changed{false};
-  Arrival announced{};  // by whom: written by the thread that has set `queued`
+  Arrival announced{};  // written by the thread that has set `queued`
   CallbackRecord* inbox_next = nullptr;
 
   void arrived(Arrival arrival) noexcept {
@@ -134,6 +128,8 @@ bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
 /// Whether what is ready may be served, as far as there is a condition.
+/// Thread safety: none; the executor calls it at dispatch points.
+/// Real-time: nothing blocks or allocates, unless the user's function does.
 class Trigger {
  public:
   explicit Trigger(const TriggerOptions& options) : options_(options) {}
@@ -196,7 +192,7 @@ class ReadySet {
   /// Whether the clock is read at every dispatch. An update may begin it.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
 
-  /// An entity became ready. True when somebody may have to be woken for it.
+  /// An entity became ready. True when a worker may have to be woken for it.
   bool announce(CallbackRecord& record, Arrival arrival) noexcept {
     // Most announcements of a busy callback end here. Sequentially consistent: see settle().
     if (record.queued.load() || record.queued.exchange(true)) return false;
@@ -204,7 +200,7 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  /// The same from a callback, on the thread of the only worker: nobody has to be woken. No other
+  /// The same from a callback, on the thread of the only worker: none has to be woken. No other
   /// thread can be at the scheduler, so an event goes there without any atomic operation.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
     if (is_wait_set()) {
@@ -234,7 +230,7 @@ class ReadySet {
   };
   /// The callback to run next, which then executes, or nullptr.
   CallbackRecord* next(const Limits& limits) noexcept;
-  /// The same in two steps, for who takes several before they execute.
+  /// The same in two steps, for a caller that takes several before it executes them.
   CallbackRecord* pick(const Limits& limits) noexcept;
   void begin(CallbackRecord& record) noexcept;
   /// Takes a snapshot, unless one is not finished.
@@ -290,7 +286,7 @@ class ReadySet {
 
   const Readiness readiness_;
   // Where there are no polling points, what arrives now belongs to the window after the one that
-  // is being handed out: so under `ros` nobody overtakes for ever.
+  // is being handed out: so under `ros` none overtakes for ever.
   const std::uint64_t windows_ahead_;
   Clock& clock_;
   Watchdog* const watchdog_;

@@ -1,4 +1,4 @@
-// Tells of a missed deadline when it is missed, not when the callback returns.
+// Reports a missed deadline when it is missed, not when the callback returns.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_WATCHDOG_HPP_
 #define TAKT_EXECUTORS_ENGINE_WATCHDOG_HPP_
@@ -27,7 +27,7 @@ class Watchdog {
   /// Whose callbacks are watched.
   class Watched {
    public:
-    /// Tells of what should have ended by now, and returns the next deadline.
+    /// Reports what should have ended by now, and returns the next deadline.
     virtual TimePoint tell_misses(TimePoint now) noexcept = 0;
 
    protected:

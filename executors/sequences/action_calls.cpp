@@ -135,7 +135,7 @@ void World::send_goal() {
   }
   const auto accepted = [this, client, goal, drops](const auto& handle) {
     const Inside inside = enter(client);
-    demand(++goal->responses == 1, "a client was told twice about a goal");
+    demand(++goal->responses == 1, "a client got two answers about a goal");
     demand(handle == nullptr || !goal->is_rejected, "a goal was accepted that was rejected");
     goal->handle = handle;
     if (drops) let_go(client);
@@ -179,9 +179,9 @@ void World::check_goal(const Goal& goal) {
   for (const PartPtr& end : {server, client}) {
     if (end == nullptr || !is_in_executor(*end) || end->has_thrown) return;
   }
-  demand(goal.responses == 1, "a client was not told what became of its goal");
+  demand(goal.responses == 1, "a client got no answer about its goal");
   demand(goal.results == 1 || goal.handle == nullptr || !goal.ended,
-         "a goal ended, and its client was not told");
+         "a goal ended, and its client was not notified");
 }
 
 }  // namespace takt::sequences

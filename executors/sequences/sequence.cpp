@@ -13,7 +13,7 @@ SchedulerWitness witness;
 
 namespace {
 
-/// Order of arrival, and no trust in who calls it.
+/// Order of arrival, and no trust in its caller.
 class SuspiciousScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> infos) override {
@@ -55,7 +55,7 @@ World::World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
   const std::string& type = executor_names[next() % executor_names.size()];
   options.statistics = static_cast<StatisticsLevel>(next() % 3);
-  if (type == "isolated" && next() % 2 == 1) options.per = Isolation::group;
+  if (executors().traits(type).isolates && next() % 2 == 1) options.per = Isolation::group;
   options.clock = &clock_;
   executor_ = executors().make(type, options);
   witness.complaint = nullptr;
@@ -261,7 +261,7 @@ std::string run(std::span<const std::uint8_t> bytes) {
   std::vector<std::weak_ptr<void>> made;
   std::string broken = World(bytes, made).run();
   for (const auto& each : made) {
-    if (broken.empty() && !each.expired()) broken = "something outlives all who hold it";
+    if (broken.empty() && !each.expired()) broken = "something outlives its last pointer";
   }
   return broken;
 }

@@ -28,7 +28,7 @@ namespace takt::sequences {
 ///   are, and a timer that is due runs though others keep the executor busy;
 /// - an exception leaves the spin in which it was thrown;
 /// - a call ends once, by its own answer or when its time is up, and a service that answers does;
-///   a goal ends once, for its client as for its server, which both are told;
+///   a goal ends once, for its client and for its server, and both are notified;
 /// - a coroutine that was dropped does not go on, one that has slept enough does;
 /// - managed callbacks of a node that is not active rest; transitions end as their callbacks;
 /// - a parameter that is refused keeps its value;

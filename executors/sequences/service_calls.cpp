@@ -113,7 +113,7 @@ void World::wait_for_answer() {
       spin([&] { code = executor_->spin_until_future_complete(*future, kLimits[2]); });
   if (is_whole) {
     demand((code == FutureReturnCode::SUCCESS) == future->ready(),
-           "a spin told of a future what is not so");
+           "a spin reported a wrong state of a future");
   }
   // Nobody looks at it later.
   if (!future->ready()) return;

@@ -29,7 +29,6 @@ constexpr int kCallsOfAThread = 1000;
 #endif
 constexpr int kThreads = 4, kCallsBefore = 20;
 constexpr std::size_t kMostOwned = 16;
-const std::string kPerGroup = "isolated_per_group";
 constexpr const char* kTopics[] = {"/left", "/right"};
 
 /// The first promise that was broken.
@@ -261,7 +260,7 @@ class Actor {
             probe->run();
             goal->publish_feedback({1});
             if (goal->goal().number % 4 == 1) co_return;  // aborted
-            // Who cancels may come between.
+            // A cancel may come between.
             goal->succeed({goal->goal().number});
           },
           {.goal_group = group,
@@ -360,7 +359,16 @@ class Actor {
   std::vector<Owned> owned_;
 };
 
-class FourThreads : public testing::TestWithParam<std::string> {};
+/// A registered name, and what runs has a thread for.
+struct Kind {
+  std::string type;
+  Isolation per = Isolation::node;
+};
+
+class FourThreads : public testing::TestWithParam<Kind> {
+ protected:
+  const ExecutorTraits traits_ = executors().traits(GetParam().type);
+};
 
 TEST_P(FourThreads, MayCallWhateverOneMay) {
   broken = nullptr;
@@ -368,12 +376,9 @@ TEST_P(FourThreads, MayCallWhateverOneMay) {
   std::vector<std::weak_ptr<Probe>> probes;
   {
     Common common;
-    ExecutorOptions options;
-    const bool is_per_group = GetParam() == kPerGroup;
-    if (is_per_group) options.per = Isolation::group;
-    const std::string type = is_per_group ? "isolated" : GetParam();
-    options.threads.resize(std::min<std::size_t>(executors().make(type, {})->max_threads(), 2));
-    common.executor = executors().make(type, options);
+    ExecutorOptions options{.per = GetParam().per};
+    options.threads.resize(std::min<std::size_t>(traits_.max_threads, 2));
+    common.executor = executors().make(GetParam().type, options);
     common.executor->add_node(common.place.node);
     common.executor->add_node(common.managed.node);
     std::vector<std::unique_ptr<Actor>> actors;
@@ -404,11 +409,8 @@ TEST_P(FourThreads, MayCallWhateverOneMay) {
 
 // The handle's owner found that the entity had no executor any more, and did not wait.
 TEST_P(FourThreads, ADropWaitsForTheCallbackThatARemovalWaitsForAlready) {
-  if (GetParam() == "static_single_threaded") GTEST_SKIP() << "it lets nothing go";
-  ExecutorOptions options;
-  if (GetParam() == kPerGroup) options.per = Isolation::group;
-  const auto executor =
-      executors().make(GetParam() == kPerGroup ? "isolated" : GetParam(), options);
+  if (traits_.frozen) GTEST_SKIP() << "it lets nothing go";
+  const auto executor = executors().make(GetParam().type, {.per = GetParam().per});
   const auto node = std::make_shared<Node>("node");
   std::promise<void> is_inside, may_leave;
   std::atomic<bool> has_left{false}, has_dropped{false}, was_inside{false};
@@ -443,13 +445,19 @@ TEST_P(FourThreads, ADropWaitsForTheCallbackThatARemovalWaitsForAlready) {
   EXPECT_FALSE(was_inside);
 }
 
-std::vector<std::string> every_executor() {
-  std::vector<std::string> names = executors().names();
-  names.push_back(kPerGroup);
-  return names;
+std::vector<Kind> every_executor() {
+  std::vector<Kind> kinds;
+  for (const std::string& name : executors().names()) {
+    kinds.push_back({name});
+    if (executors().traits(name).isolates) kinds.push_back({name, Isolation::group});
+  }
+  return kinds;
 }
 INSTANTIATE_TEST_SUITE_P(Sequences, FourThreads, testing::ValuesIn(every_executor()),
-                         [](const auto& name) { return name.param; });
+                         [](const auto& kind) {
+                           return kind.param.type +
+                                  (kind.param.per == Isolation::group ? "_per_group" : "");
+                         });
 
 }  // namespace
 }  // namespace takt::sequences

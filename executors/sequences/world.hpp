@@ -21,7 +21,7 @@ namespace takt::sequences {
 
 using namespace std::chrono_literals;
 
-/// It moves on by a little whenever somebody looks: so whoever waits for a time comes to it.
+/// It advances a little whenever it is read: so a thread that waits for a time reaches it.
 class SteppingClock final : public Clock {
  public:
   TimePoint now() const noexcept override {
@@ -103,7 +103,7 @@ struct Goal {
   std::optional<GoalState> ended;  // on the server's side
 };
 
-/// A goal in the hands of its server: whoever lets go of it has aborted it.
+/// A goal that its server holds: dropping it aborts it.
 class HeldGoal {
  public:
   using Handle = std::shared_ptr<ServerGoalHandle<Count>>;

@@ -44,11 +44,11 @@ class EpollWaitBackend final : public Reactor {
       const auto seconds = std::chrono::floor<std::chrono::seconds>(left);
       timeout = {seconds.count(), (left - seconds).count()};
     }
-    std::array<epoll_event, 16> news;  // what does not fit comes next time
-    const int count = gather(news, deadline == kNever ? nullptr : &timeout);
+    std::array<epoll_event, 16> events;  // what does not fit comes next time
+    const int count = gather(events, deadline == kNever ? nullptr : &timeout);
     bool has_announced = false;
     for (int i = 0; i < count; ++i) {
-      const auto* watched = static_cast<const Watched*>(news[i].data.ptr);
+      const auto* watched = static_cast<const Watched*>(events[i].data.ptr);
       if (watched != nullptr && announce(*watched)) has_announced = true;
     }
     return has_announced;
@@ -56,23 +56,23 @@ class EpollWaitBackend final : public Reactor {
 
   // Kernels before 5.11 have no epoll_pwait2, and some sandboxes refuse it: then it takes two
   // calls.
-  int gather(std::span<epoll_event> news, const timespec* timeout) noexcept {
-    const int most = static_cast<int>(news.size());
+  int gather(std::span<epoll_event> events, const timespec* timeout) noexcept {
+    const int most = static_cast<int>(events.size());
     if (!is_refused_.load(std::memory_order_relaxed)) {
-      const int count = epoll_pwait2(epoll_fd_, news.data(), most, timeout, nullptr);
+      const int count = epoll_pwait2(epoll_fd_, events.data(), most, timeout, nullptr);
       if (count >= 0 || (errno != ENOSYS && errno != EPERM)) return count;
       is_refused_.store(true, std::memory_order_relaxed);
     }
     pollfd ready{epoll_fd_, POLLIN, 0};
     ppoll(&ready, 1, timeout, nullptr);
-    return epoll_wait(epoll_fd_, news.data(), most, 0);
+    return epoll_wait(epoll_fd_, events.data(), most, 0);
   }
 
   void add(Watched& watched) override {
     const bool is_added = control(watched, watched.fd);
     if (is_added) {
-      // That number was watched, and is watched anew: so the user has closed it meanwhile. The one
-      // who waits for the closed file must not end the watch of its successor.
+      // That number was watched, and is watched anew: so the user has closed it meanwhile. The
+      // entity of the closed file must not end the watch of its successor.
       for (Watched& other : watched_) {
         if (&other != &watched && other.registered == watched.fd) other.registered = -1;
       }

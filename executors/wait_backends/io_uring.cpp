@@ -48,7 +48,7 @@ Error refusal(int error) {
   return {"io_uring: " + because, what_to_do};
 }
 
-/// One multishot poll for each descriptor: armed once, it tells each time there is news. A ring
+/// One multishot poll for each descriptor: armed once, it reports each event. A ring
 /// belongs to the thread that made it, so control threads only note what they want, and the thread
 /// that waits hands it to the kernel. A wait may end without a completion.
 class IoUringWaitBackend final : public Reactor {
@@ -127,7 +127,7 @@ class IoUringWaitBackend final : public Reactor {
     return has_announced;
   }
 
-  // True when somebody was told.
+  // True when a listener was notified.
   bool completed(const io_uring_cqe& completion) noexcept {
     auto& watched = *reinterpret_cast<Watched*>(completion.user_data & ~kRemoval);
     const bool is_removal = (completion.user_data & kRemoval) != 0;

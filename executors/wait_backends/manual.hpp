@@ -13,7 +13,7 @@ namespace takt {
 
 /// Each worker is a participant of the manual clock. A post goes to the first that sleeps, in
 /// order of index, so that a run always takes the same way. File descriptors are asked when a
-/// worker looks: one that becomes ready wakes nobody, for nothing but the clock does.
+/// worker looks: one that becomes ready wakes none, because only the clock does.
 /// Thread safety: as WaitBackend.
 /// Real-time: no; for tests and simulation only.
 class ManualWaitBackend final : public WaitBackend {

@@ -14,10 +14,12 @@ namespace takt {
 
 /// Posts are counted in `posts_`. An event descriptor, which is watched like the others and never
 /// read, brings them to workers that sleep:
-/// 1. Who posts counts first, and then kicks: writes to the event descriptor.
+/// 1. A thread that posts counts first, and then kicks: writes to the event descriptor.
 /// 2. A worker that comes back from the kernel, for whatever reason, looks for a post.
-/// 3. Two kicks can reach one worker, and one that only looks takes a kick from those who sleep. So
-///    who takes a post and sees another, and who looks and sees one, kicks again.
+/// 3. Two kicks can reach one worker, and a worker that only looks takes a kick from the sleepers.
+/// So
+///    a worker that takes a post and sees another kicks again, and so does one that looks and sees
+///    a post.
 /// So while posts are there, a kick is on its way or a worker is awake that will look.
 ///
 /// Thread safety and real-time: as WaitBackend.
@@ -33,7 +35,7 @@ class Reactor : public WaitBackend {
 
  protected:
   /// One descriptor. Its place in memory is never given back, so the kernel may hand us its address
-  /// long after it was unwatched; when it was used again meanwhile, a listener is told in vain.
+  /// long after it was unwatched; when it was used again meanwhile, a listener is notified in vain.
   struct Watched {
     int fd = -1;
     short events = 0;
@@ -45,14 +47,14 @@ class Reactor : public WaitBackend {
 
   explicit Reactor(std::size_t workers);
 
-  /// Waits for news until the deadline (kNow: not at all), and announces them. True when there were
-  /// some; false may come at any time.
+  /// Waits for events until the deadline (kNow: not at all), and announces them. True when there
+  /// were some; false may come at any time.
   virtual bool harvest(TimePoint deadline) noexcept = 0;
   /// Control threads, with mutex_ held. Throws Error.
   virtual void add(Watched& watched) = 0;
   virtual void remove(Watched& watched) noexcept = 0;
 
-  /// Tells the listener, if there is one still.
+  /// Notifies the listener, if there is still one.
   static bool announce(const Watched& watched) noexcept;
   /// Brings a worker back from the kernel.
   void kick() noexcept;

@@ -15,15 +15,15 @@
 namespace takt {
 
 /// A semaphore with a deadline: a post is never lost, and wakes one worker. Some watch file
-/// descriptors in the same wait. Of these they tell news, not levels: whoever has been told looks
-/// at the descriptor until it finds nothing, and is told again of what comes afterwards.
+/// descriptors in the same wait. They report edges, not levels: a notified listener checks the
+/// descriptor until it finds nothing, and is notified again of later events.
 /// Thread safety: post, watch and unwatch from any thread; the rest from the worker of that index.
-/// Real-time: post is one system call when somebody sleeps; nothing allocates after construction,
+/// Real-time: post is one system call when a thread sleeps; nothing allocates after construction,
 /// prepare and watch.
 class WaitBackend {
  public:
   virtual ~WaitBackend() = default;
-  /// Sleeps until somebody posts (true), or the deadline has come or file descriptors were
+  /// Sleeps until a post (true), or the deadline has come or file descriptors were
   /// announced on this thread (false).
   virtual bool wait(std::size_t worker, TimePoint deadline) noexcept = 0;
   virtual void post() noexcept = 0;
@@ -32,21 +32,21 @@ class WaitBackend {
   virtual void leave(std::size_t) noexcept {}
 
   virtual bool serves_file_descriptors() const noexcept { return false; }
-  /// From here on `watch.listener` is told of news of the descriptor, and perhaps of none. What is
-  /// ready already is news. Throws Error.
+  /// From here on `watch.listener` is notified of events of the descriptor; spurious notifications
+  /// are possible. A descriptor that is ready already is an event. Throws Error.
   virtual void watch(const Watch&) {}
-  /// The listener may be told once more until all read sections that are open now have ended.
+  /// The listener may be notified once more until all read sections that are open now have ended.
   virtual void unwatch(const ArrivalListener*) noexcept {}
   /// The calling thread is the one that will wait and look. Throws Error when that cannot be.
   virtual void prepare() {}
   /// Announces what is ready now, and does not wait.
   virtual void look() noexcept {}
-  /// Another back end that watches this descriptor has news when `look` would find something; -1
-  /// when nothing is served. For the thread that has called prepare.
+  /// For another back end to watch: readable when `look` would find something; -1 when nothing is
+  /// served. For the thread that has called prepare.
   virtual int fd() noexcept { return -1; }
 };
 
-using WaitBackendRegistry = Registry<WaitBackend, std::size_t>;
+using WaitBackendRegistry = Registry<WaitBackend, NoTraits, std::size_t>;
 /// All wait back ends of this process by name, made for a number of workers. Making one throws
 /// Error with the reason when this kernel does not grant it.
 WaitBackendRegistry& wait_backends();
@@ -64,13 +64,14 @@ std::unique_ptr<WaitBackend> make_wait_backend(std::string_view name, Clock& clo
                                                std::size_t workers, bool has_file_descriptors);
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`.
-#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                                      \
-  namespace {                                                                                     \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {                              \
-    ::takt::wait_backends().add(                                                                  \
-        name, description, [](std::size_t workers) { return std::make_unique<Class>(workers); }); \
-    return true;                                                                                  \
-  }();                                                                                            \
+#define TAKT_REGISTER_WAIT_BACKEND(name, description, Class)                      \
+  namespace {                                                                     \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_wait_backend_) = [] {              \
+    ::takt::wait_backends().add(name, {description, [](std::size_t workers) {     \
+                                         return std::make_unique<Class>(workers); \
+                                       }});                                       \
+    return true;                                                                  \
+  }();                                                                            \
   }
 
 }  // namespace takt

@@ -1,4 +1,4 @@
-// Tests of how threads sleep and are woken, for every wait back end; and of who may choose which.
+// Tests of how threads sleep and are woken, for every wait back end; and of which may be chosen.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
@@ -164,7 +164,7 @@ TEST_P(EveryWaitBackend, TellsNewsOfFileDescriptors) {
   pipe.send();
   EXPECT_FALSE(backend_->wait(0, kNever));  // no post: it has announced
   EXPECT_EQ(listener.announcements, 1);
-  look();  // still to be read, but no news
+  look();  // still to be read, but no event
   EXPECT_EQ(listener.announcements, 1);
   pipe.receive();
   pipe.send();

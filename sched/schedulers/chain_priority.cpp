@@ -24,9 +24,9 @@ struct MoreUrgentInChain {
     return a.sequence < b.sequence;
   }
 };
-using ChainPriorityScheduler = HeapScheduler<MoreUrgentInChain, /*kUsesTime=*/false>;
+using ChainPriorityScheduler = HeapScheduler<MoreUrgentInChain>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("chain_priority", "PiCAS: critical chains first, later callbacks first",
-                        ChainPriorityScheduler)
+                        ChainPriorityScheduler, .uses_time = false, .by_priority = true)
 }  // namespace takt

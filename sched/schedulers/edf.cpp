@@ -1,7 +1,7 @@
 // The earliest deadline first (Liu, Layland: "Scheduling Algorithms for Multiprogramming in a
 // Hard-Real-Time Environment", JACM 1973); on one thread without preemption as Jeffay, Stanat and
-// Martel analyse it (RTSS 1991). Who has no deadline comes last; equal ones run in order of
-// arrival. SPDX-License-Identifier: Apache-2.0
+// Martel analyse it (RTSS 1991). A callback without a deadline comes last; equal ones run in
+// order of arrival. SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/scheduler.hpp"
 
 namespace takt {

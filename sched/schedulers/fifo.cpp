@@ -10,8 +10,8 @@ struct EarlierArrival {
     return a.sequence < b.sequence;
   }
 };
-using FifoScheduler = HeapScheduler<EarlierArrival, /*kUsesTime=*/false>;
+using FifoScheduler = HeapScheduler<EarlierArrival>;
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("fifo", "order of arrival", FifoScheduler)
+TAKT_REGISTER_SCHEDULER("fifo", "order of arrival", FifoScheduler, .uses_time = false)
 }  // namespace takt

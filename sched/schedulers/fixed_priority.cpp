@@ -11,9 +11,9 @@ struct MoreUrgent {
     return a.sequence < b.sequence;
   }
 };
-using FixedPriorityScheduler = HeapScheduler<MoreUrgent, /*kUsesTime=*/false>;
+using FixedPriorityScheduler = HeapScheduler<MoreUrgent>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("fixed_priority", "largest priority first, then order of arrival",
-                        FixedPriorityScheduler)
+                        FixedPriorityScheduler, .uses_time = false, .by_priority = true)
 }  // namespace takt

@@ -21,6 +21,6 @@ struct LessLaxity {
 using LeastLaxityScheduler = HeapScheduler<LessLaxity>;
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("least_laxity", "whoever can wait least, by deadline and budget",
+TAKT_REGISTER_SCHEDULER("least_laxity", "the callback that can wait least, by deadline and budget",
                         LeastLaxityScheduler)
 }  // namespace takt

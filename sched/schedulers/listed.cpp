@@ -14,9 +14,9 @@ struct ListedOrder {
     return std::tie(a.window, a.info->registration) < std::tie(b.window, b.info->registration);
   }
 };
-using ListedScheduler = HeapScheduler<ListedOrder, /*kUsesTime=*/false>;
+using ListedScheduler = HeapScheduler<ListedOrder>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("listed", "polling point, then the executor's list, then registration",
-                        ListedScheduler)
+                        ListedScheduler, .uses_time = false)
 }  // namespace takt

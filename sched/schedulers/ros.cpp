@@ -1,4 +1,4 @@
-// The order of rclcpp: polling point by polling point; inside one, timers, subscriptions,
+// The order of rclcpp: polling points in order; inside one, timers, subscriptions,
 // services, clients, waitables, each kind in order of registration. The model is that of Casini
 // et al., "Response-Time Analysis of ROS 2 Processing Chains" (ECRTS 2019). That the window comes
 // first keeps parked callbacks from losing to every later snapshot, the starvation shown by Teper
@@ -17,8 +17,9 @@ struct RosOrder {
            std::tie(b.window, b.info->kind, b.info->registration);
   }
 };
-using RosScheduler = HeapScheduler<RosOrder, /*kUsesTime=*/false>;
+using RosScheduler = HeapScheduler<RosOrder>;
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler)
+TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler,
+                        .uses_time = false)
 }  // namespace takt

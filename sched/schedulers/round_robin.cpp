@@ -36,8 +36,6 @@ class RoundRobinScheduler final : public Scheduler {
     return callback;
   }
 
-  bool uses_time() const noexcept override { return false; }
-
  private:
   struct Group {
     ReadyCallback* first = nullptr;  // by arrival, linked by `next`
@@ -65,5 +63,6 @@ class RoundRobinScheduler final : public Scheduler {
 };
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("round_robin", "one callback of each group in turn", RoundRobinScheduler)
+TAKT_REGISTER_SCHEDULER("round_robin", "one callback of each group in turn", RoundRobinScheduler,
+                        .uses_time = false)
 }  // namespace takt

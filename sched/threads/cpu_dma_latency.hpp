@@ -12,7 +12,8 @@ namespace takt {
 /// While the object lives, the kernel uses no idle state that takes longer than this to leave
 /// (/dev/cpu_dma_latency, kernel documentation "PM Quality of Service"). It holds for all CPUs, and
 /// costs power.
-/// Set-up and tear-down only.
+/// Thread safety: objects are independent; each is used by one thread.
+/// Real-time: no; set-up and tear-down only.
 class CpuDmaLatency {
  public:
   /// Throws Error when refused and `realtime` is require; with off it does nothing.

@@ -1,4 +1,4 @@
-// What Linux is told about a thread: policy, priority, reservation, nice value, CPUs.
+// The Linux attributes of a thread: policy, priority, reservation, nice value, CPUs.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_SCHED_THREADS_THREAD_ATTRIBUTES_HPP_
 #define TAKT_SCHED_THREADS_THREAD_ATTRIBUTES_HPP_
@@ -39,7 +39,7 @@ struct ThreadAttributes {
   /// Throws an Error about the first value that can never work here (priority 80 for SCHED_OTHER,
   /// CPU 7 of 2).
   void check() const;
-  /// Its parts, for who knows where each value stands.
+  /// Its parts, for a caller that knows the line of each value.
   void check_priority() const;
   void check_nice() const;
   void check_reservation() const;

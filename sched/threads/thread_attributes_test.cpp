@@ -1,4 +1,4 @@
-// Tests of what Linux is told about threads, granted and refused.
+// Tests of the Linux attributes of threads, granted and refused.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/threads/thread_attributes.hpp"
 

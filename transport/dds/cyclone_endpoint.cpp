@@ -37,7 +37,8 @@ void CycloneEndpoint::close() noexcept {
 
 void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t depth,
                            const Listener& listener) {
-  // Who is to ignore the own process gets no shared memory from Cyclone: there the reader does it.
+  // A reader that ignores its own process gets no shared memory from Cyclone: there it ignores the
+  // process itself.
   const bool ignores_own_process = !is_shared() && !participant_->serves_own_process();
   const WireQoS qos = wire_qos(endpoint_.qos, depth);
   if (ignores_own_process) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
@@ -62,7 +63,7 @@ void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int 
     return;
   }
   // Cyclone counts those of our own participant too.
-  const std::lock_guard lock(counting_);  // so that the last one who stores has looked last
+  const std::lock_guard lock(counting_);  // so that the last thread that stores has looked last
   std::vector<dds_instance_handle_t> others(16);
   for (;;) {
     const dds_return_t found =

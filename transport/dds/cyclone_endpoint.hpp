@@ -18,7 +18,7 @@
 namespace takt {
 
 /// A reliable writer keeps what a reader has not confirmed yet: as many as the QoS says, or so
-/// many. They cost memory only while somebody is behind, and the reader's own depth is kept by its
+/// many. They cost memory only while a reader is behind, and the reader's own depth is kept by its
 /// ring.
 inline constexpr std::size_t kUnconfirmed = 100;
 

@@ -24,7 +24,7 @@ using WireQoS = std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)>;
 
 /// `depth`: of the history that Cyclone keeps.
 WireQoS wire_qos(const QoS& qos, std::size_t depth);
-/// What others tell of theirs; the depth, which is not told of all, is 1 where it is not.
+/// The QoS of an endpoint of another process; the depth is 1 where discovery does not contain it.
 QoS qos_of(const dds_qos_t& wire);
 /// As files call it, and QoS::refuses.
 std::string_view policy_name(std::uint32_t id) noexcept;

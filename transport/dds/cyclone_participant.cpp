@@ -194,7 +194,7 @@ std::string CycloneParticipant::why_udp(const Endpoint& endpoint, bool is_writer
   const MessageType& type = *endpoint.type;
   if (!type.fixed_size) return "variable size";
   const QoS& qos = endpoint.qos;
-  if (qos.durability != Durability::volatile_) return "kept for who comes late";
+  if (qos.durability != Durability::volatile_) return "kept for late joiners";
   if (qos.liveliness_kind != Liveliness::automatic || qos.lease_duration != Nanoseconds::zero()) {
     return "its liveliness is watched";
   }

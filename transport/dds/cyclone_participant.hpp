@@ -22,7 +22,7 @@
 namespace takt {
 
 /// How long others need to hear of a writer that is new, or of a participant. What comes by shared
-/// memory from somebody unknown Cyclone 0.10.2 loses, and its memory with it.
+/// memory from an unknown writer Cyclone 0.10.2 loses, and its memory with it.
 inline constexpr auto kHearsayTime = std::chrono::milliseconds(100);
 
 class CycloneParticipant final : public Participant,
@@ -73,7 +73,7 @@ class CycloneParticipant final : public Participant,
   std::string why_no_shared_memory_;
   dds_entity_t handle_ = 0;
   std::vector<ThreadState> threads_;
-  std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: others are not told of our nodes
+  std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: our nodes are not announced
   mutable std::mutex mutex_;
   std::vector<const CycloneEndpoint*> endpoints_;
   std::unique_ptr<GraphReader> graph_reader_;

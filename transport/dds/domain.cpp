@@ -48,8 +48,8 @@ std::string domain_configuration(const DdsOptions& options, std::uint64_t roudi)
   const char* peers = options.loopback_only ? R"(<Peers><Peer address="127.0.0.1"/></Peers>)" : "";
   std::string shared_memory = "<Enable>false</Enable>";
   if (roudi != 0) {
-    // The locator says who shares memory. Of others than us we do not know how their messages lie
-    // there; of other machines, and other RouDis, we see nothing.
+    // The locator says which processes share memory. For processes other than Takt's we do not know
+    // the layout of their messages; those of other machines, and other RouDis, are not visible.
     shared_memory =
         "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
     for (int byte = 0; byte < 8; ++byte) {

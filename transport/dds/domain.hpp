@@ -35,7 +35,7 @@ class KeptComplaint {
 dds_entity_t check_joined(dds_return_t result, const std::string& what,
                           const std::string& what_to_do);
 
-/// A process has one of each number, whoever asks first.
+/// A process has one of each number, made at the first request.
 class Domain {
  public:
   static std::shared_ptr<Domain> get(const DdsOptions& options);

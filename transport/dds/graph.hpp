@@ -18,12 +18,12 @@ enum class RosGraph {
   jazzy,   // since Iron
 };
 
-/// One end of a topic or of a service, anybody's on the domain.
+/// One end of a topic or of a service, of any process on the domain.
 struct GraphEndpoint {
   std::string name;       // "/scan"; a service's too: "/add"
   std::string type;       // "sensor_msgs/msg/LaserScan", "example_interfaces/srv/AddTwoInts"
-  std::string node;       // its full name; empty when nobody tells
-  std::string type_hash;  // empty when nobody tells
+  std::string node;       // its full name; empty when unknown
+  std::string type_hash;  // empty when unknown
   QoS qos;                // of publishers and subscriptions
 };
 

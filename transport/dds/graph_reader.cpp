@@ -108,7 +108,7 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
                                .type = ros_type_name(found.type_name),
                                .type_hash = told_in(*found.qos, "typehash"),
                                .qos = qos_of(*found.qos)};
-        // What it takes to look on is not shown.
+        // The endpoints that serve discovery itself are not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||
             endpoint.type.starts_with("org::eclipse::cyclonedds::builtin")) {
           return;

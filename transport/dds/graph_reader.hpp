@@ -1,4 +1,4 @@
-// Reads what the processes of a domain tell of themselves.
+// Reads what the processes of a domain publish about themselves.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
 #define TAKT_TRANSPORT_DDS_GRAPH_READER_HPP_
@@ -12,7 +12,7 @@
 namespace takt {
 
 /// Thread safety: read from any thread.
-/// Real-time: no. Until somebody reads, the last 1000 changes of other processes' nodes are kept.
+/// Real-time: no. Until the first read, the last 1000 changes of other processes' nodes are kept.
 class GraphReader {
  public:
   /// `form`: that of the others' names of nodes; off: they are not read.

@@ -32,7 +32,7 @@ dds_entity_t make_writer(dds_entity_t participant, const Topic& topic, const End
   const std::string told = user_data(endpoint, form);
   dds_qset_userdata(qos.get(), told.data(), told.size());
   return dds_check(dds_create_writer(participant, topic.handle(), qos.get(), nullptr),
-                   "nodes cannot be told to others",
+                   "nodes cannot be announced to others",
                    "permit the topic ros_discovery_info, or say `dds: {ros_graph: off}`");
 }
 

@@ -12,11 +12,11 @@
 
 namespace takt {
 
-/// Where nodes are told: rmw's topic, and the bytes of a DDS GUID in it.
+/// Where nodes are announced: rmw's topic, and the bytes of a DDS GUID in it.
 Endpoint discovery_endpoint(RosGraph form);
 
-/// Sends all of it again whenever something changes, as ROS 2 does; the last one holds, and who
-/// comes late gets it.
+/// Sends all of it again whenever something changes, as ROS 2 does; the last message holds, and
+/// late joiners get it.
 /// Thread safety: every method from any thread.
 /// Real-time: set-up only.
 class NodeAnnouncer {

@@ -22,8 +22,8 @@ namespace takt {
 /// The number in the environment's ROS_DOMAIN_ID, else 0. Throws Error when that is no domain.
 int default_domain();
 
-/// The files of DDS Security: who this process is, and what it may do. The policies of the domain
-/// and the permissions are signed by their authority.
+/// The files of DDS Security: the identity of this process, and what it may do. The policies of the
+/// domain and the permissions are signed by their authority.
 struct DdsSecurity {
   std::string identity_ca, certificate, private_key;    // PEM
   std::string permissions_ca, governance, permissions;  // PEM, and two S/MIME documents
@@ -51,10 +51,10 @@ struct DdsOptions {
   /// Messages of fixed size go to other processes of Takt by shared memory, see shared_memory.hpp.
   SharedMemory shared_memory = SharedMemory::automatic;
 
-  /// nullopt: whoever is on the domain may read and write everything.
+  /// nullopt: every process on the domain may read and write everything.
   std::optional<DdsSecurity> security;
 
-  /// How others on the domain are told of our nodes, and what we understand of theirs.
+  /// The format in which nodes are announced on the domain.
   RosGraph ros_graph = RosGraph::jazzy;
 
   /// Containers tell what they log on `/rosout`.
@@ -67,13 +67,14 @@ struct DdsOptions {
 };
 
 /// The sending end outside the process.
+/// Thread safety and real-time: as Participant.
 class RemoteWriter {
  public:
   virtual ~RemoteWriter() = default;
   /// How many readers are matched.
   virtual std::size_t reader_count() const noexcept = 0;
   /// Encodes and sends the message, or copies it into shared memory; does nothing while no reader
-  /// is matched, but for those who keep messages for late ones.
+  /// is matched, unless the writer keeps messages for late joiners.
   virtual void write(const void* message) noexcept = 0;
   /// A message in shared memory, that `write_lent` sends without a copy and `release` gives back.
   /// It looks like the prototype, or as its last user has left it. nullptr when no reader is
@@ -87,6 +88,7 @@ class RemoteWriter {
 };
 
 /// The receiving end outside the process. When it is destroyed, nothing arrives any more.
+/// Thread safety and real-time: as Participant.
 class RemoteReader {
  public:
   virtual ~RemoteReader() = default;
@@ -98,6 +100,8 @@ class RemoteReader {
 /// A message that has come from outside. From shared memory it has a payload, in its chunk or,
 /// when its reader holds many already, a copy. Else it is not decoded yet: so DDS's thread is free
 /// for the next one, and the receiver's thread does the receiver's work.
+/// Thread safety: as MessageBlock.
+/// Real-time: as Participant; hold_copy and hold_bytes allocate.
 class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> {
  public:
   /// Empty, too, when it lies in a chunk that does not say that it is of our type.
@@ -143,9 +147,9 @@ struct EndpointState {
 ///
 /// By shared memory go messages of fixed size, aligned to 8 bytes at the most, between processes of
 /// Takt that found the same RouDi when they started. They are written and read where they lie, or
-/// copied once where the publisher or a callback does not hold them so. All other ways are UDP.
-/// What RouDi's end changes: ends that are made later use UDP, or are refused where shared memory
-/// is required; those that were there go on.
+/// copied once where the publisher or a callback does not hold them so. All else goes by UDP.
+/// When RouDi ends, endpoints that are made later use UDP, or are rejected where shared memory is
+/// required; existing ones continue.
 ///
 /// Thread safety: every method from any thread. A message may be held for longer than the reader,
 /// or the writer, that it came from.
@@ -158,12 +162,12 @@ struct EndpointState {
 class Participant {
  public:
   /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says
-  /// of it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: who
-  /// writes before its reader knows of it is not heard.
+  /// of it, or shared memory is required and cannot be had. With shared memory it takes 0.1 s: what
+  /// is written before the reader has discovered the writer is lost.
   static std::shared_ptr<Participant> create(const DdsOptions& options);
   virtual ~Participant() = default;
 
-  /// `events` is told of what happens between the writer and readers outside.
+  /// `events` is notified of events between the writer and readers outside.
   virtual std::unique_ptr<RemoteWriter> create_writer(
       const Endpoint& endpoint,
       std::shared_ptr<EndpointEvents> events = std::make_shared<EndpointEvents>()) = 0;
@@ -176,8 +180,8 @@ class Participant {
   /// A node of this process, by its full name, that others are to see.
   virtual void add_node(const std::string& name) = 0;
   virtual void remove_node(const std::string& name) = 0;
-  /// What is on the domain, as far as is known by now: what others have is told within some tens
-  /// of milliseconds.
+  /// What is on the domain, as far as known by now: discovery of others takes some tens of
+  /// milliseconds.
   virtual Graph graph() = 0;
   /// Cyclone's threads, as they were right after they had started.
   virtual const std::vector<ThreadState>& threads() const noexcept = 0;

@@ -46,7 +46,7 @@ class TopicWatch {
   std::mutex mutex_;
   std::map<std::string, Ends> topics_;        // by the name that it has in DDS
   std::map<std::string, std::string> names_;  // of the topics of the others' ends
-  dds_entity_t writers_ = 0, readers_ = 0;    // where Cyclone tells of them
+  dds_entity_t writers_ = 0, readers_ = 0;    // where Cyclone reports them
 };
 
 }  // namespace takt

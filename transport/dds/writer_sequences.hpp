@@ -13,8 +13,8 @@
 
 namespace takt {
 
-/// iceoryx overwrites the oldest in a reader's queue when that is late, and tells nobody; nor does
-/// it of what is sent before RouDi has joined the reader to a writer that it knows already.
+/// iceoryx overwrites the oldest in a reader's queue when that is late, and does not report it; nor
+/// does it of what is sent before RouDi has joined the reader to a writer that it knows already.
 /// Thread safety: one thread at a time.
 /// Real-time: allocates for a writer that is new.
 class WriterSequences {

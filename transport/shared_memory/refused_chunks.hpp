@@ -33,7 +33,7 @@ std::size_t shared_reader_count() noexcept;
 
 /// Whether the complaint of Cyclone's says that iceoryx has refused a message, as a reader holds
 /// 256 already, or chunks were lost with publishers that were killed. Then it is counted by a
-/// reader of that topic, and told once a second. Several readers of a topic take turns, as the
+/// reader of that topic, and logged once a second. Several readers of a topic take turns, as the
 /// complaint does not name one.
 bool count_refused(std::string_view complaint) noexcept;
 

@@ -110,7 +110,7 @@ class Probe {
 
   bool is_answered(SteadyTime limit) {
     std::array<char, 4096> message{};
-    for (pollfd news{socket_, POLLIN, 0}; poll(&news, 1, milliseconds_to(limit)) == 1;) {
+    for (pollfd readable{socket_, POLLIN, 0}; poll(&readable, 1, milliseconds_to(limit)) == 1;) {
       const ssize_t size = recv(socket_, message.data(), message.size(), 0);
       const std::string_view text(message.data(),
                                   static_cast<std::size_t>(std::max<ssize_t>(size, 0)));

@@ -1,7 +1,8 @@
-// RouDi belongs to nobody who may be killed. Its parent is a keeper, a process that nothing else
-// ends, and the kernel says when it is over:
-//   1. Who needs RouDi takes the lock `start`, so that one at a time looks for it, and then a share
-//      of the lock `users`, which it keeps. Its children inherit that.
+// RouDi must not belong to a process that may be killed. Its parent is a keeper, a process that
+// nothing else ends, and the kernel says when to end it:
+//   1. A process that needs RouDi takes the lock `start`, so that one at a time looks for it, and
+//   then
+//      a share of the lock `users`, which it keeps. Its children inherit that.
 //   2. If none runs, it forks a keeper, which starts RouDi, answers by a pipe, and frees `start`.
 //   3. The keeper waits for the whole lock `users`. The kernel gives it when no user is left,
 //      however they have ended. It removes the files, kills RouDi, and ends.
@@ -51,8 +52,8 @@ class RoudiProcess::LockFile {
     return result == 0;
   }
 
-  /// What the keeper does. It keeps `report`, and until RouDi serves the lock `start`, as who has
-  /// begun this may be killed.
+  /// What the keeper does. It keeps `report` and, until RouDi serves, the lock `start`, because the
+  /// process that started it may be killed.
   [[noreturn]] static void keep(int report, const LockFile& start, std::vector<ChunkPool> pools);
 
  private:
@@ -265,7 +266,7 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
                 "remove it, if it is not yours");
   }
   pid_ = find_roudi().pid;
-  if (pid_ != 0) return;  // when it cannot be used, who joins says why
+  if (pid_ != 0) return;  // when it cannot be used, joining says why
   if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
   const std::vector<ChunkPool> wanted = pools();
   std::array<int, 2> ends{};

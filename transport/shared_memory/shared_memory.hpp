@@ -52,6 +52,7 @@ std::size_t chunks_of_reader(std::size_t depth, std::size_t message_bytes) noexc
 /// its files with it, when the last process has gone that has one of these or is a child of one
 /// that has, also by a signal.
 /// Thread safety: for one thread. Make it before the process has other threads.
+/// Real-time: no; set-up only.
 class RoudiProcess {
  public:
   /// Starts one with these pools and waits until it serves, unless one runs already, ours or not.

@@ -116,6 +116,13 @@ for required, seconds in (("false", "11s"), ("true", "2s")):
         check("and is an error where it must match", status == 1 and re.search(
             r":2: topic '/scan' must match: nobody publishes it for /nav", said), status, said)
 
+with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
+    text.write(LONELY.format(required="true").replace("/scan: {must", "/scam: {must"))
+    text.flush()
+    status, said, _ = run("", lambda *_: None, "2s", text.name)
+check("so is one that no container has", status == 1 and re.search(
+    r":2: topic '/scam' must match: nobody publishes it or subscribes to it", said), status, said)
+
 
 # A managed container dies: noticed within its heartbeat limit, and handled as the file says.
 LIFECYCLE = """

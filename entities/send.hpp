@@ -1,0 +1,22 @@
+// How a message leaves its publisher.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_SEND_HPP_
+#define TAKT_ENTITIES_SEND_HPP_
+
+#include "takt/transport/dds/participant.hpp"
+#include "takt/transport/intra_process.hpp"
+
+namespace takt {
+
+/// Sends a message with what a publisher has: near first, then far. Takes the caller's hold of it
+/// over. `remote` may be nullptr.
+inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message) noexcept {
+  if (remote == nullptr) return writer.write(message);
+  writer.write(message, 1);
+  remote->write(message.payload());
+  message.release();
+}
+
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_SEND_HPP_

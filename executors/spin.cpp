@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/spin.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <mutex>
+#include <vector>
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "takt/sched/threads/realtime_thread.hpp"
+
+namespace takt {
+namespace {
+
+constexpr int kSignals[] = {SIGINT, SIGTERM};
+// A handler may interrupt any thread in any state, so it only writes to this. Never closed, as a
+// handler may be late.
+std::atomic<int> signalled_fd{-1};
+
+void on_signal(int) {
+  const int error = errno;
+  const eventfd_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(signalled_fd.load(), &one, sizeof one);
+  errno = error;
+}
+
+/// From the first CancelOnSignals to the last: the handlers, and the thread that cancels.
+class SignalThread {
+ public:
+  SignalThread()
+      : fd_(open()), thread_({.name = "takt_signals"}, Realtime::off, [this] { run(); }) {
+    signalled_fd.store(fd_);
+    struct sigaction action {};
+    action.sa_handler = on_signal;
+    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+    for (std::size_t i = 0; i < std::size(kSignals); ++i) {
+      sigaction(kSignals[i], &action, &before_[i]);
+    }
+  }
+  ~SignalThread() {
+    for (std::size_t i = 0; i < std::size(kSignals); ++i) {
+      sigaction(kSignals[i], &before_[i], nullptr);
+    }
+    ends_.store(true);
+    eventfd_write(fd_, 1);
+    thread_.join();
+    eventfd_t count = 0;
+    eventfd_read(fd_, &count);  // if the thread ended by a signal's
+  }
+  SignalThread(const SignalThread&) = delete;
+  SignalThread& operator=(const SignalThread&) = delete;
+
+  void add(Executor& executor) {
+    const std::lock_guard lock(mutex_);
+    executors_.push_back(&executor);
+  }
+  /// True when that was the last one.
+  bool remove(Executor& executor) {
+    const std::lock_guard lock(mutex_);
+    executors_.erase(std::find(executors_.begin(), executors_.end(), &executor));
+    return executors_.empty();
+  }
+
+ private:
+  static int open() {
+    if (signalled_fd.load() < 0) signalled_fd.store(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+    if (signalled_fd.load() < 0) {
+      throw Error("signals cannot be waited for: " + errno_message(errno));
+    }
+    return signalled_fd.load();
+  }
+  void run() {
+    pollfd waited{.fd = fd_, .events = POLLIN, .revents = 0};
+    while (!ends_.load()) {
+      eventfd_t count = 0;
+      if (poll(&waited, 1, -1) < 0 || eventfd_read(fd_, &count) != 0 || ends_.load()) continue;
+      const std::lock_guard lock(mutex_);
+      for (Executor* executor : executors_) executor->cancel();
+    }
+  }
+
+  const int fd_;
+  std::atomic<bool> ends_{false};
+  std::mutex mutex_;  // guards executors_
+  std::vector<Executor*> executors_;
+  struct sigaction before_[std::size(kSignals)]{};
+  RealtimeThread thread_;  // the last, as it uses the others
+};
+
+std::mutex signal_thread_mutex;
+std::unique_ptr<SignalThread> signal_thread;  // guarded by it
+
+}  // namespace
+
+CancelOnSignals::CancelOnSignals(Executor& executor) : executor_(executor) {
+  const std::lock_guard lock(signal_thread_mutex);
+  if (signal_thread == nullptr) signal_thread = std::make_unique<SignalThread>();
+  signal_thread->add(executor_);
+}
+
+CancelOnSignals::~CancelOnSignals() {
+  const std::lock_guard lock(signal_thread_mutex);
+  if (signal_thread->remove(executor_)) signal_thread.reset();
+}
+
+void spin(const std::shared_ptr<Node>& node) {
+  const auto executor = executors().make("single_threaded", {});
+  executor->add_node(node);
+  const CancelOnSignals signals(*executor);
+  executor->spin();
+}
+
+}  // namespace takt

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/spin.hpp"
+
+#include <csignal>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+
+class CancelOnSignalsTest : public testing::TestWithParam<int> {};
+
+TEST_P(CancelOnSignalsTest, ASignalEndsTheSpinOfEachExecutor) {
+  const auto events = executors().make("events", {});
+  const auto pool = executors().make("multi_threaded", {});
+  const auto node = std::make_shared<Node>("node");
+  const auto guard = node->create_guard_condition("guard", [] { std::raise(GetParam()); });
+  events->add_node(node);
+  const auto first = cancel_on_signals(*events);
+  const auto second = cancel_on_signals(*pool);
+  std::jthread other([&] { pool->spin(); });
+  guard->trigger();
+  events->spin();
+}
+
+TEST_P(CancelOnSignalsTest, ASignalBeforeTheSpinEndsItToo) {
+  const auto executor = executors().make("events", {});
+  const auto signals = cancel_on_signals(*executor);
+  std::raise(GetParam());
+  executor->spin();
+}
+
+TEST_P(CancelOnSignalsTest, SpinOfANodeEnds) {
+  const auto node = std::make_shared<Node>("node");
+  const auto guard = node->create_guard_condition("guard", [] { std::raise(GetParam()); });
+  guard->trigger();
+  spin(node);
+  guard->trigger();
+  spin(node);  // the node has left the first executor
+}
+
+TEST_P(CancelOnSignalsTest, TheSecondSignalEndsTheProcess) {
+  EXPECT_EXIT(
+      {
+        const auto executor = executors().make("events", {});
+        const auto signals = cancel_on_signals(*executor);
+        std::raise(GetParam());
+        std::raise(GetParam());
+      },
+      testing::KilledBySignal(GetParam()), "");
+}
+
+TEST_P(CancelOnSignalsTest, SignalsDoAgainWhatTheyDidBefore) {
+  static int caught = 0;
+  caught = 0;
+  const auto before = std::signal(GetParam(), [](int) { ++caught; });
+  {
+    const auto executor = executors().make("events", {});
+    const auto signals = cancel_on_signals(*executor);
+    std::raise(GetParam());
+    executor->spin();
+  }
+  EXPECT_EQ(caught, 0);
+  std::raise(GetParam());
+  EXPECT_EQ(caught, 1);
+  std::signal(GetParam(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Signals, CancelOnSignalsTest, testing::Values(SIGINT, SIGTERM),
+                         [](const auto& signal) {
+                           return signal.param == SIGINT ? "SIGINT" : "SIGTERM";
+                         });
+
+}  // namespace
+}  // namespace takt

@@ -1,0 +1,76 @@
+// Tests of results as JSON; that they keep their schema, results_test.py proves.
+// SPDX-License-Identifier: Apache-2.0
+#include "run/result_json.hpp"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt::tools {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+ProcessResult result_of_one_callback() {
+  ProcessResult result;
+  result.name = "robot";
+  result.callbacks.emplace_back();
+  result.callbacks[0].executor = "all";
+  result.callbacks[0].statistics.node = "/node";
+  result.callbacks[0].statistics.callback = "tick";
+  result.callbacks[0].statistics.kind = EntityKind::timer;
+  return result;
+}
+
+TEST(ResultJson, SaysNullOfTimesWithoutASample) {
+  const json callback = process_json(result_of_one_callback()).at("callbacks").at(0);
+  EXPECT_EQ(callback.at("process"), "robot");
+  EXPECT_EQ(callback.at("node"), "/node");
+  EXPECT_EQ(callback.at("kind"), "timer");
+  EXPECT_EQ(callback.at("latency_us"), json::parse(R"({"mean": null, "p50": null, "p90": null,
+    "p99": null, "p999": null, "max": null, "histogram": []})"));
+}
+
+TEST(ResultJson, KeepsAHistogramWhole) {
+  ProcessResult result = result_of_one_callback();
+  Histogram& latency = result.callbacks[0].statistics.latency;
+  for (const Nanoseconds sample : {3us, 3us, 40us}) latency.record(sample);
+  const json written = process_json(result).at("callbacks").at(0).at("latency_us");
+  const Histogram read = read_histogram(written);
+  EXPECT_EQ(read.count(), 3u);
+  EXPECT_EQ(read.percentile(0.5), latency.percentile(0.5));
+  EXPECT_EQ(written.at("max"), 40.0);
+  EXPECT_EQ(read_histogram(json::object()).count(), 0u);
+}
+
+TEST(ResultJson, SaysNullOfAllocationsThatNobodyCounted) {
+  ProcessResult result;
+  result.allocations_while_spinning = 5;
+  result.allocations_counted = false;
+  EXPECT_EQ(process_json(result).at("processes").at(0).at("allocations_while_spinning"), json());
+  result.allocations_counted = true;
+  EXPECT_EQ(process_json(result).at("processes").at(0).at("allocations_while_spinning"), 5);
+}
+
+TEST(ResultJson, IsWrittenToAFileAsItIs) {
+  const std::string path = testing::TempDir() + "result_json_test.json";
+  check_writable(path);
+  write_json({{"runs", {1, 2}}}, path);
+  EXPECT_EQ(json::parse(std::ifstream(path)), json({{"runs", {1, 2}}}));
+  std::remove(path.c_str());
+}
+
+TEST(ResultJson, CannotBeWrittenWhereThereIsNoFolder) {
+  EXPECT_THAT([] { check_writable("/nowhere/results.json"); },
+              ThrowsMessage<Error>(HasSubstr("results could not be written")));
+  EXPECT_THAT([] { write_json({}, "/nowhere/results.json"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("results could not be written")));
+  EXPECT_NO_THROW(check_writable("-"));
+}
+
+}  // namespace
+}  // namespace takt::tools

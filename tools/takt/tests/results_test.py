@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""What --json writes keeps the schema that the documents promise: results_test.py TAKT SCHEMA
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import copy
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish, skip  # noqa: E402
+
+try:
+    import jsonschema
+except ImportError:
+    skip("apt-get install python3-jsonschema brings what looks at schemas")
+
+takt, schema = map(os.path.abspath, sys.argv[1:])
+with open(schema, encoding="utf-8") as text:
+    validator = jsonschema.Draft202012Validator(json.load(text))
+validator.check_schema(validator.schema)
+
+COMPONENTS = """
+    - {component: takt::Workload, name: camera, executor: all,
+       parameters: {publishers: {topic: [image], period_us: [5000], size_bytes: [64]}}}
+"""
+SINK = """
+    - {component: takt::Workload, name: detector, executor: all,
+       parameters: {subscriptions: {topic: [image], work_us: [10]}}}
+"""
+HEAD = """
+threads: {one: {policy: SCHED_DEADLINE, runtime: 1ms, period: 5ms}, two: {nice: 5}}
+executors: {all: {type: multi_threaded, threads: [one, two]}}
+chains: [{name: sees, path: [camera/image_timer, detector/image], deadline: 5ms}]
+"""
+
+
+def errors(document):
+    return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(document)]
+
+
+def document(*words):
+    done = subprocess.run([takt, *words, "--json", "-"], env=environment, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, text=True, timeout=120)
+    return json.loads(done.stdout)
+
+
+def holds(what, written):
+    found = errors(written)
+    check(f"{what} keeps the schema", not found, *found[:5])
+    return written
+
+
+with tempfile.TemporaryDirectory() as folder:
+    one, two = (os.path.join(folder, name) for name in ("one.yaml", "two.yaml"))
+    with open(one, "w", encoding="utf-8") as file:
+        file.write(f"{HEAD}container:\n  name: robot\n  components:{COMPONENTS}{SINK}")
+    with open(two, "w", encoding="utf-8") as file:
+        file.write(f"{HEAD}containers:\n  - name: eyes\n    components:{COMPONENTS}"
+                   f"  - name: brain\n    components:{SINK}")
+    written = holds("takt run", document("run", one, "--duration", "200ms"))
+    run = written["runs"][0]
+    check("the run has callbacks, chains, threads and processes to look at",
+          all(run[key] for key in ("callbacks", "chains", "threads", "processes")), run)
+    holds("takt run, traced,", document("run", one, "--duration", "200ms", "--histograms",
+                                        "--trace", os.path.join(folder, "trace.json")))
+    written = holds("takt run of two processes", document("run", two, "--duration", "200ms"))
+    check("that run has topics to look at", written["runs"][0].get("topics"), written["runs"][0])
+    holds("takt compare", document("compare", one, "--executors", "events,isolated", "--schedulers",
+                                   "file,edf", "--duration", "100ms"))
+
+# What the schema is there for.
+for what, spoil in (("a key that it does not know", lambda run: run.update(new=1)),
+                    ("a key that is missing", lambda run: run["callbacks"][0].pop("received")),
+                    ("a negative count", lambda run: run["callbacks"][0].update(lost=-1)),
+                    ("a key of a thread that it does not know",
+                     lambda run: run["threads"][0]["asked"].update(new=1))):
+    spoiled = copy.deepcopy(written)
+    spoil(spoiled["runs"][0])
+    check(f"the schema refuses {what}", errors(spoiled))
+
+finish()
