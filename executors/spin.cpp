@@ -18,12 +18,13 @@ namespace takt {
 namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
-// A handler may interrupt any thread in any state, so it only writes to this. Never closed, as a
-// handler may be late.
+// A handler may interrupt any thread in any state, so it only writes to this, and lets the next
+// signal end the process. Never closed, as a handler may be late.
 std::atomic<int> signalled_fd{-1};
 
-void on_signal(int) {
+void on_signal(int number) {
   const int error = errno;
+  std::signal(number, SIG_DFL);
   const eventfd_t one = 1;
   [[maybe_unused]] const ssize_t written = write(signalled_fd.load(), &one, sizeof one);
   errno = error;
@@ -34,10 +35,9 @@ class SignalThread {
  public:
   SignalThread()
       : fd_(open()), thread_({.name = "takt_signals"}, Realtime::off, [this] { run(); }) {
-    signalled_fd.store(fd_);
     struct sigaction action {};
     action.sa_handler = on_signal;
-    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+    action.sa_flags = SA_RESTART;
     for (std::size_t i = 0; i < std::size(kSignals); ++i) {
       sigaction(kSignals[i], &action, &before_[i]);
     }

@@ -70,8 +70,12 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool is_used_by(const Node* node) const;
   /// Takes back a cancel that has come after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
-  /// When the first timer is due; ask only while no thread spins.
-  TimePoint next_release() const noexcept { return ready_.next_release(); }
+  /// When the first timer is due; ask only while no thread spins. Others may remove timers
+  /// meanwhile.
+  TimePoint next_release() const noexcept {
+    const std::lock_guard lock(control_mutex_);
+    return ready_.next_release();
+  }
   /// For another wait back end: ready when a file descriptor that we serve is; -1 when there are
   /// none. Ask only on the thread of the last spin, after it.
   int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
