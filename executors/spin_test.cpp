@@ -43,6 +43,7 @@ TEST_P(CancelOnSignalsTest, SpinOfANodeEnds) {
 }
 
 TEST_P(CancelOnSignalsTest, TheSecondSignalEndsTheProcess) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // there are threads
   EXPECT_EXIT(
       {
         const auto executor = executors().make("events", {});
