@@ -18,10 +18,11 @@ namespace takt {
 namespace {
 
 constexpr int kSignals[] = {SIGINT, SIGTERM};
-// A handler may interrupt any thread in any state, so it only writes to this, and lets the next
-// signal end the process. Never closed, as a handler may be late.
+// Never closed, because a handler may be late.
 std::atomic<int> signalled_fd{-1};
 
+// It may interrupt any thread in any state, so it only wakes the thread that cancels. The next
+// signal ends the process.
 void on_signal(int number) {
   const int error = errno;
   std::signal(number, SIG_DFL);
@@ -70,7 +71,8 @@ class SignalThread {
   static int open() {
     if (signalled_fd.load() < 0) signalled_fd.store(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (signalled_fd.load() < 0) {
-      throw Error("signals cannot be waited for: " + errno_message(errno));
+      throw Error("signals cannot be waited for: " + errno_message(errno),
+                  "let the process open more files (ulimit -n)");
     }
     return signalled_fd.load();
   }

@@ -15,8 +15,8 @@ namespace takt {
 ///
 /// Thread safety: make and destroy it on any thread, while the executor exists.
 /// Real-time: none of the executor's threads does anything for it. A thread `takt_signals`, with
-/// default attributes, sleeps until a signal comes. Throws Error when
-/// the process can have no more descriptors.
+/// default attributes, sleeps until a signal comes.
+/// Errors: throws Error when the process cannot open one more file.
 class CancelOnSignals {
  public:
   explicit CancelOnSignals(Executor& executor);
