@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <semaphore>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,26 @@ class ClientGoalHandle {
   std::atomic<GoalState> state_{GoalState::accepted};
 };
 
+/// Counts what one action client waits for, so that its limit is checked when the user calls, and
+/// not in a callback of the library, where nobody could catch the error.
+/// Thread safety: every method from any thread.
+/// Real-time: nothing blocks; take() allocates.
+class ActionPlaces {
+ public:
+  /// A place is free again when its last owner lets go.
+  using Place = std::shared_ptr<void>;
+
+  /// `what` names the things that wait, in the error.
+  ActionPlaces(std::string action, std::string what, std::size_t count);
+  /// Throws Error when all places are taken.
+  Place take() const;
+
+ private:
+  const std::string action_, what_;
+  const std::size_t count_;
+  const std::shared_ptr<std::counting_semaphore<>> free_;  // lives as long as any place
+};
+
 /// How a goal has ended. `unknown`: the server does not know it any more, or does not answer.
 template <ActionType A>
 struct GoalResult {
@@ -45,7 +66,9 @@ struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
   /// as long as it needs.
   Nanoseconds timeout{0};
-  /// Goals without a result so far; one more is refused with an Error.
+  /// Limit of goals that async_send_goal has sent and whose end the client still waits for, and,
+  /// counted separately, of results awaited by result() and async_get_result(). The call that
+  /// exceeds it throws an Error.
   std::size_t most_goals = 10;
   /// Of all its parts; nullptr: the default group.
   std::shared_ptr<CallbackGroup> group;
@@ -75,6 +98,8 @@ class ActionClient {
 
   ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
       : goals_(std::make_shared<Goals>()),
+        sent_(name, "goals", options.most_goals),
+        asked_(name, "results", options.most_goals),
         feedback_(node.create_subscription<FeedbackMessage<A>>(
             name + kFeedback, QoS(10),
             [goals = goals_](const FeedbackMessage<A>& message) {
@@ -92,7 +117,7 @@ class ActionClient {
             name + kSendGoal, {options.most_goals, options.timeout}, options.group)),
         cancel_(node.create_client<action_msgs::CancelGoal>(
             name + kCancelGoal, {options.most_goals, options.timeout}, options.group)),
-        result_(node.create_client<GetResult<A>>(name + kGetResult, {options.most_goals},
+        result_(node.create_client<GetResult<A>>(name + kGetResult, {2 * options.most_goals},
                                                  options.group)) {}
   ActionClient(const ActionClient&) = delete;
   ActionClient& operator=(const ActionClient&) = delete;
@@ -115,6 +140,7 @@ class ActionClient {
   }
   Task<GoalResult<A>> result(Handle goal) {
     const std::shared_ptr<Goals> goals = goals_;
+    const Place place = asked_.take();
     const typename GetResult<A>::Request request{goal->id()};
     const auto answer = co_await result_->call(request);
     goals->remove(goal->id());
@@ -135,21 +161,23 @@ class ActionClient {
     const GoalId id = new_goal_id();
     send_->async_send_request(
         {id, goal},
-        [goals = goals_, results = std::weak_ptr(result_), id,
+        [goals = goals_, results = std::weak_ptr(result_), id, place = sent_.take(),
          callbacks = std::move(callbacks)](const typename SendGoal<A>::Response* answer) mutable {
           const Handle handle = answer != nullptr && answer->accepted
                                     ? goals->add(id, answer->stamp, std::move(callbacks.feedback))
                                     : nullptr;
+          const bool wants_result = handle != nullptr && callbacks.result;
+          if (!wants_result) place.reset();  // the callback may send the next goal
           if (callbacks.response) callbacks.response(handle);
-          if (handle == nullptr || !callbacks.result) return;
+          if (!wants_result) return;
           // The callback may have dropped the action client.
           if (const auto client = results.lock()) {
-            ask_result(*client, goals, handle, std::move(callbacks.result));
+            ask_result(*client, goals, handle, std::move(place), std::move(callbacks.result));
           }
         });
   }
   void async_get_result(Handle goal, ResultCallback callback) {
-    ask_result(*result_, goals_, std::move(goal), std::move(callback));
+    ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(callback));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
     cancel({{goal->id(), {}}}, std::move(callback));
@@ -160,6 +188,7 @@ class ActionClient {
   }
 
  private:
+  using Place = ActionPlaces::Place;
   /// Accepted, and without a result so far.
   class Goals {
    public:
@@ -206,14 +235,16 @@ class ActionClient {
   };
 
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
-                         Handle goal, ResultCallback callback) {
+                         Handle goal, Place place, ResultCallback callback) {
     const GoalId id = goal->id();
-    client.async_send_request({id}, [goals, goal = std::move(goal), callback = std::move(callback)](
-                                        const typename GetResult<A>::Response* answer) {
+    client.async_send_request({id}, [goals, goal = std::move(goal), place = std::move(place),
+                                     callback = std::move(callback)](
+                                        const typename GetResult<A>::Response* answer) mutable {
       goals->remove(goal->id());
       GoalResult<A> result;
       if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
       goal->set_state(result.state);
+      place.reset();  // the callback may send the next goal
       if (callback) callback(goal, result);
     });
   }
@@ -228,6 +259,7 @@ class ActionClient {
   }
 
   const std::shared_ptr<Goals> goals_;
+  const ActionPlaces sent_, asked_;
   // In this order, so that an executor in order of registration serves feedback before the result.
   const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
   const std::shared_ptr<Subscription<action_msgs::GoalStatusArray>> status_;

@@ -136,6 +136,40 @@ TEST_P(ConformanceAction, GoalsRunSideBySideAndNoMoreThanFit) {
   EXPECT_THAT(trace_, ElementsAre("d accepted", "d 0 to go", "d succeeded after 1"));
 }
 
+// The limit used to be checked when the goal was accepted, in a callback of the library: the Error
+// ended spin().
+TEST_P(ConformanceAction, AGoalBeyondTheLimitOfTheClientIsRefusedWhenItIsSent) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
+  const auto client = create_action_client<Navigate>(*node_, "navigate", {.most_goals = 1});
+  auto callbacks = noted("a");
+  callbacks.result = [&, said = callbacks.result](const auto& goal, const auto& result) {
+    said(goal, result);
+    client->async_send_goal({1}, noted("b"));  // the place of this one is free
+  };
+  client->async_send_goal({1}, callbacks);
+  run(5);
+  try {
+    client->async_send_goal({1}, noted("c"));
+    ADD_FAILURE() << "the second goal was sent";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("most_goals"));
+  }
+  run(30);
+  EXPECT_THAT(trace_, ElementsAre("a accepted", "a 0 to go", "a succeeded after 1", "b accepted",
+                                  "b 0 to go", "b succeeded after 1"));
+
+  client->async_send_goal({0}, noted("d"));  // rejected: takes no place
+  run(5);
+  client->async_send_goal({1}, {.response = noted("e").response});  // no result wanted: neither
+  run(5);
+  client->async_get_result(goal_, noted("e").result);
+  EXPECT_THROW(client->async_get_result(goal_, noted("e").result), Error);
+  client->async_send_goal({1}, noted("f"));
+  run(30);
+  EXPECT_THAT(trace_, testing::IsSupersetOf({"d rejected", "e accepted", "e succeeded after 1",
+                                             "f accepted", "f succeeded after 1"}));
+}
+
 TEST_P(ConformanceAction, ACoroutineSendsAGoalAndAwaitsItsResult) {
   if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
   const auto timer = node_->create_timer("mission", 100ms, [&]() -> Task<> {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/ros2/action_client.hpp"
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt {
+
+ActionPlaces::ActionPlaces(std::string action, std::string what, std::size_t count)
+    : action_(std::move(action)),
+      what_(std::move(what)),
+      count_(count),
+      free_(std::make_shared<std::counting_semaphore<>>(static_cast<std::ptrdiff_t>(count))) {
+}
+
+ActionPlaces::Place ActionPlaces::take() const {
+  if (!free_->try_acquire()) {
+    throw Error(fmt::format("action '{}': {} {} are awaited already", action_, count_, what_),
+                "wait for some, or raise ActionClientOptions::most_goals");
+  }
+  return {nullptr, [free = free_](void*) { free->release(); }};
+}
+
+}  // namespace takt
