@@ -1,4 +1,4 @@
-// Tests of what was sent between processes and whether it has arrived, from their reports alone.
+// Tests of counting messages between processes from their reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "run/deliveries.hpp"
 
