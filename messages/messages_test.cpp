@@ -1,4 +1,4 @@
-// ROS 2's messages against their bytes on the wire, written by hand: XCDR1, little endian.
+// Compares encoded ROS 2 messages with bytes written by hand: XCDR1, little endian.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 #include <string_view>
@@ -36,7 +36,7 @@ std::string packed(std::string_view written) {
   return text;
 }
 
-/// The message is these bytes, and these bytes are the message.
+/// Expects that the message encodes to these bytes, and the bytes decode to the message.
 template <Message T>
 void expect_bytes(const T& message, std::string_view written) {
   const MessageType& type = message_type<T>();

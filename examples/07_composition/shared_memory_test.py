@@ -52,7 +52,7 @@ for options in [["--transport", "shm"], ["--transport", "shm", "--composition", 
           and all(writers[topic]["messages"] == readers[topic]["messages"] > 0
                   and readers[topic]["lost"] == 0 for topic in writers), status, said, topics)
     # The process that sends to itself waited for messages that it had, and told a falsehood.
-    check(f"{name}: nothing was under way at the end", "still under way" not in said, said)
+    check(f"{name}: nothing was under way at the end", "still in transit" not in said, said)
     check(f"{name}: what is lent is not copied, and read where it lies",
           all(topic["uncopied"] == topic["messages"]
               for topic in topics if topic["topic"] == "/raw"), topics)
@@ -92,7 +92,7 @@ while not (unloaded := unloads()) and time.monotonic() < limit:
 process.send_signal(signal.SIGINT)
 said = process.communicate(timeout=60)[0]
 check("with a publisher unloaded, Ctrl-C ends a run and nothing was under way",
-      unloaded and process.returncode == 0 and "still under way" not in said, process.returncode, said)
+      unloaded and process.returncode == 0 and "still in transit" not in said, process.returncode, said)
 
 with tempfile.TemporaryDirectory() as empty:
     status, said, _ = run("--transport", "shm", PATH=empty)
