@@ -162,7 +162,7 @@ struct Waiting {
   // The chain instance that it belongs to, and its path so far.
   std::uint64_t chain_instance = 0;
   TimePoint root_release{};
-  std::uint64_t way = 0;
+  std::uint64_t path = 0;
 
   Waiting() = default;
   Waiting(const Waiting&) = delete;

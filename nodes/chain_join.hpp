@@ -21,7 +21,7 @@ class JoiningInstances {
   /// How many can continue as one; further ones are dropped.
   static constexpr std::size_t kMost = 16;
   struct Instance {
-    std::uint64_t way = 0;  // so far
+    std::uint64_t path = 0;  // so far
     TimePoint root_release{};
   };
 
@@ -32,7 +32,7 @@ class JoiningInstances {
   /// The instance of the dispatch, and those that go on with it since an earlier join. Returns how
   /// many did not fit.
   std::size_t add_all_of(const Dispatch& dispatch) noexcept;
-  void remove(std::uint64_t way) noexcept;
+  void remove(std::uint64_t path) noexcept;
   void clear() noexcept { count_ = 0; }
 
  private:
@@ -83,12 +83,13 @@ constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
 }
 /// The release of the root of the instance that has come to the dispatch on this path, when it is
 /// one of those that were joined.
-std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
+std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t path) noexcept;
 /// The same of any instance.
-inline std::optional<TimePoint> root_release(const Dispatch& dispatch, std::uint64_t way) noexcept {
-  if (dispatch.way == way) return dispatch.root_release;
+inline std::optional<TimePoint> root_release(const Dispatch& dispatch,
+                                             std::uint64_t path) noexcept {
+  if (dispatch.path == path) return dispatch.root_release;
   if (!is_joined(dispatch.chain_instance)) return std::nullopt;
-  return joined_root(dispatch, way);
+  return joined_root(dispatch, path);
 }
 /// The number that the instance of the input that came last had before it was joined.
 std::uint64_t instance_before_joins(std::uint64_t chain_instance) noexcept;

@@ -354,7 +354,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
                       is_root ? slot.ready_time : slot.root_release,
-                      extend_way(slot.way, record.entity->mark()), outputs};
+                      extend_path(slot.path, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
