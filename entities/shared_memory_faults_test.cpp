@@ -48,7 +48,7 @@ TEST_F(BySharedMemory, WhenRoudiHangsProcessesEndAndOthersBegin) {
   const Peer late;
   ASSERT_EQ(late.greeting(), "ok");
   match(from, late, "block", "/after");
-  EXPECT_THAT(late.state("/after").way, HasSubstr("RouDi does not answer"));
+  EXPECT_THAT(late.state("/after").transport, HasSubstr("RouDi does not answer"));
   EXPECT_EQ(from.ask("publish /after 7"), "ok");
   ASSERT_TRUE(late.has("/after", 1));
   EXPECT_EQ(late.received("/after").last, 7);

@@ -18,7 +18,7 @@ namespace takt {
 /// A peer's report about a publisher.
 struct EndState {
   std::uint64_t messages = 0, uncopied = 0, lost = 0;
-  std::string way;
+  std::string transport;
 };
 /// A peer's report about a subscription.
 struct Received {
@@ -35,7 +35,7 @@ class Peer : public PeerProcess {
     EndState state;
     std::istringstream words(ask("state " + topic));
     words >> state.messages >> state.uncopied >> state.lost >> std::ws;
-    std::getline(words, state.way);
+    std::getline(words, state.transport);
     return state;
   }
   Received received(const std::string& topic) const {

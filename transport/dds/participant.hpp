@@ -136,7 +136,7 @@ struct EndpointState {
   std::size_t matched = 0;     // ends outside the process
   std::uint64_t messages = 0;  // written to, or received from, outside
   /// "shared memory", where the other end can use it too, or "UDP: why".
-  std::string way;
+  std::string transport;
   std::uint64_t uncopied = 0;  // of these, lent by shared memory, or read where they lay
   std::uint64_t lost = 0;      // written: there was no room; received: overwritten in shared memory
   std::uint64_t id = 0;        // another number for each end of the process

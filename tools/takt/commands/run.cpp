@@ -113,13 +113,13 @@ void print_chains(const json& run) {
 
 void print_topics(const json& run) {
   if (run.at("topics").empty()) return;
-  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "way"});
+  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "transport"});
   for (const json& row : run.at("topics")) {
     table.add(row.at("process"),
               {row.at("topic"), row.at("is_writer") ? "publisher" : "subscription",
                text<std::uint64_t>(row.at("matched")), text<std::uint64_t>(row.at("messages")),
                text<std::uint64_t>(row.at("uncopied")), text<std::uint64_t>(row.at("lost")),
-               row.at("way")});
+               row.at("transport")});
   }
   table.print("topics between processes (uncopied: sent or received without a copy)");
 }

@@ -113,8 +113,9 @@ void complete_callbacks(json& callbacks, const json& endpoints,
 bool uses_shared_memory(const std::vector<json>& processes) {
   return std::any_of(processes.begin(), processes.end(), [](const json& process) {
     const json& endpoints = process.at("endpoints");
-    return std::any_of(endpoints.begin(), endpoints.end(),
-                       [](const json& endpoint) { return endpoint.at("way") == "shared memory"; });
+    return std::any_of(endpoints.begin(), endpoints.end(), [](const json& endpoint) {
+      return endpoint.at("transport") == "shared memory";
+    });
   });
 }
 
