@@ -43,7 +43,7 @@ class WaitSet {
 
   Clock& clock_;
   const std::unique_ptr<WaitBackend> backend_;
-  std::atomic<bool> has_news_{false};
+  std::atomic<bool> notified_{false};
   std::atomic<std::size_t> expected_removals_{0};
   mutable PiMutex mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;

@@ -201,8 +201,8 @@ bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint 
     now = clock.now();
     if (now < early) return false;  // something else has ended the wait
   }
-  while (now < deadline && !has_news() && update_.load() == nullptr && !cancelled_.load() &&
-         (future == nullptr || !future->ready())) {
+  while (now < deadline && !has_announcements() && update_.load() == nullptr &&
+         !cancelled_.load() && (future == nullptr || !future->ready())) {
     now = clock.now();
   }
   return false;
@@ -219,7 +219,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
     deadline = std::min(deadline, release);
   }
   idle_.fetch_add(1);
-  const bool is_needed = has_news() || update_.load() != nullptr || stopping() ||
+  const bool is_needed = has_announcements() || update_.load() != nullptr || stopping() ||
                          (future != nullptr && future->ready());
   unlock();
   const bool was_woken = !is_needed && wait(index, deadline, release, future);
@@ -241,7 +241,7 @@ void DispatchingExecutor::pass_on() noexcept {
   const TimePoint release = ready_.next_release();
   const bool needs_timekeeper =
       release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  if (ready_.waiting() != 0 || ready_.has_news() || needs_timekeeper) wake();
+  if (ready_.waiting() != 0 || ready_.has_announcements() || needs_timekeeper) wake();
 }
 
 void DispatchingExecutor::cancel() noexcept {
