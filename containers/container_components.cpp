@@ -105,12 +105,12 @@ void Container::check_topics() {
 std::unique_ptr<Component> Container::construct(const ComponentDescription& component,
                                                 const NodeOptions& options) const {
   if (!overrides_.on_making) return takt::components().make(component.type, options);
-  struct Told {
-    const std::function<void(std::string_view)>& tell;
-    ~Told() { tell(""); }
+  struct EndOfMaking {
+    const std::function<void(std::string_view)>& on_making;
+    ~EndOfMaking() { on_making(""); }
   };
   overrides_.on_making(component.name.empty() ? component.type : component.name);
-  const Told told{overrides_.on_making};
+  const EndOfMaking end{overrides_.on_making};
   return takt::components().make(component.type, options);
 }
 

@@ -69,7 +69,7 @@ TEST_F(BySharedMemory, AProcessEndsThoughOneOfItsReadersIsLocked) {
 }
 
 // iceoryx gives a reader 256 messages at once. Those of publishers that DDS does not know never
-// come back, so a reader can be deaf; then each message is counted, and told once a second.
+// come back, so a reader can be deaf; then each message is counted, and reported once a second.
 TEST_F(BySharedMemory, WhatADeafReaderLosesIsCounted) {
   start_roudi();
   const Peer from("require"), to("require");

@@ -100,10 +100,10 @@ static_assert(!Message<Undescribed>);
 static_assert(!Message<int>);
 
 struct Hiding {
-  std::int32_t told = 0;
-  std::string untold;
+  std::int32_t described = 0;
+  std::string hidden;
 };
-TAKT_MESSAGE(Hiding, "test_msgs/msg/Hiding", told);
+TAKT_MESSAGE(Hiding, "test_msgs/msg/Hiding", described);
 
 TEST(MessageType, KnowsNameSizeAndAlignment) {
   const MessageType& type = message_type<Point>();

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Several containers as one system: what dies is told with its last words, restarted as its
+"""Several containers as one system: a process that dies is reported with its last output, restarted as its
 description says, and the rest goes on.
 
 usage: system_test.py TAKT
@@ -62,7 +62,7 @@ def kill_second(_, pids):
 
 
 status, said, runs = run("", kill_second)
-check("a container that is killed is told of", "process 'second' was ended by signal 9 (Killed)"
+check("a container that is killed is reported", "process 'second' was ended by signal 9 (Killed)"
       in said, said)
 check("the others continue, and the exit status tells", status == 1 and runs is not None
       and [p["name"] for p in runs[0]["processes"]] == ["first"], status, said)
