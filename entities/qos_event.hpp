@@ -1,4 +1,4 @@
-// Callbacks for what happens to a publisher or a subscription besides messages.
+// Callbacks for events of publishers and subscriptions.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_QOS_EVENT_HPP_
 #define TAKT_ENTITIES_QOS_EVENT_HPP_
@@ -30,7 +30,7 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
         events_(std::move(events)),
         callback_(std::move(callback)) {}
 
-  /// From here on it is notified.
+  /// Starts to receive notifications.
   void start() noexcept {
     events_->set_listener(Status::kEvent, this);
     trigger();
@@ -62,7 +62,7 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
-  Status reported_;  // by the executor
+  Status reported_;  // in the last callback
 };
 
 /// A timer that is due when the next message should have passed; each time that none has, the

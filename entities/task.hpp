@@ -1,4 +1,4 @@
-// Callbacks that wait without keeping their thread: coroutines.
+// Coroutines as callbacks: they wait without blocking their thread.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_TASK_HPP_
 #define TAKT_ENTITIES_TASK_HPP_

@@ -1,4 +1,4 @@
-// Waiting for entities by hand, without an executor.
+// Waits for entities without an executor.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_WAIT_SET_HPP_
 #define TAKT_EXECUTORS_WAIT_SET_HPP_
@@ -13,8 +13,8 @@
 
 namespace takt {
 
-/// For the user's own loop: wait until an entity is ready, then take from any of them, in any order
-/// (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
+/// For a loop in user code, like rclcpp::WaitSet: wait until an entity is ready, then take from the
+/// entities in any order. It is level-triggered: an entity stays ready until everything is taken.
 /// An entity is in one wait set or executor at a time; the set holds it until it is removed.
 ///
 /// Thread safety: one thread waits; entities may become ready, be added and removed on any.

@@ -1,4 +1,4 @@
-// Chains that go on together from a callback that makes one message of several inputs.
+// Joins chains in a callback that combines several inputs to one message.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_CHAIN_JOIN_HPP_
 #define TAKT_NODES_CHAIN_JOIN_HPP_
@@ -40,8 +40,9 @@ class JoiningInstances {
   std::size_t count_ = 0;
 };
 
-/// For a fusion of several inputs: the chains of all of them continue in what it publishes. Without
-/// it, a message belongs to the chain of the input in whose callback it was published:
+/// For a fusion of several inputs: the chains of all inputs continue with the published message.
+/// Without it, the message belongs only to the chain of the input in whose callback it is
+/// published:
 ///
 ///   on left:   join.received(0); left_ = message; fuse();
 ///   on right:  join.received(1); right_ = message; fuse();
@@ -49,8 +50,8 @@ class JoiningInstances {
 ///              join.combine();
 ///              publisher->publish(…);
 ///
-/// The message carries a number that stands for all instances; the process remembers the newest
-/// kMostJoined of these. An older one is measured for the input that came last.
+/// The message contains a number that identifies all joined instances; the process stores the
+/// newest kMostJoined numbers. With an older number, only the chain of the last input is measured.
 /// Thread safety: calls are serialised by the user, as a mutually exclusive group of the callbacks
 /// does.
 /// Real-time: received() and combine() neither block nor allocate.
