@@ -54,8 +54,8 @@ class ConformanceTask : public Conformance {
   void note(std::string what) { trace_.push_back(std::move(what)); }
 };
 
-// #773, #312, rclpy #1211: who calls a service of its own group from a callback and waits, waits
-// for ever.
+// rclcpp #773, #312, rclpy #1211: a callback that calls a service of its own group and blocks until
+// the response never returns.
 TEST_P(ConformanceTask, AwaitsAServiceOfItsOwnExclusiveGroup) {
   const auto service = node_->create_service<Double>("twice", twice);
   const auto client = node_->create_client<Double>("twice");

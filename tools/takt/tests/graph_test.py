@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""takt node, topic and service, between processes: what runs is seen, measured, shown and called.
+"""takt node, topic and service, between processes: lists, measures, prints and calls what runs.
 
 usage: graph_test.py TAKT [--measure]
 
---measure: how much CPU it takes to look on, which means something on a quiet machine only.
+--measure: measures the CPU time of the observer; meaningful only on a quiet machine.
 """
 import json
 import os
