@@ -165,12 +165,12 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 ///
 /// Guarantees of every executor:
 /// - Callbacks of a mutually exclusive group never run at the same time.
-/// - Callbacks that are added while it spins run without delay. Removed callbacks do not run any
-/// more when remove returns; remove waits for a running callback, except in that very callback,
-/// where the removal is complete when the callback returns. Dropping a handle does the same. If
-/// callbacks remove each other, in a cycle of any length, the last one to begin its removal does
-/// not wait: otherwise none could return. So it must not free what the callback that it removes
-/// uses.
+/// - Callbacks that are added while it spins run without delay. Removed callbacks do not run after
+///   remove has returned; remove waits for a running callback, except in that very callback, where
+///   the removal is complete when the callback returns. Dropping a handle does the same. If
+///   callbacks remove each other, in a cycle of any length, the last one to begin its removal does
+///   not wait: otherwise none could return. So it must not free what the callback that it removes
+///   uses.
 /// - If a callback gives its own group to another executor, the group may run there before that
 ///   callback has returned.
 /// - `cancel` is sticky: it ends the current spin, or else the next one.

@@ -311,9 +311,9 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 /// node, each in the group that the options give it: the services "NAME/_action/send_goal",
 /// "…/cancel_goal" and "…/get_result", and what calls handle_accepted, "NAME_execute".
 ///
-/// - `handle_goal` decides about a goal, and returns at once.
-/// - `handle_cancel` decides whether a goal may be asked to end; the goal sees it by
-/// is_canceling().
+/// - `handle_goal` accepts or rejects a goal, and returns at once.
+/// - `handle_cancel` accepts or rejects a request for cancellation; if it accepts, the goal's
+///   is_canceling() becomes true.
 /// - `handle_accepted` executes it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
 ///   these as many run as there are goals. Or it keeps the handle, and returns.
 ///

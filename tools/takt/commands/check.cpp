@@ -22,7 +22,7 @@ void set_up(CLI::App* command) {
       try {
         const SystemDescription system = read_system(file);
         for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
-        fmt::print("{}: right: {} components, {} executors, {} threads\n", file,
+        fmt::print("{}: valid: {} components, {} executors, {} threads\n", file,
                    system.components.size(), system.executors.size(), system.threads.size());
       } catch (const ConfigurationError& error) {
         errors.insert(errors.end(), error.errors().begin(), error.errors().end());
