@@ -111,10 +111,14 @@ bool World::is_active(const Part& part) noexcept {
 }
 
 World::Inside World::enter(const PartPtr& part) {
-  count_run();
   demand(!part->is_dropped, "a callback ran after its handle was dropped");
   demand(is_active(*part), "a managed callback ran, and its node was not active");
   demand(!part->group->group->belongs_to(nullptr), "a callback ran after its removal");
+  return enter_group(part);
+}
+
+World::Inside World::enter_group(const PartPtr& part) {
+  count_run();
   const bool is_exclusive = part->group->group->type() == CallbackGroupType::MutuallyExclusive;
   demand(++part->group->inside == 1 || !is_exclusive, "callbacks of a group ran together");
   return Inside(part->group.get());

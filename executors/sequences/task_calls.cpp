@@ -56,34 +56,36 @@ Task<> World::task(PartPtr part, std::uint8_t what) {
   } const in_task(*part);
   for (int left = 1 + what % 3; left > 0; --left) {
     what /= 4;
-    co_await step(part, what);
-    const Inside inside = enter(part);
-    --runs_;  // where the step did not wait, the same execution goes on
+    // Where the step does not wait, the same execution goes on, whatever it did to its own part.
+    const bool might_run = is_active(*part) && is_in_executor(*part);
+    const bool has_waited = co_await step(part, what);
+    const Inside inside = might_run || has_waited ? enter(part) : enter_group(part);
+    --runs_;
     act(part);
   }
 }
 
-Task<> World::step(PartPtr part, std::uint8_t what) {
+// Returns whether it has waited for certain.
+Task<bool> World::step(PartPtr part, std::uint8_t what) {
   switch (what % 4) {
     case 0:
       part->sleeps_until = later(clock_.now(), 1ms);
       co_await sleep_for(1ms);
       part->sleeps_until = kNever;
-      break;
+      co_return true;
     case 1:
-      co_await await_answer();
-      break;
+      co_return co_await await_answer();
     case 2:
       co_await await_message();
-      break;
+      co_return false;  // a message may have been there
     default:
-      break;  // it is there at once
+      co_return false;
   }
 }
 
-Task<> World::await_answer() {
+Task<bool> World::await_answer() {
   const PartPtr client = any_with(&Part::client);
-  if (client == nullptr) co_return;
+  if (client == nullptr) co_return false;
   const auto call = begin_call(*client);
   call->is_awaited = true;
   // Wherever it waits when it is dropped.
@@ -94,7 +96,7 @@ Task<> World::await_answer() {
   };
   const Ends ends{client, call};
   const Twice::Request request{call->number};
-  if (client->client->calls_in_flight() == client->client->qos().depth) co_return;
+  if (client->client->calls_in_flight() == client->client->qos().depth) co_return false;
   sent(client, call);
   const auto answer = co_await client->client->call(request);
   if (answer) {
@@ -103,6 +105,7 @@ Task<> World::await_answer() {
     demand(client->is_dropped || call->deadline <= clock_.now(),
            "an awaited call ended without an answer before its time");
   }
+  co_return true;
 }
 
 Task<> World::await_message() {

@@ -196,6 +196,7 @@ class World {
   void run_busy();
   void count_run();
   Inside enter(const PartPtr& part);
+  Inside enter_group(const PartPtr& part);
   void act(const PartPtr& part);
   void ran(const PartPtr& part);
 
@@ -262,8 +263,8 @@ class World {
   void make_task();
   void make_receiver();
   Task<> task(PartPtr part, std::uint8_t what);
-  Task<> step(PartPtr part, std::uint8_t what);
-  Task<> await_answer();
+  Task<bool> step(PartPtr part, std::uint8_t what);
+  Task<bool> await_answer();
   Task<> await_message();
 
   // Spinning: spin_calls.cpp.
