@@ -18,6 +18,16 @@ inline double us(Nanoseconds duration) {
 
 double median(std::vector<double> values);
 
+/// A median with its 95 % confidence interval.
+struct Interval {
+  double median = 0, low = 0, high = 0;
+};
+/// How many times as large the first of each pair is: the ratios of measurements that alternated,
+/// so that a slow minute of the machine falls on both. The interval is a percentile bootstrap
+/// (Efron, 1979) of the median with a fixed seed: the same values always give the same interval.
+/// Throws Error when there are not as many of each, or none.
+Interval paired_ratio(const std::vector<double>& values, const std::vector<double>& to);
+
 /// Latencies of one row over its rounds, which alternate with those of other rows.
 struct Rounds {
   Histogram all;

@@ -18,8 +18,9 @@ namespace takt::rt {
 /// `--json FILE` the same as JSON. The exit status is 0 when all expectations held, 1 when one did
 /// not, 77 when the machine refuses the rights that the question needs, 2 for bad usage.
 ///
-/// Expectations are relations between rows of the same run, never absolute times: a shared machine
-/// would break those.
+/// Expectations are relations between rows of the same run, never absolute times, because a shared
+/// machine would break those. One about measured times fails only when the whole 95 % interval of
+/// the paired ratio lies above its limit.
 class RtTest {
  public:
   RtTest(int argc, char** argv, std::string question);
@@ -35,6 +36,9 @@ class RtTest {
   void add(const std::string& row, const std::vector<std::pair<std::string, double>>& values);
   /// A relation that must hold, in words with its numbers.
   void expect(bool holds, const std::string& relation);
+  /// `values` are at most `limit` times `to`: measurements of the same rounds, see paired_ratio.
+  void expect_at_most(double limit, const std::vector<double>& values,
+                      const std::vector<double>& to, const std::string& relation);
   /// Prints everything; the program's exit status.
   int finish();
 
