@@ -29,6 +29,7 @@ class Completing {
 };
 
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;
+extern template class Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes of this process by name.
 ComponentRegistry& components();
 
