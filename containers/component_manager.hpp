@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "takt/containers/configuration/system_description.hpp"
-#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -42,7 +42,7 @@ class ComponentManager {
 
 /// What a request asks for. Throws Error when the policy does not allow it, else ConfigurationError
 /// with all that is wrong; `executors`: the names that it may give.
-ComponentDescription describe(const composition_interfaces::LoadNode::Request& request,
+ComponentDescription describe(const composition_interfaces::srv::LoadNode::Request& request,
                               const std::vector<std::string>& executors, const LoadPolicy& policy);
 
 }  // namespace takt
