@@ -1,4 +1,4 @@
-// Which CPUs this process may use.
+// The CPUs that this process may use.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_AVAILABLE_CPUS_HPP_
 #define TAKT_BASE_AVAILABLE_CPUS_HPP_
@@ -11,8 +11,8 @@ namespace takt {
 /// Thread safety: from any thread. Real-time: set-up only.
 const std::vector<int>& available_cpus();
 
-/// Gives the calling thread all of them. False, with errno, when the kernel refuses.
-/// Thread safety: from any thread. Real-time: set-up only.
+/// Lets the calling thread run on all of them. Returns false, and sets errno, if the kernel
+/// refuses. Thread safety: from any thread. Real-time: set-up only.
 bool use_available_cpus();
 
 }  // namespace takt

@@ -1,4 +1,4 @@
-// Where time comes from. Nothing in Takt reads a clock but through this interface.
+// The interface of clocks. All code in Takt reads the time through it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_CLOCK_HPP_
 #define TAKT_BASE_CLOCK_HPP_
@@ -17,12 +17,12 @@ class Clock {
  public:
   virtual ~Clock() = default;
   virtual TimePoint now() const noexcept = 0;
-  /// The clock as a manual one, or nullptr; executors choose their wait back end by it.
+  /// The clock as a manual one, or nullptr. Executors choose their wait back end by it.
   virtual ManualClock* as_manual() noexcept { return nullptr; }
   /// The clock as a simulated one, or nullptr: no thread can sleep on it.
   virtual SimulatedClock* as_simulated() noexcept { return nullptr; }
-  /// The clock itself, or the one that stands behind a simulated one: messages and answers are on
-  /// their way in real time, and executors sleep in it.
+  /// The real clock: the clock itself, or the one that a simulated clock is based on. Transport
+  /// takes real time, and executors sleep in real time.
   virtual Clock& real() noexcept { return *this; }
 
   /// CLOCK_MONOTONIC, shared by the whole process.
@@ -32,7 +32,8 @@ class Clock {
 /// CPU time that the calling thread has used, for work measured in CPU time instead of wall time.
 Nanoseconds thread_cpu_time() noexcept;
 
-/// Uses `amount` of the calling thread's CPU time; being preempted does not count as work done.
+/// Keeps the calling thread busy until it has used this much CPU time; preempted time does not
+/// count.
 void burn_cpu(Nanoseconds amount) noexcept;
 
 }  // namespace takt

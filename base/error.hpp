@@ -1,4 +1,4 @@
-// The one exception that Takt throws while things are set up.
+// The exception of Takt's set-up functions.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_ERROR_HPP_
 #define TAKT_BASE_ERROR_HPP_
@@ -10,7 +10,7 @@
 
 namespace takt {
 
-/// What is wrong, where, and what to do about it. The message reads `where: what; what to do`.
+/// Says what is wrong, where, and what to do. The message is `where: what; what to do`.
 /// Thread safety: as std::runtime_error.
 /// Real-time: no; it allocates.
 class Error : public std::runtime_error {
@@ -18,7 +18,7 @@ class Error : public std::runtime_error {
   Error(const std::string& what, const std::string& what_to_do = {}, const std::string& where = {});
 };
 
-/// `did you mean 'x'? valid: a, b, c`: the end of an error about a name that does not exist.
+/// Advice for an error about an unknown name: `did you mean 'x'? valid: a, b, c`.
 std::string suggest(std::string_view name, std::span<const std::string> valid);
 
 /// The message of errno, e.g. "Operation not permitted".

@@ -1,4 +1,4 @@
-// A value that arrives later, and that wakes the executor which waits for it.
+// Futures and promises that wake an executor.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_FUTURE_HPP_
 #define TAKT_BASE_FUTURE_HPP_
@@ -24,8 +24,8 @@ class Wakeable {
   ~Wakeable() = default;
 };
 
-/// What an executor sees of a future. std::future cannot tell that it became ready, so that
-/// waiting for one would be polling (rclcpp issue 1916).
+/// The part of a future that an executor uses. std::future cannot notify when it becomes ready, so
+/// an executor would have to poll it (rclcpp issue 1916).
 /// Thread safety: every method may be called from any thread.
 /// Real-time: nothing blocks or allocates, except watch(nullptr), which waits for wakers.
 class FutureState {
@@ -53,14 +53,14 @@ class FutureState {
 template <class T>
 class Promise;
 
-/// The receiving end; copies share the value.
+/// The receiving side; copies share the value.
 /// Thread safety: every method from any thread; an object that is assigned to, by one at a time.
 /// Real-time: nothing blocks or allocates; get throws, and so allocates, when it is not ready.
 template <class T>
 class Future {
  public:
   bool ready() const noexcept { return state_->ready(); }
-  /// The value; throws Error when it is not there yet.
+  /// The value; throws Error if it is not ready.
   const T& get() const {
     if (!ready()) throw Error("the future is not ready", "wait with spin_until_future_complete");
     return *state_->value;
@@ -77,7 +77,7 @@ class Future {
   std::shared_ptr<State> state_;
 };
 
-/// The giving end.
+/// The sending side.
 /// Thread safety: set_value once, from any thread.
 /// Real-time: construction allocates; set_value neither blocks nor allocates unless moving T does.
 template <class T>

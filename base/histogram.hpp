@@ -1,4 +1,4 @@
-// Counts of durations in fixed buckets, from which any percentile is read.
+// A histogram of durations with fixed buckets.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_HISTOGRAM_HPP_
 #define TAKT_BASE_HISTOGRAM_HPP_
@@ -14,8 +14,8 @@
 namespace takt {
 
 /// A log-linear histogram: 32 buckets for each power of two, so a percentile is at most 3.2 % too
-/// high and never too low, from 1 ns to 2^40 ns (18 minutes); what is longer counts in the last
-/// bucket, what is negative in the first. Minimum, maximum and mean are exact.
+/// high and never too low, from 1 ns to 2^40 ns (18 minutes). Longer durations count in the last
+/// bucket, negative ones in the first. Minimum, maximum and mean are exact.
 /// The idea is HdrHistogram's (Gil Tene); no C or C++ edition of it is in Debian 12.
 ///
 /// Thread safety: one writer at a time; readers only when no writer runs.

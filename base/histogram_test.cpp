@@ -71,9 +71,9 @@ TEST(Histogram, TellsAPercentileAtMostThreePointTwoPercentTooHighAndNeverTooLow)
   for (const double fraction : {0.0, 0.001, 0.25, 0.5, 0.9, 0.99, 0.999, 1.0}) {
     const auto rank = static_cast<std::size_t>(std::ceil(fraction * 5000.0));
     const Nanoseconds exact = values[std::max<std::size_t>(rank, 1) - 1];
-    const Nanoseconds told = histogram.percentile(fraction);
-    EXPECT_GE(told, exact) << fraction;
-    EXPECT_LE(static_cast<double>(told.count()), static_cast<double>(exact.count()) * 1.032)
+    const Nanoseconds reported = histogram.percentile(fraction);
+    EXPECT_GE(reported, exact) << fraction;
+    EXPECT_LE(static_cast<double>(reported.count()), static_cast<double>(exact.count()) * 1.032)
         << fraction;
   }
 }

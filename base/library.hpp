@@ -1,4 +1,4 @@
-// What shared libraries register when they are loaded: schedulers, components.
+// Loads shared libraries that register schedulers or components.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LIBRARY_HPP_
 #define TAKT_BASE_LIBRARY_HPP_
@@ -10,24 +10,24 @@
 
 namespace takt {
 
-/// One thing that a library registers while its static initialisers run. An exception must not
-/// leave those, so it is only noted then, and looked at when the library is loaded.
+/// A registration by a static initialiser of a library. An exception must not leave a static
+/// initialiser, so the entry is only recorded, and checked after loading.
 struct Registration {
   std::string noun, name;  // "scheduler", "mine"
-  std::any entry;          // what the noun's Registry takes
-  std::string version;     // TAKT_VERSION, as the library's compiler saw it
-  bool is_added = false;   // for the code that adds it to a Registry
+  std::any entry;          // the entry for the Registry of the noun
+  std::string version;     // TAKT_VERSION at the library's compilation
+  bool is_added = false;   // set when it is added to a Registry
 };
 
-/// For static initialisers. False: this thread loads no library, and the caller adds by itself.
+/// For static initialisers. Returns false if this thread is not loading a library; then the caller
+/// adds the entry to the Registry itself.
 bool note_registration(Registration registration);
 
-/// Loads the library, once for all, and returns what it has registered; it is never unloaded.
-/// `path` is as for dlopen(3): with a slash it is a file, without one a name to search for.
-/// A library that is new to this process is looked at, and loaded in another process first: see
-/// library_trial.hpp. Throws Error when it cannot be loaded, or was built against another Takt: one
-/// of another minor version, before 1.0.
-/// Thread safety: from any thread; what is returned lives as long as the process.
+/// Loads the library unless it is loaded already, and returns its registrations. It is never
+/// unloaded. `path` is as for dlopen(3): with a slash it is a file, without one a name to search
+/// for. A new library is first checked and loaded in another process, see library_trial.hpp. Throws
+/// Error if it cannot be loaded, or was built against another version of Takt (before 1.0: another
+/// minor version). Thread safety: from any thread; the result lives as long as the process.
 /// Real-time: no.
 std::vector<Registration>& load_library(const std::string& path);
 

@@ -1,4 +1,4 @@
-// What is found out about a shared library before this process loads it.
+// Checks a shared library before this process loads it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LIBRARY_TRIAL_HPP_
 #define TAKT_BASE_LIBRARY_TRIAL_HPP_
@@ -9,18 +9,17 @@
 
 namespace takt {
 
-/// dlopen(3) blocks at a FIFO, and a library that is cut off ends its process by SIGBUS. Throws
-/// Error unless `path` is a regular file and, if it is an ELF file, has all parts that its headers
-/// promise. Says nothing of a file that does not exist or is no ELF file: dlopen does.
+/// Throws Error unless `path` is a regular file and, if it is an ELF file, has all parts that its
+/// headers describe: dlopen(3) blocks at a FIFO, and a truncated library kills the process by
+/// SIGBUS. It does not check that the file exists and is an ELF file, because dlopen does.
 void check_library_file(const std::string& path);
 
-/// Loads the library in a process of its own, as its static initialisers could throw, end their
-/// process or never return. Throws Error when they do, or when it takes longer than `limit`.
+/// Loads the library in a child process, because its static initialisers could throw, end their
+/// process or never return. Throws Error if they do, or if it takes longer than `limit`.
 ///
-/// The process runs the program `takt/takt_try_library` in the folder of libtakt.so, which is a
-/// part of the library's installation, so that every program that links libtakt has it. Without it
-/// the library is loaded untried, and one line of the log says so. The process lacks the symbols of
-/// this program: a library that needs those cannot be tried, and is not refused for it.
+/// The child runs the program `takt/takt_try_library` in the folder of libtakt.so, which is
+/// installed together with it. If the program is missing, the trial is skipped, and one log line
+/// reports it. The child lacks the symbols of this program: a library that needs them is not tried.
 /// Thread safety: from any thread. Real-time: no.
 void try_library(const std::string& path, Nanoseconds limit);
 

@@ -120,7 +120,7 @@ void Logger::hand_over(Record& record) noexcept {
 }
 
 void Logger::write_until_stopped() {
-  std::uint64_t dropped_told = 0;
+  std::uint64_t dropped_reported = 0;
   for (;;) {
     const std::uint32_t seen = work_.load();
     const bool stopping = stop_.load();
@@ -144,10 +144,10 @@ void Logger::write_until_stopped() {
       written_.notify_all();
       record = next;
     }
-    if (const std::uint64_t dropped = this->dropped(); dropped != dropped_told) {
+    if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported) {
       writer_(LogLevel::warn, fmt::format("{} log lines were dropped: more than {} at once",
-                                          dropped - dropped_told, kRecords));
-      dropped_told = dropped;
+                                          dropped - dropped_reported, kRecords));
+      dropped_reported = dropped;
     }
     if (stopping) return;
     work_.wait(seen);

@@ -1,4 +1,4 @@
-// Messages from anywhere, callbacks included, written by one thread with a name.
+// The logger: any thread may log, also in callbacks; a separate thread writes the lines.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LOGGER_HPP_
 #define TAKT_BASE_LOGGER_HPP_
@@ -22,7 +22,7 @@ namespace takt {
 
 enum class LogLevel { debug, info, warn, error };
 
-/// What was logged, by whom, and when.
+/// A log line with its source and time.
 struct LogLine {
   LogLevel level;
   std::chrono::system_clock::time_point time;
@@ -56,7 +56,7 @@ class Logger {
   void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     if (level >= this->level()) write(level, format, std::forward<Arguments>(arguments)...);
   }
-  /// As log, for a caller with a level of its own.
+  /// As log, for a source with its own minimum level.
   template <class... Arguments>
   void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     Record* record = begin(level);
@@ -77,7 +77,7 @@ class Logger {
   /// Called with every line, on the writing thread, after it was written. Empty: none. When this
   /// returns, the previous listener is not called any more.
   void set_listener(std::function<void(const LogLine&)> listener);
-  /// Where lines go instead of stderr (tests). What was logged before goes where it went before.
+  /// Redirects later lines from stderr to a function (for tests).
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
 
  private:
@@ -108,12 +108,13 @@ class Logger {
   std::thread thread_;
 };
 
-/// For what may happen a thousand times a second: says yes once a second at the most.
+/// Limits repeated log lines to one per second.
 /// Thread safety: from any thread.
 /// Real-time: neither blocks nor allocates.
 class LogThrottle {
  public:
-  /// Yes: how often it has said no since the last yes. No: nothing.
+  /// If the line may be logged now, returns the number of suppressed lines since the last one;
+  /// otherwise nullopt.
   std::optional<std::uint64_t> may_log() noexcept;
 
  private:

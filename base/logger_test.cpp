@@ -30,8 +30,8 @@ class LoggerTest : public testing::Test {
       const std::lock_guard lock(mutex_);
       lines_.push_back({level, std::string(text)});
       if (level == LogLevel::warn && text.ends_with(" at once")) {
-        told_dropped_.fetch_add(std::stoull(lines_.back().text));
-        told_dropped_.notify_all();
+        reported_dropped_.fetch_add(std::stoull(lines_.back().text));
+        reported_dropped_.notify_all();
       }
     });
   }
@@ -55,7 +55,7 @@ class LoggerTest : public testing::Test {
   Logger& logger_ = Logger::instance();
   std::mutex mutex_;
   std::vector<Line> lines_;
-  std::atomic<std::uint64_t> told_dropped_{0};
+  std::atomic<std::uint64_t> reported_dropped_{0};
 };
 
 TEST_F(LoggerTest, WritesFormattedLinesInOrderWithTheirLevels) {
@@ -111,19 +111,19 @@ TEST_F(LoggerTest, LogsWithoutAllocating) {
 TEST_F(LoggerTest, DropsAndCountsWhatDoesNotFitAndSaysSoLater) {
   constexpr std::uint64_t kTooMany = 44;
   const std::uint64_t dropped_before = logger_.dropped();
-  std::latch go_on(1), told(1);
+  std::latch go_on(1), reported(1);
   std::uint64_t lines = 0;
   logger_.set_writer([&](LogLevel level, std::string_view text) {
     go_on.wait();
     if (level == LogLevel::error) ++lines;
-    if (text == "44 log lines were dropped: more than 256 at once") told.count_down();
+    if (text == "44 log lines were dropped: more than 256 at once") reported.count_down();
   });
   for (std::uint64_t i = 0; i < Logger::kRecords + kTooMany; ++i) {
     log(LogLevel::error, "line {}", i);
   }
   EXPECT_EQ(logger_.dropped() - dropped_before, kTooMany);
   go_on.count_down();
-  told.wait();
+  reported.wait();
   logger_.flush();
   EXPECT_EQ(lines, Logger::kRecords);
 }
@@ -152,7 +152,8 @@ TEST_F(LoggerTest, WritesOrCountsEachLineOfManyThreadsAndKeepsTheOrderOfEach) {
   for (std::thread& thread : threads) thread.join();
   const std::uint64_t dropped = logger_.dropped() - dropped_before;
   // The notice about dropped lines is no line of ours: flush does not wait for it.
-  for (std::uint64_t told; (told = told_dropped_) < dropped;) told_dropped_.wait(told);
+  for (std::uint64_t reported; (reported = reported_dropped_) < dropped;)
+    reported_dropped_.wait(reported);
   std::vector<int> last(kThreads, -1);
   std::uint64_t written = 0;
   for (const Line& line : written_lines()) {

@@ -1,4 +1,4 @@
-// A clock that stands still until a test moves it, and that releases one thread at a time.
+// A clock that only a test advances, and that lets one thread run at a time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_MANUAL_CLOCK_HPP_
 #define TAKT_BASE_MANUAL_CLOCK_HPP_
@@ -14,9 +14,9 @@
 
 namespace takt {
 
-/// Virtual time with a baton: of all the threads that take part, exactly one runs at any moment,
-/// and which one is decided by (virtual wake-up time, rank). So a program of N
-/// executor threads gives the same trace on every run.
+/// Virtual time with a baton: of all participating threads exactly one runs at any moment, selected
+/// by (virtual wake-up time, rank). So a program with N executor threads gives the same trace on
+/// every run.
 ///
 /// 1. An executor's worker joins; it stands still until the controller (the test) advances.
 /// 2. `advance(d)` hands the baton to the first participant that can run and waits until it

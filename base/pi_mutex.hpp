@@ -9,7 +9,7 @@ namespace takt {
 
 /// PTHREAD_PRIO_INHERIT, for every lock that threads of different priority share while a system
 /// runs. Meets the standard's Lockable requirements.
-/// Thread safety: that is its purpose.
+/// Thread safety: every method from any thread.
 /// Real-time: uncontended it is two atomic operations; a waiter waits as long as the holder
 /// holds, because no thread of a priority between theirs can preempt the holder.
 class PiMutex {

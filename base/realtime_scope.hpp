@@ -1,4 +1,4 @@
-// Counts what a real-time thread should not do: allocate, fault, be switched out.
+// Counts what a real-time thread should avoid: allocations, page faults, context switches.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_REALTIME_SCOPE_HPP_
 #define TAKT_BASE_REALTIME_SCOPE_HPP_
@@ -7,7 +7,7 @@
 
 namespace takt {
 
-/// What the calling thread has done so far, or between two points.
+/// Counters of a thread, since its start or between two points.
 struct ThreadCounters {
   std::uint64_t allocations = 0;          // only where allocations_are_counted()
   std::uint64_t foreign_allocations = 0;  // the same, inside ForeignCode

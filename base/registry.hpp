@@ -1,4 +1,4 @@
-// Things that are chosen by name: executors, schedulers, components.
+// Registries of classes that are chosen by name: executors, schedulers, components.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_REGISTRY_HPP_
 #define TAKT_BASE_REGISTRY_HPP_
@@ -21,12 +21,11 @@
 
 namespace takt {
 
-/// Of products of which nothing has to be known before one is made.
+/// Traits of products without properties.
 struct NoTraits {};
 
-/// Makes `Product`s by name, and says by name what they are like. One registry for each product in
-/// the whole process: it lives in libtakt, so that a library that is loaded later registers into
-/// the same one.
+/// Creates `Product`s by name, and gives their traits by name. A process has one registry for each
+/// product. It is in libtakt, so libraries that are loaded later register in the same one.
 /// Thread safety: every method may be called from any thread.
 /// Real-time: no; names are resolved while a system is set up.
 template <class Product, class Traits, class... Arguments>

@@ -10,21 +10,21 @@
 
 namespace takt {
 
-/// Opens regular files only: to open or read a FIFO or a device can take for ever.
+/// Opens only regular files: opening or reading a FIFO or a device can block forever.
 /// Thread safety: all functions are const, and may be called from any thread.
 /// Real-time: no.
 class RegularFile {
  public:
-  /// Throws Error, which does not name the path, when there is none that can be read.
+  /// Throws Error, which does not contain the path, if there is no readable regular file.
   explicit RegularFile(const std::string& path);
   ~RegularFile();
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;
 
-  /// In bytes, when it was opened. Files of /proc say 0.
+  /// Size in bytes when it was opened; 0 for files of /proc.
   std::uint64_t size() const noexcept { return size_; }
-  /// Fills `to` with what begins at `offset`. Returns the number of bytes: fewer than `to` has only
-  /// at the end of the file. Throws Error when the file cannot be read.
+  /// Reads from `offset` into `to`. Returns the number of bytes, which is smaller than that of `to`
+  /// only at the end of the file. Throws Error if the file cannot be read.
   std::size_t read(std::uint64_t offset, std::span<std::byte> to) const;
 
  private:

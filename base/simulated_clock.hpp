@@ -1,4 +1,4 @@
-// Time from another source: a simulator, or a player of a recording.
+// A clock that follows another source: a simulator, or the player of a recording.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_SIMULATED_CLOCK_HPP_
 #define TAKT_BASE_SIMULATED_CLOCK_HPP_
@@ -11,8 +11,8 @@
 
 namespace takt {
 
-/// Stands still until it is set. Nothing sleeps on it: the clock notifies a thread that waits for a
-/// time when it is set, and the thread checks.
+/// Stands still until it is set. Threads do not sleep on it: when it is set, it notifies threads
+/// that wait for a time, and they check the time.
 ///
 /// Jumps: forward, a timer that has become due has one release, and the releases in between are
 /// missed. Back by d, every release moves back by d too, so what was due in 100 ms still is.
@@ -36,7 +36,7 @@ class SimulatedClock final : public Clock {
   SimulatedClock* as_simulated() noexcept override { return this; }
   Clock& real() noexcept override { return real_; }
   void set(TimePoint now) noexcept;
-  /// When it was set last, by the real clock.
+  /// The time of the last set(), on the real clock.
   TimePoint last_set() const noexcept { return last_set_.load(); }
 
   void add(Listener& listener);

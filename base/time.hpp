@@ -1,4 +1,4 @@
-// Time as every other part of Takt writes it: nanoseconds on the monotonic clock.
+// Time types: nanoseconds on the monotonic clock.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_TIME_HPP_
 #define TAKT_BASE_TIME_HPP_
@@ -10,7 +10,7 @@
 namespace takt {
 
 using Nanoseconds = std::chrono::nanoseconds;
-/// A point on a monotonic time line; CLOCK_MONOTONIC unless the clock that made it says otherwise.
+/// A point in time of a Clock, by default of CLOCK_MONOTONIC.
 using TimePoint = std::chrono::time_point<std::chrono::steady_clock, Nanoseconds>;
 
 /// "Never": a wait until here only ends by a wake-up.
@@ -25,7 +25,8 @@ constexpr TimePoint end_of(Nanoseconds timeout, TimePoint now) noexcept {
   return timeout < Nanoseconds::zero() ? kNever : later(now, timeout);
 }
 
-/// In the largest unit in which it is a whole number, as configuration files write it: "1500us".
+/// Formats a duration in the largest unit that gives a whole number, as in configuration files:
+/// "1500us".
 std::string to_string(Nanoseconds duration);
 
 }  // namespace takt

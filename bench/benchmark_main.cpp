@@ -1,5 +1,5 @@
-// The main function of the benchmarks: Google's, but output that cannot be written is an error.
-// SPDX-License-Identifier: Apache-2.0
+// The main function of the benchmarks: as Google Benchmark's, but fails if output cannot be
+// written. SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 
 #include <benchmark/benchmark.h>

@@ -1,10 +1,10 @@
-// What does Takt add to Cyclone DDS between two processes? `latency`: from publish in one to the
-// callback in the other, beside a bare program on Cyclone's C API that looks at the message in its
-// listener, in alternating rounds of one run, with the CPU time of both processes for each message.
-// The sender has one CPU and the receiver another. All of Cyclone's threads are SCHED_FIFO, and our
-// executors above them, where rights allow it: as a robot would have it.
-// `service`: the round trip of a call, beside a topic's ping-pong, in alternation.
-// SPDX-License-Identifier: Apache-2.0
+// What does Takt add to Cyclone DDS between two processes?
+// `latency`: time from publish in one process to the callback in the other, and the CPU time of
+// both processes per message. It is compared with a bare program that uses Cyclone's C API and
+// reads the message in a listener; rounds of both alternate. Sender and receiver run on different
+// CPUs. As on a robot, Cyclone's threads have SCHED_FIFO and Takt's executors a higher priority, if
+// permitted. `service`: round trip of a service call, compared with a ping-pong of topics,
+// alternating. SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <semaphore>
 #include <thread>
@@ -59,7 +59,7 @@ std::int64_t cpu_time_ns() {
   return ns(usage.ru_utime) + ns(usage.ru_stime);
 }
 
-/// What the two processes tell each other, in memory that both see.
+/// Data that the two processes exchange in shared memory.
 struct Shared {
   enum class Task : int { none, bare, takt, end };
   std::atomic<Task> task{Task::none};
@@ -68,7 +68,7 @@ struct Shared {
 };
 Shared* shared = nullptr;
 
-/// For this thread, and those that it will start.
+/// Sets attributes of this thread, which its future threads inherit.
 void stay_on(std::size_t cpu) {
   if (cpu < available_cpus().size()) apply({.affinity = {available_cpus()[cpu]}}, Realtime::off);
 }
@@ -97,7 +97,7 @@ std::unique_ptr<Executor> make_executor(const std::shared_ptr<Node>& node) {
   return executor;
 }
 
-/// A participant, topic, writer or reader on Cyclone's C API, and nothing more.
+/// A participant with a topic, a writer and a reader of Cyclone's C API.
 struct Bare {
   Bare() {
     ddsi_sertype* used = new Sertype(message_type<Parcel>(), false);
@@ -118,7 +118,7 @@ struct Bare {
   dds_qos_t* qos;
 };
 
-// ---- The other process: publishes when told, and answers ----
+// ---- The peer process: publishes on command, and responds ----
 
 void child() {
   stay_on(0);
@@ -145,7 +145,7 @@ void child() {
       continue;
     }
     const std::int64_t cpu_before = cpu_time_ns();
-    // Both ends must know each other: what is sent before is nobody's.
+    // Wait until both sides have discovered each other: earlier messages would be lost.
     wait_until([&] {
       dds_publication_matched_status_t status{};
       dds_get_publication_matched_status(writer, &status);

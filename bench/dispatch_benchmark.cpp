@@ -1,10 +1,10 @@
-// What does it cost to bring a message to its callback and call it? Two nodes among N play
-// ping-pong inside the process, each executor in turn: CPU time for each callback, publish
-// included. The other nodes have an idle timer and a silent subscription. Row `bare` is the same
-// round trip written by hand with the same atomic operations and nothing else: the floor.
+// What does it cost to dispatch a message to its callback? Two of N nodes play ping-pong inside the
+// process, under each executor in turn. The result is the CPU time per callback, including publish.
+// The other nodes have an idle timer and an idle subscription. Row `bare` is the lower bound: the
+// same round trip, written by hand with only the necessary atomic operations.
 //
-// A second thread is alive throughout, because glibc and libstdc++ leave atomics out of programs
-// that have only one.
+// A second thread is always alive, because glibc and libstdc++ skip atomic operations in
+// single-threaded programs.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -26,7 +26,7 @@ struct Ball {
 };
 TAKT_MESSAGE(Ball, "bench/msg/Ball", count, payload);
 
-/// Keeps a second thread alive without using a CPU.
+/// Keeps a second, sleeping thread alive.
 class SecondThread {
  public:
   ~SecondThread() {
@@ -39,11 +39,11 @@ class SecondThread {
   std::jthread thread_{[this] { stop_.wait(false); }};
 };
 
-// ---- The floor ----
+// ---- The lower bound ----
 
-/// A player of the bare game: every atomic operation that a message meets on its way from one
-/// thread to another, loads and stores included, without entities, groups, a scheduler, statistics
-/// or a place to sleep.
+/// A player of the bare ping-pong. It performs all atomic operations (including loads and stores)
+/// that a message between threads needs, but has no entities, groups, scheduler, statistics or
+/// wait.
 struct BarePlayer : PoolNode<BarePlayer> {
   struct Message : PoolNode<Message> {
     std::atomic<std::uint32_t> references{0};
@@ -152,7 +152,7 @@ void ping_pong(benchmark::State& state, const Setup& setup) {
   std::vector<std::shared_ptr<Publisher<Ball>>> publishers;
   for (std::size_t i = 0; i < nodes; ++i) {
     const auto node = std::make_shared<Node>("node_" + std::to_string(i));
-    // Two play with each other; the others listen to topics that nobody publishes.
+    // Two nodes play; the others subscribe to topics without a publisher.
     const auto next = i < 2 ? 1 - i : i + nodes;
     publishers.push_back(node->create_publisher<Ball>("ball_" + std::to_string(next), 8,
                                                       {.loans = i < 2 ? 16u : 0u}));

@@ -1,4 +1,4 @@
-// What do our own queues cost, beside those of Boost.Lockfree that come nearest?
+// What do Takt's queues cost, compared with the most similar ones of Boost.Lockfree?
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -17,7 +17,7 @@ struct Item : PoolNode<Item> {
   Item* inbox_next = nullptr;
 };
 
-/// In and out again, on one thread; another is alive, see dispatch_benchmark.cpp.
+/// Push and pop on one thread. A second thread is alive, see dispatch_benchmark.cpp.
 template <class Round>
 void measure(benchmark::State& state, Round&& round) {
   std::atomic<bool> stop{false};

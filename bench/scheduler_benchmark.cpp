@@ -1,4 +1,4 @@
-// What does a scheduler cost for each callback, when so many others are ready?
+// What does a scheduler cost per callback, depending on the number of ready callbacks?
 // SPDX-License-Identifier: Apache-2.0
 #include <random>
 #include <vector>

@@ -1,7 +1,8 @@
-// From one thread to another. `stream`: what does a message cost when a publisher thread sends as
-// fast as back-pressure lets it (it waits for a free loan, nothing is lost), beside a pooled
-// single-producer ring on Boost's spsc_queue? `hand_over`: how long from publish to the callback of
-// a thread that sleeps, beside a bare futex, alternated within the run?
+// What does it cost to transfer messages between threads?
+// `stream`: cost per message when a publisher thread sends as fast as back-pressure permits (it
+// waits for a free loan, so no message is lost), compared with a pooled ring on Boost's spsc_queue.
+// `hand_over`: time from publish to the callback of a sleeping thread, compared with a bare futex;
+// rounds alternate.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -36,7 +37,7 @@ void stay_on(int cpu) {
   }
 }
 
-/// The floor: the messages lie in a pool; two rings carry pointers there and back.
+/// The lower bound: a pool of messages, and two rings that carry pointers forth and back.
 void stream_bare(benchmark::State& state) {
   std::vector<Parcel> pool(kInFlight);
   boost::lockfree::spsc_queue<Parcel*> full(kInFlight), empty(kInFlight);
@@ -126,7 +127,7 @@ long futex(std::atomic<std::uint32_t>& word, int operation, std::uint32_t value)
   return syscall(SYS_futex, &word, operation, value, nullptr, nullptr, 0);
 }
 
-/// Rounds of the two in turn; each posts `kPosts` times to a thread that has gone to sleep.
+/// Alternating rounds of the two; each posts `kPosts` times to a sleeping thread.
 void hand_over(benchmark::State& state, const std::string& executor_name) {
   constexpr int kRounds = 20, kPosts = 100;
   Histogram bare, through_executor;

@@ -1,5 +1,5 @@
-// What does it cost to wake a thread and sleep again, with each wait back end? Two threads wake
-// each other in turn; the time is for one wake-up, from post to the return of wait.
+// What does it cost to wake up a thread with each wait back end? Two threads wake each other in
+// turn; the result is the time of one wake-up, from post to the return of wait.
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <semaphore>

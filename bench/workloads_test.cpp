@@ -1,4 +1,4 @@
-// What theory says of the workloads, in virtual time.
+// Compares workloads in virtual time with theory.
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <thread>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Runs the file for so long on two virtual CPUs; `threads` is how many it has then.
+/// Runs the file for this time on two virtual CPUs; `threads`: its number of threads.
 ProcessResult simulate(const std::string& file, const std::string& executor, std::size_t threads,
                        Nanoseconds duration) {
   ManualClock clock(TimePoint{}, {0, 1});
@@ -27,7 +27,7 @@ ProcessResult simulate(const std::string& file, const std::string& executor, std
   clock.advance(duration);
   container.hold();
   clock.advance(1s);
-  // The end of a run needs time to pass.
+  // Advance the time, so that the run can end.
   std::atomic<bool> has_stopped{false};
   std::thread controller([&] {
     while (!has_stopped.load()) clock.advance(1s);
@@ -51,7 +51,7 @@ TEST(ThreeChains, MissNothingWithTheAssignmentOfTakt) {
   EXPECT_EQ(measured.at("steer").instances, 200u);
   EXPECT_EQ(measured.at("look").instances, 100u);
   for (const auto& [name, chain] : measured) EXPECT_EQ(chain.misses, 0u) << name;
-  EXPECT_EQ(measured.at("brake").latency.max(), 8ms);  // nobody is in its way
+  EXPECT_EQ(measured.at("brake").latency.max(), 8ms);  // nothing delays it
 }
 
 TEST(ThreeChains, MissWithoutIt) {
@@ -59,8 +59,8 @@ TEST(ThreeChains, MissWithoutIt) {
   EXPECT_GT(measured.at("brake").misses, 0u);
 }
 
-// Front and rear lidar meet in the fusion: what it publishes was once counted for the lidar that
-// came last, so one of the two chains showed nothing for ever.
+// Front and rear lidar meet in the fusion. Its output was once counted only for the lidar whose
+// message arrived last, so one of the two chains never got a measurement.
 TEST(ReferenceSystem, MeasuresBothHotPathsThroughTheFusion) {
   const auto measured = chains(simulate("reference_system.yaml", "single_threaded", 1, 2'050ms));
   EXPECT_EQ(measured.at("hot_path_front").instances, 20u);

@@ -1,4 +1,4 @@
-// Whether a callback may run now: callbacks that exclude each other, and those that do not.
+// Callback groups: decide whether callbacks may run at the same time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_
 #define TAKT_CALLBACK_GROUPS_CALLBACK_GROUP_HPP_
@@ -15,7 +15,7 @@ namespace takt {
 
 enum class CallbackGroupType {
   MutuallyExclusive,  // one callback of the group at a time
-  Reentrant,          // any number at a time, of one entity too
+  Reentrant,          // any number at a time, also of one entity
 };
 
 /// A set of callbacks with one rule about running at the same time. An entity points to its
@@ -61,11 +61,12 @@ class CallbackGroup {
   std::atomic<const void*> owner_{nullptr};
 };
 
-/// What an executor keeps of a group: whether one of its callbacks runs, and those that wait until
-/// it has. A callback that cannot run now is parked here, in a scheduler of the executor's type,
-/// and leaving the group hands back only the first of them. So a busy group costs no wake-ups, and
-/// the order is kept. It goes with the last of the group's callbacks that the executor knows, so
-/// that an executor that forgets a group late does not touch what the next one keeps of it.
+/// The executor's data about a group: whether one of its callbacks runs, and the callbacks that
+/// wait for it. A callback that cannot run now is parked here, in a scheduler of the executor's
+/// type; when the running callback leaves the group, only the first parked one becomes ready again.
+/// So a busy group causes no wake-ups and keeps the order. It is destroyed with the last of the
+/// group's callbacks that the executor has, so an executor that removes a group late does not
+/// affect the next executor's data.
 ///
 /// Thread safety: none; the executor serialises it.
 /// Real-time: admit and leave cost one push or pop of the scheduler.

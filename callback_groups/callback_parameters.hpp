@@ -1,4 +1,4 @@
-// What an application asks of a callback: urgency, times, and what follows when it overruns.
+// Parameters of callbacks: priority, times, and the reaction to overruns.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
 #define TAKT_CALLBACK_GROUPS_CALLBACK_PARAMETERS_HPP_
@@ -14,13 +14,13 @@
 
 namespace takt {
 
-/// What follows when a callback misses its deadline, runs longer than its budget, or is a timer
-/// that still runs when its next release comes. It is counted whatever follows.
+/// The reaction when a callback misses its deadline, exceeds its budget, or is a timer that still
+/// runs at its next release. All overruns are counted.
 enum class OverrunPolicy {
-  catch_up,  // timers: of the releases that came meanwhile one is served at once (the default)
-  skip,      // timers: none of them is served; the next one is the next of the phase
-  abort,     // the chain instance ends: no callback receives what it has sent or will send
-  demote,    // it runs after all others, until it has ended once without an overrun
+  catch_up,  // timers: serve one of the missed releases at once (the default)
+  skip,      // timers: drop missed releases, and keep the phase
+  abort,     // end the chain instance: its messages are not delivered
+  demote,    // run after all others until one execution has no overrun
 };
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
@@ -38,7 +38,7 @@ struct OverrunReport {
 /// neither block, nor allocate, nor throw, if the callback must not.
 using OverrunHandler = std::function<void(const OverrunReport&)>;
 
-/// A group's parameters hold for its callbacks; what a callback has of its own comes first. Times
+/// Parameters of a group apply to its callbacks; parameters of a callback take precedence. Times
 /// are positive.
 struct CallbackParameters {
   std::optional<int> priority;          // larger is more urgent; else 0

@@ -17,7 +17,7 @@ Player::Player(const NodeOptions& options)
   const auto delay = std::chrono::milliseconds(declare_parameter(
       "start_delay_ms", 500, {.read_only = true, .integer_range = IntegerRange{1, 1 << 30, 0}}));
   if (!reader_.is_complete()) {
-    log(LogLevel::warn, "the recording was not written to its end: its {} messages are played",
+    log(LogLevel::warn, "the recording is incomplete: playing its {} messages",
         reader_.messages().size());
   }
   for (const RecordedTopic& topic : reader_.topics()) {
@@ -59,4 +59,4 @@ void Player::play() {
 
 }  // namespace takt
 
-TAKT_REGISTER_COMPONENT(takt::Player, "publishes what was recorded in an MCAP file")
+TAKT_REGISTER_COMPONENT(takt::Player, "publishes the messages of an MCAP file")

@@ -1,4 +1,4 @@
-// Publishes what was recorded.
+// The component that plays recorded topics.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_COMPONENTS_PLAYER_HPP_
 #define TAKT_COMPONENTS_PLAYER_HPP_
@@ -14,12 +14,12 @@ namespace takt {
 
 /// The component takt::Player. Its parameters:
 /// - `file`: an MCAP file, by takt::Recorder or ros2 bag, uncompressed;
-/// - `rate` (1.0): how much faster than it was recorded;
-/// - `start_delay_ms` (500): until the first message, so that others have found its publishers;
-/// - `clock` (false): tells the time of the recording on `/clock`, with each message.
+/// - `rate` (1.0): playback speed; 2.0 plays twice as fast as recorded;
+/// - `start_delay_ms` (500): delay of the first message, while subscribers discover the publishers;
+/// - `clock` (false): publishes the recorded time on `/clock` with each message.
 ///
-/// Messages are sent in the order and at the distances at which they were recorded, byte for byte.
-/// The file is read as it is played: when it becomes shorter meanwhile, the callback throws Error.
+/// The messages are published byte for byte, in the order and at the intervals of the recording.
+/// The file is read during playback: if it is truncated meanwhile, the callback throws Error.
 /// Thread safety: as Node. Real-time: no.
 class Player : public Node {
  public:

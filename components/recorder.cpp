@@ -11,7 +11,7 @@
 namespace takt {
 namespace {
 
-// How often it looks for topics that it does not know yet.
+// Period of the search for new topics.
 constexpr auto kLookPeriod = std::chrono::milliseconds(200);
 
 std::uint64_t since_1970(std::chrono::system_clock::time_point time) {
@@ -80,7 +80,7 @@ std::string Recorder::complete() {
                                           : "the disk was slow, or they did not fit into a buffer");
 }
 
-// The publishers of this process, and those on the domain.
+// Searches the publishers of this process, and those on the DDS domain.
 void Recorder::look() {
   const auto is_wanted = [&](const std::string& topic) {
     const bool is_named = std::find(wanted_.begin(), wanted_.end(), topic) != wanted_.end();
@@ -135,14 +135,14 @@ void Recorder::report_drop(std::size_t bytes) {
   if (writer_.error() != 0) return report_end();
   if (std::exchange(has_reported_slow_, true)) return;
   log(LogLevel::warn,
-      "{}: a message of {} bytes was dropped: the disk is slow, or it does not fit; give more "
-      "`buffers`, or `buffer_bytes`",
+      "{}: a message of {} bytes was dropped: the disk is slow, or the message exceeds a buffer; "
+      "increase `buffers` or `buffer_bytes`",
       file_, bytes);
 }
 
 void Recorder::report_end() {
   if (std::exchange(has_reported_end_, true)) return;
-  log(LogLevel::error, "{}: {}; the recording ends here", file_, errno_message(writer_.error()));
+  log(LogLevel::error, "{}: {}; recording stopped", file_, errno_message(writer_.error()));
 }
 
 }  // namespace takt

@@ -1,4 +1,4 @@
-// Writes topics to a file.
+// The component that records topics to a file.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_COMPONENTS_RECORDER_HPP_
 #define TAKT_COMPONENTS_RECORDER_HPP_
@@ -15,19 +15,19 @@ namespace takt {
 
 /// The component takt::Recorder. Its parameters:
 /// - `file`: an MCAP file, which is overwritten;
-/// - `topics`: names; without any, all that come up in the first `discover_ms`;
-/// - `depth` (100): how many messages of a topic wait while the recorder is busy; older ones are
-///   dropped, and counted as any subscription's;
-/// - `buffers` (4) of `buffer_bytes` (1 MiB): a message must fit into one. When all are on their
-///   way to the disk, messages are dropped and counted;
-/// - `flush_ms` (1000): after so long a buffer is written though it is not full.
+/// - `topics`: names; if empty, all topics discovered in the first `discover_ms`;
+/// - `depth` (100): queue depth of each subscription. When a queue is full, the oldest message is
+///   dropped and counted in the subscription's statistics;
+/// - `buffers` (4) of `buffer_bytes` (1 MiB): a message must fit into one buffer. While all buffers
+///   are being written to disk, messages are dropped and counted;
+/// - `flush_ms` (1000): a partly filled buffer is written after this time.
 ///
-/// What is published in its process comes by pointer, and is encoded on the recorder's thread: a
-/// publisher does no more for it than for any reader, and a callback waits for nothing. Give it an
-/// executor and a thread of its own. What comes by DDS is written as it has come. A disk that fills
-/// up ends the recording: that is reported once, and the file is complete up to there. When
-/// messages were not recorded, `takt run` exits with 1. Where the kernel grants no io_uring, a
-/// thread writes; a line of the log says so.
+/// Publishers in the same process pass messages by pointer; the recorder's thread encodes them. So
+/// recording costs a publisher no more than another subscription does, and blocks no callback if
+/// the recorder has its own executor and thread. Messages from DDS are written without decoding.
+/// When the disk is full, the recorder reports it once and stops; the file stays valid. If any
+/// message was not recorded, `takt run` exits with 1. Without io_uring, a thread writes the file,
+/// and the log reports this.
 ///
 /// Thread safety: as Node. Real-time: no.
 class Recorder : public Node, public Completing {
@@ -36,10 +36,10 @@ class Recorder : public Node, public Completing {
   ~Recorder() override;
 
   std::uint64_t recorded() const noexcept { return writer_.messages(); }
-  /// Because the disk was slow or full, or they were larger than a buffer.
+  /// Messages that were not recorded: the disk was slow or full, or they exceeded a buffer.
   std::uint64_t dropped() const noexcept { return dropped_ + writer_.lost(); }
   bool has_ended() const noexcept { return has_reported_end_; }
-  /// Writes the file to its end.
+  /// Writes the remaining buffers and the end of the file.
   std::string complete() override;
 
  private:

@@ -313,7 +313,7 @@ TEST_P(FullDisk, EndsTheRecordingAndIsCounted) {
   EXPECT_GT(reader.messages().size(), 30u);
   const std::size_t lost = sent - reader.messages().size();
   EXPECT_EQ(failure, fmt::format("{} messages were not recorded: File too large", lost));
-  EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; the recording ends here")));
+  EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));
   EXPECT_THAT(lines.get(),
               testing::Contains(HasSubstr(fmt::format("{} messages of 1 topics, {} dropped",
                                                       reader.messages().size(), lost))));
@@ -342,7 +342,7 @@ TEST_P(FullDisk, IsReportedAtTheEndWhenThatIsTheFirstWrite) {
   EXPECT_EQ(recorder->complete(), "1 messages were not recorded: File too large");
   setrlimit(RLIMIT_FSIZE, &before);
   recorder.reset();
-  EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; the recording ends here")));
+  EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));
 }
 
 INSTANTIATE_TEST_SUITE_P(By, FullDisk, testing::Bool(),

@@ -112,20 +112,20 @@ check(f"p99 of callbacks with the recorder: {recording:.0f} us, without: {bare:.
       f"{recording / bare:.2f} times", recording <= 1.5 * bare)
 
 # Recorded, played, recorded again: equal.
-result, told = run(system(recorder(folder / "first.mcap")), seconds)
+result, output = run(system(recorder(folder / "first.mcap")), seconds)
 sent = {f"/{topic}": row["received"] for topic, _, _ in TOPICS for row in result["callbacks"]
         if row["node"] == f"/n_{topic}" and row["kind"] == "timer"}
 first = messages(folder / "first.mcap")
 counts = {topic: len(list_) for topic, list_ in first.items()}
 check(f"{sum(counts.values())} messages are recorded, all that were sent", counts == sent,
       {topic: (counts.get(topic), sent[topic]) for topic in sent if counts.get(topic) != sent[topic]},
-      told)
+      output)
 player = (f"{{component: takt::Player, name: player, executor: work, parameters: "
           f"{{file: {folder / 'first.mcap'}, rate: 2.0, start_delay_ms: 1000}}}}")
-_, told = run(system(recorder(folder / "second.mcap"), player, talks=False), seconds / 2 + 2)
+_, output = run(system(recorder(folder / "second.mcap"), player, talks=False), seconds / 2 + 2)
 second = messages(folder / "second.mcap")
 check("played and recorded again, they are equal, byte for byte", first == second,
-      {topic: (len(first[topic]), len(second.get(topic, []))) for topic in first}, told)
+      {topic: (len(first[topic]), len(second.get(topic, []))) for topic in first}, output)
 
 # A disk that fills up.
 disk = folder / "disk"
@@ -133,14 +133,14 @@ disk.mkdir()
 if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=20m", "tmpfs", str(disk)],
                   capture_output=True).returncode == 0:
     try:
-        result, told = run(system(recorder(disk / "full.mcap")), 3, status=1)
+        result, output = run(system(recorder(disk / "full.mcap")), 3, status=1)
         check("the run says why it has not gone well",
-              "messages were not recorded: No space left on device" in told, told)
-        check("a full disk is reported once", told.count("the recording ends here") == 1, told)
-        dropped = re.search(r"(\d+) messages of \d+ topics, (\d+) dropped", told)
+              "messages were not recorded: No space left on device" in output, output)
+        check("a full disk is reported once", output.count("recording stopped") == 1, output)
+        dropped = re.search(r"(\d+) messages of \d+ topics, (\d+) dropped", output)
         kept = sum(len(list_) for list_ in messages(disk / "full.mcap").values())
         check("the log says what is in the file, and what is not",
-              dropped and int(dropped[1]) == kept and int(dropped[2]) > 0, told)
+              dropped and int(dropped[1]) == kept and int(dropped[2]) > 0, output)
         check("nothing else is lost", all(row["lost"] in (0, None) and row["dropped"] in (0, None)
                                           for row in result["callbacks"]
                                           if row["kind"] == "subscription"))

@@ -17,7 +17,7 @@ namespace {
 using Strings = std::vector<std::string>;
 using Integers = std::vector<std::int64_t>;
 
-/// The list's entry, or the default where the list was left out.
+/// The list's entry, or the default if the list is not set.
 template <class T>
 T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const char* name,
         T otherwise) {
@@ -25,7 +25,7 @@ T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const 
   if (list.size() != count) {
     throw Error(
         fmt::format("parameter '{}' has {} entries for {} topics", name, list.size(), count),
-        "give one for each topic, or leave the list out");
+        "give one for each topic, or remove the list");
   }
   return list[index];
 }
@@ -48,7 +48,7 @@ QoS qos(std::int64_t depth, const std::string& reliability, const std::string& d
   return result;
 }
 
-// A loan is prepared like this.
+// Prepares a loaned message.
 std::shared_ptr<const WorkloadMessage> prototype(std::type_identity<WorkloadMessage>,
                                                  std::size_t size_bytes) {
   auto result = std::make_shared<WorkloadMessage>();
@@ -69,11 +69,11 @@ bool use_fixed_type(std::index_sequence<Bytes...>, std::size_t bytes, const Use&
 
 void check_pass_by(std::size_t fixed_bytes, const std::string& pass_by, const char* of) {
   if (fixed_bytes == 0 || pass_by == "loaned_msg" || pass_by == "const_ref") return;
-  throw Error(fmt::format("{}.pass_by is '{}', of messages with fixed_bytes", of, pass_by),
-              "they are lent, and received by const_ref: leave it out");
+  throw Error(fmt::format("{}.pass_by is '{}' for messages with fixed_bytes", of, pass_by),
+              "remove it: they are always loaned, and received by const_ref");
 }
 
-/// Calls `use` with the type that `fixed_bytes` means, see Workload.
+/// Calls `use` with the message type of this size.
 template <class Use>
 void use_type(std::size_t fixed_bytes, const Use& use) {
   if (fixed_bytes == 0) return use(std::type_identity<WorkloadMessage>{});
@@ -81,11 +81,11 @@ void use_type(std::size_t fixed_bytes, const Use& use) {
       std::index_sequence<1'000, 50'000, 100'000, 500'000, 1'000'000, 5'000'000, 8'000'000>;
   if (!use_fixed_type(Sizes{}, fixed_bytes, use)) {
     throw Error(fmt::format("there is no workload message of {} bytes", fixed_bytes),
-                "fixed_bytes: 1000, 50000, 100000, 500000, 1000000, 5000000 or 8000000");
+                "use fixed_bytes 1000, 50000, 100000, 500000, 1000000, 5000000 or 8000000");
   }
 }
 
-/// The topic as a name of something in a node.
+/// Converts a topic to a name within a node.
 std::string identifier(std::string topic) {
   std::replace_if(
       topic.begin(), topic.end(),
@@ -93,7 +93,7 @@ std::string identifier(std::string topic) {
   return topic.substr(topic.find_first_not_of('_'));
 }
 
-/// Uses so much CPU time; a manual clock, so much of its own.
+/// Uses this much CPU time; with a manual clock, advances it.
 void use_cpu(Clock& clock, Nanoseconds amount) {
   if (amount == Nanoseconds::zero()) return;
   if (ManualClock* manual = clock.as_manual()) {
@@ -125,8 +125,8 @@ struct Relaying {
   std::size_t size_bytes;
 };
 
-/// Reads the parameters of a node, and makes what they ask for by its own methods: those of a
-/// lifecycle node make managed entities.
+/// Creates the entities that a node's parameters describe. It uses the node's own create functions,
+/// so a lifecycle node gets managed entities.
 template <class AnyNode>
 class Maker {
  public:
@@ -147,7 +147,7 @@ class Maker {
                                                               std::move(callback)));
   }
 
-  /// "TOPIC_timer"; of several publishers of one topic the second has "TOPIC_timer_2".
+  /// "TOPIC_timer"; the timer of a second publisher of the same topic is "TOPIC_timer_2".
   std::string timer_name(const std::string& of) {
     const std::string first = identifier(of) + "_timer";
     const int count = ++timers_[first];
@@ -274,7 +274,7 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   entities_.push_back(client);
   entities_.push_back(node_.create_timer(timer_name(service), period, [client, tracking_number] {
-    // A client that nobody answers stops asking, as its bound says.
+    // A client without responses stops at its maximum number of pending requests.
     if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
     client->async_send_request({.tracking_number = ++*tracking_number},
                                [](const WorkloadService::Response*) {});
@@ -326,7 +326,7 @@ template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
-  // Enough for the receivers' queues; when all are out, the message is not sent this time.
+  // Enough messages for the queues of all subscriptions. If all are in use, skip this publication.
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
   const std::string timer = timer_name(publishing.topic);
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
@@ -392,6 +392,5 @@ LifecycleWorkload::LifecycleWorkload(const NodeOptions& options)
 }  // namespace takt
 
 TAKT_REGISTER_COMPONENT(takt::Workload,
-                        "publishes, receives and uses the CPU as its parameters say")
-TAKT_REGISTER_COMPONENT(takt::LifecycleWorkload,
-                        "the same, and its publishers, timers and subscriptions are managed")
+                        "publishes, receives and uses CPU time as its parameters describe")
+TAKT_REGISTER_COMPONENT(takt::LifecycleWorkload, "takt::Workload as a lifecycle node")

@@ -1,4 +1,4 @@
-// Nodes that do what their parameters say: publish, receive, and use the CPU.
+// Synthetic nodes for measurements: they publish, receive, and use CPU time as configured.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_COMPONENTS_WORKLOAD_HPP_
 #define TAKT_COMPONENTS_WORKLOAD_HPP_
@@ -13,14 +13,14 @@
 
 namespace takt {
 
-/// What workload nodes send: a header and so many bytes.
+/// Message of variable size.
 struct WorkloadMessage {
   std::uint64_t tracking_number = 0;
   std::vector<std::byte> data;
 };
 TAKT_MESSAGE(WorkloadMessage, "takt/msg/Workload", tracking_number, data);
 
-/// The same with a fixed size, which may go by shared memory: so many bytes in all.
+/// Message of a fixed total size, which can use shared memory.
 template <std::size_t Bytes>
 struct FixedWorkloadMessage {
   std::uint64_t tracking_number = 0;
@@ -34,7 +34,7 @@ TAKT_MESSAGE(FixedWorkloadMessage<1'000'000>, "takt/msg/Workload1000000", tracki
 TAKT_MESSAGE(FixedWorkloadMessage<5'000'000>, "takt/msg/Workload5000000", tracking_number, data);
 TAKT_MESSAGE(FixedWorkloadMessage<8'000'000>, "takt/msg/Workload8000000", tracking_number, data);
 
-/// What workload clients ask.
+/// The service that workload clients call.
 struct WorkloadService {
   struct Request {
     std::uint64_t tracking_number = 0;
@@ -48,27 +48,26 @@ struct WorkloadService {
 TAKT_MESSAGE(WorkloadService::Request, "takt/srv/Workload_Request", tracking_number, data);
 TAKT_MESSAGE(WorkloadService::Response, "takt/srv/Workload_Response", tracking_number, data);
 
-/// The component `takt::Workload`. Its parameters are lists, one entry for each publisher or
-/// subscription; lists but the first of each kind may be left out:
-/// - publishers: topic, period_us, size_bytes (0), fixed_bytes (0: a message of variable size, with
-///   size_bytes; else one of that size, which is lent), fill_bytes (0: so many are written each
-///   time), work_us (0: CPU time before publishing), pass_by (loaned_msg, unique_ptr, shared_ptr),
+/// The component `takt::Workload`. Each parameter is a list with one entry per entity. The first
+/// list of each kind is required; the defaults of the others are in parentheses:
+/// - publishers: topic, period_us, size_bytes (0), fixed_bytes (0: variable size, see size_bytes;
+///   otherwise a loaned message of this size), fill_bytes (0; bytes written into each message),
+///   work_us (0; CPU time before publishing), pass_by (loaned_msg, unique_ptr, shared_ptr),
 ///   depth (10), reliability (reliable), durability (volatile)
-/// - subscriptions: topic, fixed_bytes (0: as its publishers), work_us (0),
+/// - subscriptions: topic, fixed_bytes (0; must equal that of the publishers), work_us (0),
 ///   pass_by (const_ref, shared_ptr, unique_ptr), depth (10), reliability (reliable),
 ///   durability (volatile)
-/// - relays: input, output, work_us (0), size_bytes (0), depth (1). Entries with the same
-///   output are one relay: when each of its inputs has brought a message, it works and publishes.
-///   With one input that is a filter, with several a fusion, in which the chains of all inputs go
-///   on.
+/// - relays: input, output, work_us (0), size_bytes (0), depth (1). Entries with the same output
+///   form one relay. When it has a message of each input, it works and publishes. A relay with one
+///   input is a filter; with several it is a fusion, and the chains of all inputs continue.
 /// - clients: service, period_us
 /// - servers: service, work_us (0)
-/// Each publisher and each client has a timer of its own, `<topic>_timer`, each relay an exclusive
-/// callback group of its own, `relay_<output>`, and everything else the node's default group.
-/// Work is CPU time, so being preempted is not work done.
+/// Each publisher and client has a timer `<topic>_timer`. Each relay has an exclusive callback
+/// group `relay_<output>`; everything else is in the node's default group. Work is measured in CPU
+/// time, so time while preempted does not count.
 ///
-/// Thread safety and real-time: loans and const_ref allocate nothing; unique_ptr and shared_ptr
-/// allocate as their user does.
+/// Thread safety: as Node. Real-time: yes with loaned_msg and const_ref, which allocate nothing;
+/// unique_ptr and shared_ptr allocate each message.
 class Workload : public Node {
  public:
   explicit Workload(const NodeOptions& options);
@@ -77,10 +76,11 @@ class Workload : public Node {
   const std::vector<std::shared_ptr<void>> entities_;
 };
 
-/// The component `takt::LifecycleWorkload`: the same, and while the node is not active it publishes
-/// nothing, its timers rest, and what arrives waits. Its services always answer.
+/// The component `takt::LifecycleWorkload`: a Workload that is a lifecycle node. While it is not
+/// active, it publishes nothing, its timers are stopped, and received messages wait. Its services
+/// always respond.
 ///
-/// Thread safety and real-time: as Workload and LifecycleNode.
+/// Thread safety: as LifecycleNode. Real-time: as Workload.
 class LifecycleWorkload : public LifecycleNode {
  public:
   explicit LifecycleWorkload(const NodeOptions& options);

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kNoun = "component";
-// Where an index lies, and what its lines are relative to.
+// The folder of an index, and the folder that its library paths are relative to.
 struct IndexFolder {
   fs::path folder, prefix;
 };
@@ -33,8 +33,8 @@ void add_prefixes(const char* variable, const char* folder, std::vector<IndexFol
   }
 }
 
-// Those of the environment, then those above libtakt.so: which of these is the prefix depends on
-// the system's name for its folder of libraries. Last what ROS 2 has installed.
+// First the prefixes in the environment, then the folders above libtakt.so (which of them is the
+// prefix depends on the name of the library folder), last ROS 2's prefixes.
 std::vector<IndexFolder> index_folders() {
   constexpr const char* kOwn = "share/takt/components";
   std::vector<IndexFolder> result;
@@ -77,7 +77,7 @@ bool is_registered(const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// All or nothing.
+// Registers all classes of a library or none.
 void add_all(std::vector<Registration>& registrations, const std::string& name,
              const std::string& library) {
   std::vector<std::string> names;
@@ -89,7 +89,7 @@ void add_all(std::vector<Registration>& registrations, const std::string& name,
   }
   if (names.empty()) {
     throw Error(fmt::format("library '{}' registers no component", library),
-                fmt::format("say TAKT_REGISTER_COMPONENT({}) in it", name));
+                fmt::format("add TAKT_REGISTER_COMPONENT({}) to its code", name));
   }
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     throw Error(fmt::format("library '{}' registers no component '{}'", library, name),

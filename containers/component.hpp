@@ -1,4 +1,4 @@
-// Nodes that a container makes by name.
+// Components: node classes that a container constructs by name.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_COMPONENT_HPP_
 #define TAKT_CONTAINERS_COMPONENT_HPP_
@@ -13,58 +13,62 @@
 
 namespace takt {
 
-/// A component as its container holds it: whatever it is, it has a node.
+/// An instance of a component class, as its container holds it.
 struct Component {
   std::shared_ptr<Node> node;
 };
 
-/// For a component whose work is done only when something is completed after its last callback: a
-/// file that has to be written to its end. A node derives from it too.
+/// Interface of a component that must finish some work after its last callback, for example write
+/// the end of a file. The component's node class derives from it in addition to Node.
+/// Thread safety: the container calls complete() from one thread.
+/// Real-time: no.
 class Completing {
  public:
   virtual ~Completing() = default;
-  /// Called once, when no callback of the node runs any more. Returns why the work is not done, in
-  /// one line; then `takt run` exits with 1. Empty: all is well.
+  /// Called once, after the last callback of the node has returned. Returns an empty string on
+  /// success, else the reason in one line; `takt run` then exits with 1.
   virtual std::string complete() = 0;
 };
 
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;
 extern template class Registry<Component, NoTraits, const NodeOptions&>;
-/// All component classes of this process by name.
+/// All component classes registered in this process, by name.
 ComponentRegistry& components();
 
-/// A class that the component index knows.
+/// An entry of the component index.
 struct IndexedComponent {
   std::string name;     // "demo::Lidar"
   std::string library;  // the file that registers it
 };
 
-/// The component index: files in `share/takt/components` of the prefixes in the environment
-/// variable TAKT_COMPONENT_PATH (separated by ':'), and of the one that Takt itself lies in; then
-/// those of ROS 2, in `share/ament_index/resource_index/rclcpp_components` of the prefixes in
-/// AMENT_PREFIX_PATH. Of two classes with one name, the first. `takt_add_component` of CMake writes
-/// the files, one for each library, with lines `demo::Lidar;lib/libdemo.so`, the library being
-/// relative to the prefix.
-/// Throws Error with file and line when one cannot be understood.
+/// Reads the component index. It consists of the files in `share/takt/components` of each prefix in
+/// the environment variable TAKT_COMPONENT_PATH (separated by ':') and of Takt's own prefix, then
+/// of ROS 2's files in `share/ament_index/resource_index/rclcpp_components` of each prefix in
+/// AMENT_PREFIX_PATH. If two entries have the same class name, the first one counts. The CMake
+/// function `takt_add_component` writes one file per library, with lines like
+/// `demo::Lidar;lib/libdemo.so`; the library's path is relative to the prefix.
+/// Throws Error with file and line if a file is malformed.
 std::vector<IndexedComponent> component_index();
 
-/// Makes sure that `components()` has the class: it is there, or in `library` (as for dlopen), or,
-/// without one, in the library that the index tells. A library brings all its classes, and is never
-/// unloaded. Throws Error when it cannot be loaded, was built against another Takt, registers
-/// nothing or not that class, or when another library has registered one of its classes; then
-/// nothing is added.
+/// Loads the library of a component class, unless the class is registered already. `library` is a
+/// name as for dlopen; if it is empty, the component index gives the library. Loading registers all
+/// classes of the library; a library is never unloaded. Throws Error, and registers nothing, if the
+/// library cannot be loaded, was built against another version of Takt, does not register the
+/// class, or registers a class that another library has registered.
 /// Thread safety: from any thread.
 /// Real-time: no.
 void find_component(const std::string& name, const std::string& library = {});
 
-/// Adds to `components()`; while a library is loaded, only notes it for find_component(). For the
-/// macro below. Always true.
+/// Registers a class in `components()`. While find_component() loads a library, it only records the
+/// class, so that a library that fails its checks registers nothing. Called by the macro below.
+/// Always returns true.
 bool register_component(std::string name, std::string description, ComponentRegistry::Factory make,
                         const char* version);
 
-/// At global scope in a .cpp file: makes `Class`, a Node whose constructor takes
-/// `const NodeOptions&`, known by its name as written ("demo::Lidar"). A description of one line,
-/// for lists, may follow: TAKT_REGISTER_COMPONENT(demo::Lidar, "looks around").
+/// Registers the component `Class`, a Node whose constructor takes `const NodeOptions&`, under its
+/// name as written here. Use it at global scope in a .cpp file. The optional second argument
+/// describes the class in one line, for `takt list`:
+/// TAKT_REGISTER_COMPONENT(demo::Lidar, "publishes scans").
 #define TAKT_REGISTER_COMPONENT(Class, ...)                                              \
   namespace {                                                                            \
   [[maybe_unused]] const bool TAKT_UNIQUE(takt_component_) = ::takt::register_component( \

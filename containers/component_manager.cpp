@@ -21,7 +21,7 @@ using document::List;
 using document::Map;
 using document::Value;
 
-// What the readers of files call the place of what comes in a request.
+// Stands for the file name in errors of a request.
 constexpr const char* kRequest = "request";
 constexpr std::string_view kPlace = "request:1: ";
 
@@ -54,7 +54,7 @@ std::string log_level(std::uint8_t level) {
   return level <= 10 ? "debug" : level <= 20 ? "info" : level <= 30 ? "warn" : "error";
 }
 
-// The request as the file would say it, so that one reader checks both.
+// Converts the request to the form of the configuration file, so that one reader checks both.
 Value component_of(const ci::LoadNode::Request& request, document::Errors& errors) {
   Map component;
   put(component, {"component", 1, request.plugin_name});
@@ -95,9 +95,9 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
   return {"", 1, std::move(component)};
 }
 
-constexpr const char* kNoStdException = "something was thrown that is no std::exception";
+constexpr const char* kNoStdException = "a component threw an object that is no std::exception";
 
-// Without the place, as there is only one.
+// Removes the place from each error: a request has no lines.
 std::string text_of(const std::exception& error) {
   std::string text = error.what();
   for (std::size_t at; (at = text.find(kPlace)) != std::string::npos;)
@@ -175,7 +175,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
 
 std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& component) {
   struct Services {
-    std::shared_ptr<Node> node;  // outlives the others
+    std::shared_ptr<Node> node;  // must outlive the services below
     std::unique_ptr<ParameterServices> parameters;
     std::unique_ptr<LifecycleServices> lifecycle;
   };

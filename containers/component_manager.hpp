@@ -1,4 +1,4 @@
-// What a running container can be asked for.
+// The services of a running container: loading, parameters, lifecycle.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_COMPONENT_MANAGER_HPP_
 #define TAKT_CONTAINERS_COMPONENT_MANAGER_HPP_
@@ -14,24 +14,22 @@ namespace takt {
 
 class Container;
 
-/// Answers, on the container's own node `/CONTAINER`, which is under an executor with one thread:
-/// - `/CONTAINER/_container/load_node`, `unload_node` and `list_nodes`, ROS 2's
-///   composition_interfaces. What is loaded, the container's LoadPolicy says. The plug-in's name is
-///   the component's class; the package is not looked at, as the component index knows no packages.
-///   Extra arguments, written as in the configuration
-///   file: `library`, `executor` (a name in the container), `on_exception`, and
-///   `callback_group.GROUP.KEY` with a key of a callback group.
-/// - `/CONTAINER/set_callback_parameters`, see SetCallbackParameters.
-/// - for each component's node ROS 2's parameter services, if they are wanted, and those of its
-///   lifecycle, if it has one.
-/// One is answered after the other: while a component is made, or waited for, the others wait.
-/// Thread safety: for the container.
-/// Real-time: no; the components have other threads.
+/// Serves requests on the container's own node `/CONTAINER`, which has a single-threaded executor:
+/// - `/CONTAINER/_container/load_node`, `unload_node` and `list_nodes`: ROS 2's
+///   composition_interfaces. The LoadPolicy decides which libraries may be loaded. `plugin_name` is
+///   the component class; `package_name` is ignored, because the component index has no packages.
+///   Extra arguments, written as in the configuration file: `library`, `executor` (a name in the
+///   container), `on_exception`, and `callback_group.GROUP.KEY` with a key of a callback group.
+/// - `/CONTAINER/set_callback_parameters`: see SetCallbackParameters.
+/// - for each component's node: ROS 2's parameter services, if enabled, and the lifecycle services
+///   of a lifecycle node.
+/// Requests are served one after another: while a component is constructed or unloaded, others
+/// wait. Thread safety: only the container uses it. Real-time: no; components run on other threads.
 class ComponentManager {
  public:
   ComponentManager(Container& container, const std::shared_ptr<Node>& node, LoadPolicy policy,
                    bool serves_parameters);
-  /// The services of a component's node, as long as the result lives.
+  /// Serves a component's node for as long as the returned object lives.
   std::shared_ptr<void> serve(const std::shared_ptr<Node>& component);
 
  private:
@@ -40,8 +38,8 @@ class ComponentManager {
   std::vector<std::shared_ptr<Entity>> services_;
 };
 
-/// What a request asks for. Throws Error when the policy does not allow it, else ConfigurationError
-/// with all that is wrong; `executors`: the names that it may give.
+/// Reads a load_node request; `executors` are the executor names that it may use. Throws Error if
+/// the policy forbids the library, and ConfigurationError with all other errors.
 ComponentDescription describe(const composition_interfaces::srv::LoadNode::Request& request,
                               const std::vector<std::string>& executors, const LoadPolicy& policy);
 

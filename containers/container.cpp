@@ -66,7 +66,7 @@ Container::~Container() {
     running->thread.join();
   }
   loaders_.reset();
-  // Components go while their executors still exist, in the reverse order of their making.
+  // Destroy components before their executors, in reverse order of construction.
   while (!components_.empty()) components_.pop_back();
 }
 
@@ -102,7 +102,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   add(executor.name, executors().make(executor.type, options));
 }
 
-// Whether a component or a group names no executor, or this one, and the file describes none.
+// Whether a component or a group needs the executor `default`, and the file does not describe it.
 bool Container::needs_default_executor() const {
   if (std::any_of(description_.executors.begin(), description_.executors.end(),
                   [](const auto& executor) { return executor.name == kDefaultExecutor; })) {
@@ -122,7 +122,7 @@ void Container::make_executors() {
     if (needs_default_executor()) make_executor({.name = kDefaultExecutor});
     return;
   }
-  // One executor for all, on the threads of the file in order of appearance, and then on assigned
+  // One executor for all components. It uses the threads of the file in their order, then assigned
   // ones.
   ExecutorDescription all{.name = overrides_.executor, .type = overrides_.executor};
   for (const ExecutorDescription& executor : description_.executors) {
@@ -144,7 +144,7 @@ Executor& Container::executor_for(const std::string& name) {
   const std::string& wanted = name.empty() ? kDefaultExecutor : name;
   const auto found = std::find_if(executors_.begin(), executors_.end(),
                                   [&](const auto& running) { return running->name == wanted; });
-  return *(*found)->executor;  // the reader, or load, has checked the name
+  return *(*found)->executor;  // the reader or load() has checked the name
 }
 
 std::vector<std::string> Container::executor_names() const {
@@ -162,7 +162,7 @@ void Container::place_components() {
   check_listed_callbacks();
 }
 
-// A process may be called anything, a node not.
+// Process names may contain characters that are invalid in node names.
 std::string Container::own_name(const char* ending) const {
   std::string name = description_.name + ending;
   std::replace_if(
@@ -172,7 +172,7 @@ std::string Container::own_name(const char* ending) const {
   return name;
 }
 
-// What is the container's own allocates, and must not be in the way of the components.
+// The container's own callbacks allocate memory, so they run apart from the components.
 void Container::make_own_executor(const char* name, const std::shared_ptr<Node>& node) {
   RunningExecutor& running =
       add(name, executors().make("events", {.name = name,
@@ -197,7 +197,8 @@ void Container::make_manager() {
   make_own_executor(kServiceThread, service_node_);
 }
 
-// On a thread that no callback of a transition holds up: heartbeats tell that the process lives.
+// Heartbeats need a thread that no transition callback can block: they show that the process is
+// alive.
 void Container::make_lifecycle() {
   const LifecycleDescription& lifecycle = *description_.lifecycle;
   lifecycle_node_ = std::make_shared<Node>(
@@ -213,7 +214,7 @@ void Container::make_lifecycle() {
     if (!is_managed || std::dynamic_pointer_cast<LifecycleNode>(loaded->node())) continue;
     errors_.push_back(
         fmt::format("{}: '{}' has no lifecycle; derive '{}' from LifecycleNode, or "
-                    "leave it out of 'bring_up'",
+                    "remove it from 'bring_up'",
                     lifecycle.where, name, loaded->description.type));
   }
   if (!errors_.empty()) throw ConfigurationError(errors_);
@@ -222,9 +223,9 @@ void Container::make_lifecycle() {
 
 // ---- Exceptions ----
 
-// On the thread of the callback.
+// Called on the thread of the failed callback.
 bool Container::handle(const FailedCallback& failed) {
-  std::string what = "something that is no std::exception";
+  std::string what = "an object that is no std::exception";
   try {
     std::rethrow_exception(failed.exception);
   } catch (const std::exception& error) {
@@ -236,7 +237,7 @@ bool Container::handle(const FailedCallback& failed) {
     return node != nullptr && failed.node == node->fully_qualified_name();
   };
   if (is_own(service_node_) || is_own(lifecycle_node_)) {
-    policy = OnException::ignore;  // a user's code inside a service: its caller gets no answer
+    policy = OnException::ignore;  // user code threw in a service: its caller gets no response
   } else {
     const std::lock_guard lock(mutex_);
     if (const auto loaded = find(failed.node)) {
@@ -246,15 +247,15 @@ bool Container::handle(const FailedCallback& failed) {
   }
   log(LogLevel::error, "{}{}{} threw: {}; {}", failed.node,
       failed.callback.starts_with('/') ? "" : "/", failed.callback, what,
-      policy == OnException::terminate     ? "the container ends"
-      : policy == OnException::remove_node ? "its node is taken from its executors"
-                                           : "it goes on");
+      policy == OnException::terminate     ? "the container stops"
+      : policy == OnException::remove_node ? "its node is removed from its executors"
+                                           : "ignored");
   if (policy == OnException::remove_node) failed_->trigger();
   return policy != OnException::terminate;
 }
 
-// Not on the thread of the callback: two of one node that fail at the same time would wait for each
-// other.
+// Not called on the thread of the failed callback: two callbacks of one node that fail at the same
+// time would wait for each other.
 void Container::displace_failed() {
   std::vector<std::shared_ptr<Loaded>> failed;
   {
@@ -285,7 +286,7 @@ void Container::start(std::function<void()> on_failure) {
     dma_latency_.emplace(*description_.cpu_dma_latency_us, description_.realtime);
     note(dma_latency_->refused());
   }
-  // A log thread without its attributes is no reason to stop.
+  // Run without the attributes of the log thread rather than fail.
   if (has_thread("log")) {
     Logger::instance().run_in_thread([&] {
       note(apply(thread("log"), std::min(description_.realtime, Realtime::prefer)).refused);
@@ -296,7 +297,7 @@ void Container::start(std::function<void()> on_failure) {
     running->executor->release_timers(false);
     running->thread = std::thread([this, &executor = *running, on_failure] {
       try {
-        // Not what this thread has; what the file gives comes on top.
+        // Start from default attributes, not from those of this thread.
         apply({.name = executor.name}, std::min(description_.realtime, Realtime::prefer));
         executor.executor->spin([this](const FailedCallback& failed) { return handle(failed); });
       } catch (...) {
@@ -314,8 +315,7 @@ void Container::start(std::function<void()> on_failure) {
 }
 
 void Container::release() {
-  // Timers were made one by one, some time ago; now that all threads are there, they start
-  // together.
+  // The constructors created the timers at different times; now all start together.
   {
     const std::lock_guard lock(mutex_);
     for (const auto& loaded : components_) {
@@ -332,14 +332,14 @@ void Container::release() {
 std::size_t Container::pending() const noexcept {
   std::size_t count = 0;
   for (const auto& running : executors_) {
-    // Its own are never done: there are heartbeats.
+    // Exclude the container's own executors: heartbeats keep them busy.
     if (!running->failed.load() && !running->is_own) count += running->executor->pending();
   }
   return count;
 }
 
-// All is served when nothing was pending for several looks in a row: a message that goes from one
-// executor to the next can escape one look, but not all.
+// Waits until several polls in a row find nothing pending: one poll can miss a message that moves
+// from one executor to the next.
 bool Container::drain() {
   const TimePoint limit = Clock::steady().now() + kDrainLimit;
   for (int quiet = 0; quiet < 5; ++quiet) {
@@ -354,7 +354,7 @@ void Container::check_matches() {
   std::vector<OneSidedTopic> topics = one_sided_topics(participant_.get());
   require_matches(topics);
   std::erase_if(topics, [this](const OneSidedTopic& topic) {
-    return description_.must_match.contains(topic.name);  // an error has said it
+    return description_.must_match.contains(topic.name);  // already reported as an error
   });
   const std::string hint = hint_at(topics);
   if (!hint.empty() && !description_.is_split_off) log(LogLevel::info, "{}", hint);
@@ -370,7 +370,7 @@ void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
     if (one_sided != topics.end()) {
       reason = one_sided->reason();
     } else if (!is_known_topic(name, participant_.get())) {
-      reason = "nobody publishes it or subscribes to it; is it misspelt?";
+      reason = "it has no publisher and no subscription; check its name";
     } else {
       continue;
     }
@@ -401,7 +401,7 @@ void Container::shut_down() {
 
 void Container::stop() {
   if (!drain()) {
-    notes_.push_back(fmt::format("messages were still under way {} s after the last timer",
+    notes_.push_back(fmt::format("messages were still in transit {} s after the last timer",
                                  kDrainLimit.count()));
   }
   for (const auto& running : executors_) running->executor->cancel();

@@ -1,4 +1,4 @@
-// A process assembled from a description: components under executors, executors on threads.
+// Container: a process built from a system description.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONTAINER_HPP_
 #define TAKT_CONTAINERS_CONTAINER_HPP_
@@ -30,35 +30,41 @@ namespace takt {
 
 class Loaders;
 
-/// What the command line says over the file.
+/// Settings of the command line that override the file.
 struct ContainerOverrides {
-  std::string executor;   // all components under one executor of this type; empty: as the file says
-  std::string scheduler;  // of every executor; empty: as the file says
+  std::string executor;   // one executor of this type runs all components; empty: as in the file
+  std::string scheduler;  // of every executor; empty: as in the file
   StatisticsLevel statistics = StatisticsLevel::full;
   std::size_t trace_events = 0;  // see ExecutorOptions
   Clock* clock = &Clock::steady();
-  /// Stands in for the one that `dds` of the description asks for; for those who only look.
+  /// Used instead of the participant that `dds` of the description configures: `takt check` and
+  /// `takt plan` must not appear on the network.
   std::shared_ptr<Participant> participant;
-  /// Called before a component's constructor, with what the file calls it, and after it, with an
-  /// empty text; on the thread that makes it.
+  /// Called on the constructing thread before a component's constructor, with the component's name
+  /// in the file, and after it with an empty string.
   std::function<void(std::string_view component)> on_making;
 };
 
-/// Makes the components of a description, gives them and their callback groups to executors, and
-/// runs each executor on threads with the attributes of the file. Thread entries called `main`,
-/// `log`, `watchdog`, `container`, `lifecycle` and `loader` are for the process's own thread, for
-/// the one that writes log lines, for one that tells of missed deadlines when they are missed, for
-/// the one that answers services (see ComponentManager), for one that watches lifecycle nodes and
-/// brings them up (see LifecycleManager), and for one that waits for an unloaded component.
+/// Constructs the components of a description, adds them and their callback groups to executors,
+/// and runs each executor on threads with the attributes given in the file. Some thread names are
+/// reserved for the container's own threads:
+/// - `main`: the main thread of the process
+/// - `log`: writes log lines
+/// - `watchdog`: reports a missed deadline at the moment it is missed
+/// - `container`: serves requests, see ComponentManager
+/// - `lifecycle`: brings up and monitors lifecycle nodes, see LifecycleManager
+/// - `loader`: waits for the running callbacks of an unloaded component
 ///
-/// Components that lie on chains and name no executor are given to those that Takt assigns; thread
-/// entries and executors that are called like a chain take the place of the assigned ones.
+/// A component that is part of a chain and names no executor goes to the executor that Takt assigns
+/// to the chain. A thread or an executor in the file with the name of a chain replaces the assigned
+/// one.
 ///
-/// Life: construct (throws ConfigurationError with file and line) → start → release → hold →
-/// shut_down → stop → result. Several containers go through it together: so all of them spin before
-/// the first timer is released, and none ends while messages are under way. Between start and stop
-/// components may be loaded and unloaded. Thread safety: for one control thread, but for loading
-/// and what is said there. Real-time: all set-up happens before the first callback.
+/// Phases: construct (throws ConfigurationError with file and line) → start → release → hold →
+/// shut_down → stop → result. The containers of a system enter each phase together: all spin before
+/// the first timer is released, and none stops while messages are in transit. Between start and
+/// stop, components may be loaded and unloaded.
+/// Thread safety: one control thread calls all functions, except where a function states otherwise.
+/// Real-time: all set-up happens before the first callback.
 class Container {
  public:
   explicit Container(const SystemDescription& description,
@@ -67,59 +73,61 @@ class Container {
   Container(const Container&) = delete;
   Container& operator=(const Container&) = delete;
 
-  /// Starts the executors; no timer is released yet. `on_failure` is called, on an executor's
-  /// thread, when one of them ends by an exception. Throws Error when rights are refused that the
+  /// Starts the executors, without releasing timers yet. If an exception ends an executor, it calls
+  /// `on_failure` on the executor's thread. Throws Error if the system refuses privileges that the
   /// file requires.
   void start(std::function<void()> on_failure = {});
-  /// Timers begin, and with them the time that the result is about.
+  /// Releases the timers, and starts the measurement that result() returns.
   void release();
-  /// Logs which topics only one side is known of, here and on the domain: one that the file says
-  /// must match as an error, which is a failure of the run. To be called once, when all have had
-  /// the time to find each other. Without it, `hold` looks at those that must match.
+  /// Logs the topics of this process that have only publishers or only subscriptions, in this
+  /// process and on the DDS domain. If the file requires a match (`must_match`), this is an error
+  /// and a failure of the run. Call it once, after discovery had time to complete. If it is not
+  /// called, hold() checks the topics with `must_match`.
   void check_matches();
-  /// Timers are released no more; messages on their way are served.
+  /// Stops the timers; messages in transit are still served.
   void hold();
-  /// How many callbacks are ready or running; 0 when everything that has arrived is done.
+  /// Number of callbacks that are ready or running.
   std::size_t pending() const noexcept;
-  /// Takes the lifecycle nodes down that this process manages, in whatever process they are; so it
-  /// comes before the stop of any. Without a call of it, stop ends them as they are.
+  /// Shuts down the lifecycle nodes that this process manages, which may be in any process of the
+  /// system: so call it before any container stops. If it is not called, stop() leaves their state
+  /// as it is.
   void shut_down();
-  /// Serves what is pending, then ends the executors. Rethrows what a callback threw.
+  /// Serves pending callbacks, then stops the executors. Rethrows the exception of a callback.
   void stop();
 
-  /// Makes a component and gives it to the executor that it names, else to `default`, else to the
-  /// first; its timers begin. Throws Error, and all is as before, when that cannot be: no such
-  /// class, a constructor that throws, a name that is taken or does not exist, an executor that
-  /// would be given more than it can do, a chain that could miss its deadline because of it (see
-  /// chain_bounds) and could not before. Other components run on, however long a constructor takes.
-  /// Thread safety: from one thread at a time, which need not be the control thread.
+  /// Constructs a component and adds it to the executor that it names, else to `default`, else to
+  /// the first one; its timers start. Throws Error, and changes nothing, if the class is unknown,
+  /// the constructor throws, a name is taken or does not exist, an executor would be overloaded, or
+  /// a chain could now miss its deadline (see chain_bounds). Other components keep running,
+  /// however long the constructor takes.
+  /// Thread safety: from one thread at a time, not necessarily the control thread.
   LoadedComponent load(ComponentDescription component);
-  /// Takes a component from its executors, waits for its running callbacks, and destroys it. Throws
-  /// Error when there is none of that number, or when a callback still runs after `limit`: then it
-  /// goes when that callback returns.
+  /// Removes a component from its executors, waits for its running callbacks, and destroys it.
+  /// Throws Error if the id is unknown, or if a callback still runs after `limit`; then the
+  /// component is destroyed when that callback returns.
   /// Thread safety: as load; not from one of the component's own callbacks.
   void unload(std::uint64_t id, Nanoseconds limit = std::chrono::seconds(5));
   /// Thread safety: from any thread.
   std::vector<LoadedComponent> components() const;
-  /// The executors that a component can be given to.
+  /// The executors to which a component can be added.
   std::vector<std::string> executor_names() const;
-  /// As a text of the service set_callback_parameters says. Whatever is wrong is found before
-  /// anything is changed, and thrown as Error. Thread safety: from any thread.
+  /// Applies the changes of a set_callback_parameters request. Checks all of them first, and throws
+  /// Error without changing anything if one is invalid. Thread safety: from any thread.
   void change_parameters(const std::string& changes);
 
-  /// The ends of topics that other processes can see; empty without DDS.
+  /// The publishers and subscriptions that other processes can discover; empty without DDS.
   std::vector<EndpointState> endpoints() const;
 
-  /// The chains of this process, and what was assigned to them.
+  /// The chains of this process, and the executors and priorities assigned to them.
   const Plan& plan() const noexcept { return plan_; }
-  /// As the file says, completed by what was assigned.
+  /// The description from the file, completed with the assigned executors and threads.
   const SystemDescription& description() const noexcept { return description_; }
-  /// The name of the executor that has the group.
+  /// The name of the executor that runs the group.
   std::string executor_of(const Node& node, const CallbackGroup& group) const;
-  /// What callbacks with a budget and a period need of one CPU.
+  /// Utilisation (1.0: one CPU) by the callbacks that have a budget and a period.
   double utilisation_of(const std::string& executor) const;
 
-  /// What the run has shown. After stop.
+  /// The measurements of the run. Call it after stop().
   ProcessResult result() const;
 
  private:
@@ -165,9 +173,9 @@ class Container {
   void begin_counting();
   void end_counting();
 
-  SystemDescription description_;  // completed by what is assigned
+  SystemDescription description_;  // completed with what Takt assigns
   const ContainerOverrides overrides_;
-  Errors errors_;  // of what is made before the start
+  Errors errors_;  // of the set-up, before start
   std::vector<std::string> notes_;
   std::vector<std::string> failures_;  // guarded by mutex_
   bool has_checked_matches_ = false;
@@ -180,15 +188,15 @@ class Container {
   std::vector<std::shared_ptr<Loaded>> components_;
   Plan plan_;
   std::uint64_t last_id_ = 0;
-  std::unique_ptr<Loaders> loaders_;  // made by the first unload
+  std::unique_ptr<Loaders> loaders_;  // created by the first unload
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
   std::unique_ptr<Rosout> rosout_;
-  std::unique_ptr<TimeSource> time_source_;  // when somebody needs it
+  std::unique_ptr<TimeSource> time_source_;  // if a component uses simulated time
   std::shared_ptr<Node> lifecycle_node_;
   std::unique_ptr<HeartbeatSender> heartbeats_;
   std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system
-  std::shared_ptr<GuardCondition> failed_;       // a component has to be taken from its executors
+  std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors
   std::vector<std::shared_ptr<Chain>> chains_;
   std::optional<CpuDmaLatency> dma_latency_;
   TimePoint released_{}, held_{};

@@ -14,7 +14,8 @@ namespace {
 
 constexpr const char* kLoaderThread = "loader";
 
-// Names that only the constructor has made: now it is known which exist.
+// Checks names against the constructed node: only its constructor creates timers, parameters and
+// topics.
 void check_names(const ComponentDescription& component, const Node& node,
                  std::vector<std::string>& errors) {
   const auto add = [&](const SourceLine& where, std::string_view what, const std::string& name,
@@ -51,7 +52,7 @@ void check_names(const ComponentDescription& component, const Node& node,
   check(component.callbacks, node.entities(), "callback");
 }
 
-// Before executors have the callbacks, so that nothing has to be changed there.
+// Sets the parameters before executors get the callbacks, so that no executor needs an update.
 void set_parameters(const ComponentDescription& component, Node& node,
                     std::vector<std::string>& errors) {
   CallbackParameterChanges changes;
@@ -85,7 +86,7 @@ void Container::make_components() {
   for (std::string& error : name_conflicts(components())) errors_.push_back(std::move(error));
 }
 
-// What the file decides about topics: of those that are there.
+// Checks that the topics of the file exist.
 void Container::check_topics() {
   std::vector<std::string> names;
   for (const auto& loaded : components_) {
@@ -104,16 +105,16 @@ void Container::check_topics() {
 std::unique_ptr<Component> Container::construct(const ComponentDescription& component,
                                                 const NodeOptions& options) const {
   if (!overrides_.on_making) return takt::components().make(component.type, options);
-  struct Told {
-    const std::function<void(std::string_view)>& tell;
-    ~Told() { tell(""); }
+  struct EndOfMaking {
+    const std::function<void(std::string_view)>& on_making;
+    ~EndOfMaking() { on_making(""); }
   };
   overrides_.on_making(component.name.empty() ? component.type : component.name);
-  const Told told{overrides_.on_making};
+  const EndOfMaking end{overrides_.on_making};
   return takt::components().make(component.type, options);
 }
 
-// nullptr, and errors, when it cannot be made as described.
+// Constructs a component as described; on failure adds errors and returns nullptr.
 std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& component,
                                                    Errors& errors) const {
   NodeOptions options;
@@ -145,7 +146,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   return errors.size() == before ? loaded : nullptr;
 }
 
-// Throws Error when one that the component names does not exist, or cannot do what it asks for.
+// Throws Error if the component names an executor that does not exist or cannot run it.
 void Container::choose_executors(ComponentDescription& component) const {
   const std::vector<std::string> names = executor_names();
   const auto exists = [&](const std::string& name) {
@@ -166,13 +167,13 @@ void Container::choose_executors(ComponentDescription& component) const {
     if (!group.executor.empty()) check(group.executor);
   }
   if (component.on_exception == OnException::remove_node && failed_ == nullptr) {
-    throw Error("'on_exception: remove_node' needs a thread that does it",
+    throw Error("'on_exception: remove_node' needs a thread that removes the node",
                 "add a thread called 'container'", component.where);
   }
 }
 
-// Into the list and the plan, where its executors can bear it; else throws Error, and all is as
-// before.
+// Adds the component to the list and the plan. Throws Error, and changes nothing, if its executors
+// would be overloaded or a chain could miss its deadline.
 void Container::admit(const std::shared_ptr<Loaded>& loaded) {
   const std::shared_ptr<Node>& node = loaded->node();
   const std::lock_guard lock(mutex_);
@@ -194,12 +195,13 @@ void Container::admit(const std::shared_ptr<Loaded>& loaded) {
   const std::vector<ChainBound> after = bounds();
   for (std::size_t i = 0; i < after.size(); ++i) {
     if (after[i].bound <= after[i].deadline || before[i].bound > before[i].deadline) continue;
-    errors.push_back(fmt::format(
-        "with '{}', chain '{}' could take {}, and its deadline is {}; without, {}; give it "
-        "another executor, less priority, or a smaller budget",
-        node->fully_qualified_name(), after[i].chain,
-        after[i].bound == Nanoseconds::max() ? "for ever" : to_string(after[i].bound),
-        to_string(after[i].deadline), to_string(before[i].bound)));
+    errors.push_back(
+        fmt::format("with '{}', chain '{}' could take {}, and its deadline is {}; without it, the "
+                    "chain takes {}; "
+                    "give the component another executor, a lower priority, or a smaller budget",
+                    node->fully_qualified_name(), after[i].chain,
+                    after[i].bound == Nanoseconds::max() ? "for ever" : to_string(after[i].bound),
+                    to_string(after[i].deadline), to_string(before[i].bound)));
   }
   if (!errors.empty()) {
     forget(*loaded);
@@ -217,7 +219,7 @@ LoadedComponent Container::load(ComponentDescription component) {
   admit(loaded);
   const std::shared_ptr<Node>& node = loaded->node();
   for (const auto& entity : node->entities()) {
-    // It was made long ago.
+    // The measured time starts at the loading, not at the container's start.
     if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
   }
   try {
@@ -231,7 +233,7 @@ LoadedComponent Container::load(ComponentDescription component) {
   return {loaded->id, node->fully_qualified_name(), component.type, component.where};
 }
 
-// With the mutex held; nullptr when there is none.
+// Returns nullptr if there is none. Call with the mutex held.
 std::shared_ptr<Container::Loaded> Container::find(std::string_view name) const {
   const auto found = std::find_if(components_.begin(), components_.end(), [&](const auto& loaded) {
     return loaded->node()->fully_qualified_name() == name;
@@ -239,7 +241,7 @@ std::shared_ptr<Container::Loaded> Container::find(std::string_view name) const 
   return found != components_.end() ? *found : nullptr;
 }
 
-// With the mutex held.
+// Call with the mutex held.
 void Container::forget(const Loaded& loaded) {
   std::erase_if(plan_.callbacks, [&](const auto& entry) { return entry.node == loaded.node(); });
   std::erase_if(components_, [&](const auto& entry) { return entry.get() == &loaded; });
@@ -260,7 +262,7 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
     }
     if (std::exchange(loaded->is_leaving, true)) {
       throw Error(fmt::format("component {} is being unloaded already", id),
-                  "it goes when its callbacks have returned");
+                  "it is destroyed when its callbacks have returned");
     }
   }
   // On this thread, as it may be the one that runs them.
@@ -271,7 +273,7 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
     try {
       displace(*loaded);
     } catch (...) {
-      serve(*loaded);  // it stays, and so do its services
+      serve(*loaded);  // it was not removed, so serve its services again
       const std::lock_guard lock(mutex_);
       loaded->is_leaving = false;
       throw;
@@ -294,7 +296,7 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
   if (done.wait_for(limit) == std::future_status::timeout) {
     throw Error(
         fmt::format("component {} '{}' still runs a callback after {}", id, name, to_string(limit)),
-        "it goes when that returns");
+        "it is destroyed when the callback returns");
   }
   done.get();
 }
@@ -316,7 +318,7 @@ void Container::serve(Loaded& loaded) {
     time_source_ = std::make_unique<TimeSource>(*service_node_, simulated_clock_);
   }
   const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
-  if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->tell(node);
+  if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->add(node);
 }
 
 void Container::change_parameters(const std::string& text) {
@@ -377,7 +379,7 @@ void Container::displace(Loaded& loaded) {
   loaded.is_displaced = true;
 }
 
-// None of its callbacks runs any more.
+// None of its callbacks runs now.
 void Container::complete(Loaded& loaded) {
   if (std::exchange(loaded.is_complete, true)) return;
   auto* const completing = dynamic_cast<Completing*>(loaded.node().get());

@@ -1,4 +1,4 @@
-// What a container has of each executor and of each component. For the files of the container.
+// The container's data about each executor and each component. Private to the container's files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONTAINER_PARTS_HPP_
 #define TAKT_CONTAINERS_CONTAINER_PARTS_HPP_
@@ -20,7 +20,7 @@ inline constexpr const char* kDefaultExecutor = "default";
 struct Container::RunningExecutor {
   std::string name;
   std::unique_ptr<Executor> executor;
-  bool is_own = false;  // of the container: for services, and the lifecycle
+  bool is_own = false;  // serves the container itself: requests or lifecycle
   std::thread thread;
   std::exception_ptr exception;  // read when `failed`
   std::atomic<bool> failed{false};
@@ -30,10 +30,10 @@ struct Container::Loaded {
   std::uint64_t id = 0;
   ComponentDescription description;
   std::unique_ptr<Component> component;
-  std::shared_ptr<void> services, heartbeat;  // of its node, on ours
+  std::shared_ptr<void> services, heartbeat;  // of this component, on the container's own node
   // Guarded by mutex_.
   bool is_leaving = false;
-  bool has_failed = false;  // and has to be taken from its executors
+  bool has_failed = false;  // a callback threw: remove it from its executors
 
   std::mutex displacing;
   bool is_displaced = false;
@@ -44,7 +44,7 @@ struct Container::Loaded {
     const auto found = description.parameters.find(kUseSimTime);
     return found != description.parameters.end() && found->second == ParameterValue(true);
   }
-  /// Where the description puts this group apart from the rest of its node; else empty.
+  /// The executor that the description gives this group; empty: the component's executor.
   std::string own_executor(const CallbackGroup& group) const {
     const auto found = description.callback_groups.find(group.name());
     return found != description.callback_groups.end() ? found->second.executor : "";

@@ -1,4 +1,4 @@
-// Chains of a container, and whether its executors can do what they are given.
+// The chains of a container, and the check that its executors are not overloaded.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ void Container::make_chains() {
   }
 }
 
-// What the file leaves open is as Takt assigns it.
+// Applies Takt's assignments where the file gives no value.
 void Container::assign() {
   for (const Plan::Callback& callback : plan_.callbacks) {
     if (callback.priority == 0 || callback.node->callback_parameters(*callback.entity).priority) {
@@ -51,7 +51,7 @@ void Container::assign() {
   }
 }
 
-// What executors name: callbacks that they have.
+// Checks that the callbacks named by executors exist.
 void Container::check_listed_callbacks() {
   for (const ExecutorDescription& executor : description_.executors) {
     std::vector<std::string> listed = executor.order;
@@ -96,7 +96,7 @@ double Container::utilisation_of(const std::string& executor) const {
   return utilisation;
 }
 
-// Of CPUs: a thread is one, a reserved one what it has reserved.
+// In CPUs: 1 for each thread, or its utilisation for a SCHED_DEADLINE thread.
 double Container::capacity_of(const ExecutorDescription& executor) const {
   if (executor.threads.empty()) return 1;
   double capacity = 0;
@@ -124,8 +124,7 @@ std::vector<ChainBound> Container::bounds() const {
   });
 }
 
-// An executor whose callbacks need more time than its threads have cannot serve them, whatever its
-// order.
+// No scheduling order can serve callbacks that need more time than the executor's threads have.
 Container::Errors Container::too_much_for_executors() const {
   Errors errors;
   for (const ExecutorDescription& executor : description_.executors) {

@@ -1,4 +1,4 @@
-// What a run has shown.
+// Collects the measurements of a run.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <fstream>
@@ -33,7 +33,7 @@ std::uint64_t proportional_set_size_kb() {
   return 0;
 }
 
-// Adds to, or takes from, the counters what the kernel has counted of a thread that is not ours.
+// Adds (or subtracts) the kernel's counters of a thread that Takt did not start.
 void read_counters(ThreadStatistics& thread, int sign) {
   const std::string task = fmt::format("/proc/self/task/{}/", thread.in_force.tid);
   std::int64_t cpu_time_ns = 0;
@@ -50,7 +50,7 @@ void read_counters(ThreadStatistics& thread, int sign) {
 
 }  // namespace
 
-// From the release to the hold.
+// The measured time is from release to hold.
 void Container::begin_counting() {
   released_ = Clock::steady().now();
   cpu_time_ = process_cpu_time();

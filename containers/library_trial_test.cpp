@@ -84,7 +84,7 @@ TEST_F(LibraryTrial, RefusesAnInitialiserThatNeverReturns) {
   }
 }
 
-// A program that ignores SIGCHLD cannot be told how a child has ended.
+// A program that ignores SIGCHLD cannot learn how a child process ended.
 TEST_F(LibraryTrial, NeedsNoStatusOfItsProcess) {
   const auto before = signal(SIGCHLD, SIG_IGN);
   EXPECT_NO_THROW(try_library(TAKT_TEST_COMPONENTS, 60s));

@@ -13,8 +13,8 @@ namespace {
 using lifecycle_msgs::srv::ChangeState;
 
 constexpr const char* kTopic = "/takt/heartbeat";
-constexpr std::size_t kDepth = 100;  // nodes that tell at the same time
-// The answer of a process that ended, and began again before it was missed, never comes.
+constexpr std::size_t kDepth = 100;  // heartbeats that may arrive at the same time
+// If a process restarts so fast that its loss is not noticed, its response never arrives.
 constexpr Nanoseconds kTimeout = std::chrono::seconds(30);
 
 }  // namespace
@@ -24,11 +24,11 @@ constexpr Nanoseconds kTimeout = std::chrono::seconds(30);
 HeartbeatSender::HeartbeatSender(Node& host, Nanoseconds heartbeat)
     : publisher_(host.create_publisher<Heartbeat>(kTopic, kDepth)),
       timer_(host.create_timer("heartbeat", heartbeat / 3, [this] { send(); })) {
-  // The first at once: who brings nodes up waits for it.
+  // Send the first heartbeat at once: the manager waits for it before it brings the node up.
   timer_->release_at(host.clock().now());
 }
 
-std::shared_ptr<void> HeartbeatSender::tell(const std::shared_ptr<LifecycleNode>& node) {
+std::shared_ptr<void> HeartbeatSender::add(const std::shared_ptr<LifecycleNode>& node) {
   const std::lock_guard lock(mutex_);
   std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
   nodes_.push_back(node);
@@ -58,14 +58,14 @@ struct LifecycleManager::Managed {
   std::shared_ptr<Client<ChangeState>> client;
   LifecycleState state = LifecycleState::unknown;
   TimePoint heard{}, answered{};
-  std::uint64_t call = 0;   // the number of the request that is under way, or was the last
-  bool is_asked = false;    // a request is under way
-  bool is_lost = false;     // was heard of, and is not any more
-  bool has_failed = false;  // a transition
-  bool was_up = false;      // so who deactivates it, but us, knows why
-  bool waits = false;       // was deactivated because of what it depends on
+  std::uint64_t call = 0;   // the number of the last request
+  bool is_asked = false;    // the last request has no response yet
+  bool is_lost = false;     // its heartbeats stopped
+  bool has_failed = false;  // it failed or refused a transition
+  bool was_up = false;      // if it is inactive now, another client deactivated it: leave it alone
+  bool waits = false;       // deactivated until the nodes that it depends on are active
 
-  /// Those after it in the order need not wait for it.
+  /// Whether the manager can continue with the next node in the order.
   bool is_settled() const {
     return state == LifecycleState::active || is_lost || has_failed || (was_up && !waits);
   }
@@ -92,7 +92,7 @@ void LifecycleManager::bring_up() {
   const std::lock_guard lock(mutex_);
   target_ = Target::up;
   for (const auto& node : nodes_) node->heard = clock_.now();
-  step();  // some may have told already
+  step();  // some heartbeats may have arrived already
 }
 
 std::vector<std::string> LifecycleManager::shut_down(Nanoseconds limit) {
@@ -125,9 +125,9 @@ void LifecycleManager::heard(const Heartbeat& heartbeat) {
     node->heard = clock_.now();
     if (std::exchange(node->is_lost, false)) {
       log(LogLevel::warn, "lifecycle: {} is back", node->name);
-      node->was_up = node->has_failed = false;  // it begins anew
+      node->was_up = node->has_failed = false;  // bring it up again
     }
-    // While a request is under way, its answer tells, and right after it what was sent before.
+    // While a request waits for its response, heartbeats may be older than the transition.
     const bool may_be_old = clock_.now() - node->answered < description_.heartbeat / 3;
     if (!node->is_asked && !may_be_old) node->state = static_cast<LifecycleState>(heartbeat.state);
     node->was_up |= node->state == LifecycleState::active;
@@ -143,21 +143,21 @@ void LifecycleManager::look_for_lost() {
     node->is_lost = true;
     node->is_asked = false;
     node->state = LifecycleState::unknown;
-    log(LogLevel::error, "lifecycle: nothing heard of {} for {} ms", node->name,
+    log(LogLevel::error, "lifecycle: {} is lost: no heartbeat for {} ms", node->name,
         description_.heartbeat / std::chrono::milliseconds(1));
     if (description_.on_loss == LifecycleDescription::OnLoss::shutdown) target_ = Target::down;
   }
   step();
 }
 
-// With the mutex held, as all below. Asks for what may be done now.
+// Requests the transitions that are possible now. This and all functions below need the mutex.
 void LifecycleManager::step() {
   if (target_ == Target::up) {
     for (const auto& node : nodes_) {
       step_up(*node);
       if (!node->is_settled()) break;
     }
-    // Those further back are up already, and may have to rest.
+    // Nodes later in the order may be up already, and need deactivation.
     for (const auto& node : nodes_) {
       if (node->state == LifecycleState::active && !may_be_active(*node)) step_up(*node);
     }
@@ -206,7 +206,7 @@ void LifecycleManager::step_down(Managed& node) {
 }
 
 void LifecycleManager::ask(Managed& node, std::string_view transition) {
-  if (!node.client->service_is_ready()) return;  // the next heartbeat brings us here again
+  if (!node.client->service_is_ready()) return;  // the next heartbeat tries again
   node.is_asked = true;
   const std::uint64_t call = ++node.call;
   log(LogLevel::info, "lifecycle: {} {}", transition, node.name);
@@ -215,9 +215,9 @@ void LifecycleManager::ask(Managed& node, std::string_view transition) {
   node.client->async_send_request(
       request, [this, &node, call, label = std::string(transition)](const auto* response) {
         const std::lock_guard lock(mutex_);
-        if (!node.is_asked || node.call != call) return;  // it was lost meanwhile
+        if (!node.is_asked || node.call != call) return;  // the node was lost meanwhile
         node.is_asked = false;
-        if (response == nullptr) {  // its heartbeats tell what has become of it
+        if (response == nullptr) {  // its heartbeats show its state
           log(LogLevel::warn, "lifecycle: {} has not answered for {} s: {}", node.name,
               kTimeout / std::chrono::seconds(1), label);
           return;
@@ -225,7 +225,7 @@ void LifecycleManager::ask(Managed& node, std::string_view transition) {
         node.answered = clock_.now();
         if (!response->success) {
           node.has_failed = true;
-          log(LogLevel::error, "lifecycle: {} has failed to {}", node.name, label);
+          log(LogLevel::error, "lifecycle: {} failed to {}", node.name, label);
         } else {
           node.state = label == "activate"   ? LifecycleState::active
                        : label == "cleanup"  ? LifecycleState::unconfigured

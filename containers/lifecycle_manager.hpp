@@ -1,4 +1,4 @@
-// Brings the lifecycle nodes of a system up together, and down again.
+// Brings the lifecycle nodes of a system up in order, monitors them, and shuts them down.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LIFECYCLE_MANAGER_HPP_
 #define TAKT_CONTAINERS_LIFECYCLE_MANAGER_HPP_
@@ -16,23 +16,22 @@
 
 namespace takt {
 
-/// That a node's process lives, and the node's state: what a manager watches, whatever process it
-/// is in.
+/// Sent periodically by the process of a lifecycle node: shows that the process is alive, and the
+/// node's state.
 struct Heartbeat {
   std::string node;        // with its namespace
   std::uint8_t state = 0;  // a LifecycleState
 };
 TAKT_MESSAGE(Heartbeat, "takt_interfaces/msg/Heartbeat", node, state);
 
-/// Tells the state of the lifecycle nodes of a process, three times in the time that a manager
-/// waits.
-/// Thread safety: nodes come and go from any thread.
-/// Real-time: no; on the container's own thread.
+/// Publishes the state of the lifecycle nodes of a process, three times per `heartbeat`, so that
+/// one lost message does not make a node lost. Thread safety: from any thread. Real-time: no; it
+/// runs on the container's own thread.
 class HeartbeatSender {
  public:
   HeartbeatSender(Node& host, Nanoseconds heartbeat);
-  /// As long as the result lives.
-  std::shared_ptr<void> tell(const std::shared_ptr<LifecycleNode>& node);
+  /// Includes a node for as long as the returned object lives.
+  std::shared_ptr<void> add(const std::shared_ptr<LifecycleNode>& node);
 
  private:
   void send();
@@ -43,20 +42,21 @@ class HeartbeatSender {
   std::shared_ptr<Timer> timer_;
 };
 
-/// The rules, which hold whoever changes a state (the manager itself asks by ROS 2's change_state,
-/// so nodes may be in any process):
-/// 1. Up: in the order of `bring_up` each node is configured and activated; the next one comes when
-///    it is active, or has failed. A node comes up only while all that it depends on are active.
-/// 2. While it is active and one that it depends on is not, it is deactivated, and activated when
-///    that is active again (`on_loss: deactivate_dependents`).
-/// 3. A node of which nothing was heard for `heartbeat` is lost, until it is heard of again: then
-///    it comes up from wherever it is. `on_loss: shutdown` takes all down, for good; `report` logs.
-/// 4. A node that has refused or failed a transition is left alone, and so is one that was up and
-///    was deactivated by somebody else.
-///    One that has not answered for 30 s is asked again, if its heartbeats say that it has to be.
-/// 5. Down: in reverse order each node is deactivated, cleaned up and shut down.
+/// Manages lifecycle nodes of any process by ROS 2's service change_state. It reacts to the state
+/// in their heartbeats, so the rules also hold when another client changes a state:
+/// 1. Up: it configures and activates the nodes in the order of `bring_up`, each after the one
+///    before it is active or has failed, and only while all nodes that it depends on are active.
+/// 2. If a node that an active node depends on becomes inactive, the dependent node is deactivated,
+///    and activated again afterwards (`on_loss: deactivate_dependents`).
+/// 3. A node without heartbeats for the time `heartbeat` is lost. When its heartbeats return, it is
+///    brought up from its present state. With `on_loss: shutdown` the manager shuts down all nodes
+///    for good; with `report` it only logs.
+/// 4. The manager leaves a node alone that refused or failed a transition, or that another client
+///    deactivated. If a node has not answered a request for 30 s, and its heartbeats show that the
+///    transition is still needed, the manager repeats the request.
+/// 5. Down: in reverse order it deactivates, cleans up and shuts down each node.
 ///
-/// Thread safety: its callbacks run on the host's executor; the rest from any thread.
+/// Thread safety: callbacks run on the host's executor; all functions from any thread.
 /// Real-time: no.
 class LifecycleManager {
  public:
@@ -66,10 +66,10 @@ class LifecycleManager {
   LifecycleManager& operator=(const LifecycleManager&) = delete;
 
   void bring_up();
-  /// Returns when all that can be reached are finalized, or the time is up: then with the names of
-  /// those that are not.
+  /// Waits until all reachable nodes are finalized, or until `limit` has passed. Returns the names
+  /// of the nodes that are not finalized.
   std::vector<std::string> shut_down(Nanoseconds limit);
-  /// All that come up are active. For tests.
+  /// Whether all nodes are active. For tests.
   bool is_up() const;
 
  private:

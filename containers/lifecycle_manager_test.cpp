@@ -53,7 +53,7 @@ struct Process {
     for (const std::string& name : names) {
       nodes.push_back(std::make_shared<Managed>(name, clock, trace));
       services.push_back(std::make_unique<LifecycleServices>(*nodes.back(), *host));
-      told.push_back(heartbeats.tell(nodes.back()));
+      sent.push_back(heartbeats.add(nodes.back()));
     }
     executor.add_node(host);
   }
@@ -61,7 +61,7 @@ struct Process {
   HeartbeatSender heartbeats;
   std::vector<std::shared_ptr<Managed>> nodes;
   std::vector<std::unique_ptr<LifecycleServices>> services;
-  std::vector<std::shared_ptr<void>> told;
+  std::vector<std::shared_ptr<void>> sent;
 };
 
 class Lifecycle : public testing::Test {

@@ -32,7 +32,7 @@ bool is_in_index(const std::string& library) {
 void LoadPolicy::check() const {
   if (kind != Kind::off) return;
   throw Error("this container loads no components on request",
-              "say `load: index` under it in its file, or `takt run --name NAME --load index`");
+              "write `load: index` for it in its file, or use `takt run --name NAME --load index`");
 }
 
 std::string LoadPolicy::permitted(const std::string& library) const {
@@ -52,7 +52,8 @@ std::string LoadPolicy::permitted(const std::string& library) const {
                     "file, or by `takt run --name NAME --load {0}`",
                     folder.empty() ? "FOLDER" : folder));
   }
-  // The linker would put something else in the place of `$LIB` in a path, which then is no file.
+  // The dynamic linker would expand `$LIB` in a path, and so load another file than the checked
+  // one.
   std::error_code none;
   if (path.find('/') == std::string::npos || fs::is_regular_file(path, none)) return path;
   throw Error(fmt::format("there is no library '{}'", path), "name a shared library");
@@ -82,8 +83,8 @@ LoadPolicy parse_load_policy(const std::vector<std::string>& words) {
     if (kind == kinds.end()) {
       policy.folders.push_back(real_folder(word));
     } else if (words.size() > 1) {
-      throw Error(fmt::format("'{}' does not stand beside others", word),
-                  "give `off`, `index` or `any` alone, or folders, beside which the index counts");
+      throw Error(fmt::format("'{}' cannot be combined with other values", word),
+                  "give `off`, `index` or `any` alone, or only folders, which extend the index");
     } else {
       policy.kind = kind->second;
     }

@@ -1,4 +1,4 @@
-// Which libraries a container loads when it is asked to while it runs.
+// Which libraries a running container may load on request.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LOAD_POLICY_HPP_
 #define TAKT_CONTAINERS_LOAD_POLICY_HPP_
@@ -8,38 +8,39 @@
 
 namespace takt {
 
-/// A library runs its code in the process that loads it, and every process on the DDS domain can
-/// ask a container to load one. So only what its owner has named is loaded: in the component index,
-/// in the configuration file, or here.
-/// Thread safety: as a value.
+/// A library runs code in the process that loads it, and every process on the DDS domain can send a
+/// load request. So a container loads only libraries that its owner has named: in the component
+/// index, in the configuration file, or here.
+/// Thread safety: none, as for any value.
 /// Real-time: no; it reads the file system.
 struct LoadPolicy {
   enum class Kind {
-    off,    // no component, of whatever class
-    index,  // what the component index knows, and the next two
-    any,    // whatever is asked for
+    off,    // nothing, not even a class that is registered already
+    index,  // libraries in the component index, in `libraries` and in `folders`
+    any,    // every library
   };
   Kind kind = Kind::index;
-  std::vector<std::string> libraries;  // named by the file; as real_library() returns them
-  std::vector<std::string> folders;    // libraries in and below them; without links and `..`
+  std::vector<std::string> libraries;  // named in the file; as real_library() returns them
+  std::vector<std::string> folders;    // with their subfolders; as real_folder() returns them
 
-  /// Throws Error when no component is loaded on request.
+  /// Throws Error if the kind is `off`.
   void check() const;
-  /// What to load when this library is asked for: with `index` its path without links and `..`, so
-  /// that nothing else is loaded than what was compared. Throws Error when it may not be loaded, or
-  /// is no file.
+  /// Returns the path to load for a requested library. With `index` it is free of links and `..`:
+  /// otherwise a link could change between the check and the load. Throws Error if the policy
+  /// forbids the library, or if it is no file.
   std::string permitted(const std::string& library) const;
 };
 
-/// The path of a library without symbolic links and `..`, whether or not it exists; empty when it
-/// cannot be followed. A name without a slash is the dynamic linker's to find, and stays as it is.
+/// Resolves symbolic links and `..` in the path of a library, which need not exist. Returns an
+/// empty string on error. A name without a slash is returned as it is: the dynamic linker searches
+/// it.
 std::string real_library(const std::string& library);
 
-/// The path of a folder that exists, without symbolic links and `..`; else throws Error.
+/// Resolves symbolic links and `..` in the path of a folder. Throws Error if it does not exist.
 std::string real_folder(const std::string& folder);
 
-/// What an option says: `off`, `index`, `any`, or a folder, of which there may be several. Throws
-/// Error for a folder that does not exist, and for a word that does not stand alone.
+/// Reads the option's values: one of `off`, `index` and `any`, or one or more folders. Throws Error
+/// for a folder that does not exist, and for a word that is combined with other values.
 LoadPolicy parse_load_policy(const std::vector<std::string>& words);
 
 }  // namespace takt

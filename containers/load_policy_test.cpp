@@ -76,8 +76,8 @@ TEST_F(LoadPolicyTest, NamesTheKeyAndTheOptionThatWouldAllowIt) {
                 path("theirs") + "`");
   EXPECT_THAT(outcome({}, "libm.so.6"), StartsWith("library 'libm.so.6' may not be loaded"));
   EXPECT_EQ(outcome({.kind = LoadPolicy::Kind::off}, path("ours/below/lib.so")),
-            "this container loads no components on request; say `load: index` under it in its "
-            "file, or `takt run --name NAME --load index`");
+            "this container loads no components on request; write `load: index` for it in its "
+            "file, or use `takt run --name NAME --load index`");
   EXPECT_EQ(LoadPolicy{.kind = LoadPolicy::Kind::any}.permitted("libm.so.6"), "libm.so.6");
 }
 
@@ -120,7 +120,8 @@ TEST_F(LoadPolicyTest, IsOneWordOrFoldersInAnOption) {
               ElementsAre(path("theirs"), path("ours")));
   EXPECT_EQ(error_of({path("no")}),
             "there is no folder '" + path("no") + "'; name one that has libraries");
-  EXPECT_THAT(error_of({"any", path("ours")}), StartsWith("'any' does not stand beside others"));
+  EXPECT_THAT(error_of({"any", path("ours")}),
+              StartsWith("'any' cannot be combined with other values"));
 }
 
 TEST(LoadPolicy, OfAFileIsThatOfTheContainer) {

@@ -1,4 +1,4 @@
-// A component of a running container, for those who ask what there is.
+// Describes a component of a running container.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LOADED_COMPONENT_HPP_
 #define TAKT_CONTAINERS_LOADED_COMPONENT_HPP_
@@ -16,11 +16,11 @@ struct LoadedComponent {
   std::uint64_t id = 0;  // 1, 2, … in the order of loading
   std::string name;      // of its node, with the namespace
   std::string type;
-  SourceLine where;  // in the file
+  SourceLine where;  // in the configuration file; empty: loaded on request
 };
 
-/// An error for each node whose name another one before it has. The file's reader has checked the
-/// names that the file gives; here are those that only the code gives too.
+/// Returns an error for each node that has the name of an earlier one. The reader of the file
+/// checks the names given there; this also finds names that the code of a component gives.
 std::vector<std::string> name_conflicts(std::span<const LoadedComponent> components);
 
 }  // namespace takt

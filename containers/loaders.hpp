@@ -1,4 +1,4 @@
-// Threads that unload components.
+// Threads that finish unloading components in the background.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LOADERS_HPP_
 #define TAKT_CONTAINERS_LOADERS_HPP_
@@ -17,9 +17,11 @@
 
 namespace takt {
 
-/// Threads that wait for the callbacks of unloaded components: one, and one more for each that
-/// still waits. They stay, because to make and end a thread is work that the kernel does not
-/// interrupt while memory is locked.
+/// Threads that wait for the running callbacks of unloaded components. A task gets an idle thread,
+/// or a new one if all wait. Threads are kept until destruction: with locked memory, the kernel
+/// creates and ends threads in long non-preemptible sections.
+/// Thread safety: run() from any thread.
+/// Real-time: no.
 class Loaders {
  public:
   Loaders(ThreadAttributes attributes, Realtime realtime)
@@ -28,7 +30,7 @@ class Loaders {
   Loaders(const Loaders&) = delete;
   Loaders& operator=(const Loaders&) = delete;
 
-  /// The result is there when the thread is free again.
+  /// Runs the task on one of the threads; the future is ready when it has returned.
   std::future<void> run(std::function<void()> work);
 
  private:

@@ -216,7 +216,7 @@ TEST_F(Loading, NeedsAnExecutorAndForRemovalAThread) {
   ComponentDescription guest = guest_;
   guest.on_exception = OnException::remove_node;
   EXPECT_EQ(error_of([&] { container_->load(guest); }),
-            "'on_exception: remove_node' needs a thread that does it; add a thread called "
+            "'on_exception: remove_node' needs a thread that removes the node; add a thread called "
             "'container'");
   EXPECT_EQ(board.alive, 0);
 }
@@ -315,8 +315,9 @@ TEST_F(Loading, UnloadWaitsForARunningCallbackButNotForEver) {
   const std::uint64_t id = container_->load(guest_).id;
   board.change([](Board& b) { b.is_blocked = true; });
   ASSERT_TRUE(board.wait([](const Board& b) { return b.is_in_callback; }));
-  EXPECT_THAT(error_of([&] { container_->unload(id, 20ms); }),
-              HasSubstr("still runs a callback after 20ms; it goes when that returns"));
+  EXPECT_THAT(
+      error_of([&] { container_->unload(id, 20ms); }),
+      HasSubstr("still runs a callback after 20ms; it is destroyed when the callback returns"));
   EXPECT_THAT(container_->components(), IsEmpty());
   EXPECT_THAT(error_of([&] { container_->unload(id); }), HasSubstr("is being unloaded already"));
   board.change([](Board& b) { b.is_blocked = false; });

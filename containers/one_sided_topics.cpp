@@ -23,8 +23,8 @@ bool is_everywhere(const std::string& topic) {
 }  // namespace
 
 std::string OneSidedTopic::reason() const {
-  return is_published ? fmt::format("nobody subscribes to it of {}", fmt::join(nodes, ", "))
-                      : fmt::format("nobody publishes it for {}", fmt::join(nodes, ", "));
+  return is_published ? fmt::format("no subscription; published by {}", fmt::join(nodes, ", "))
+                      : fmt::format("no publisher; subscribed by {}", fmt::join(nodes, ", "));
 }
 
 std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
@@ -35,7 +35,7 @@ std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
   const LocalTopics here = local_topics();
   for (const Endpoint& end : here.publishers) topics[end.topic].publishing.insert(end.node);
   for (const Endpoint& end : here.subscriptions) topics[end.topic].subscribing.insert(end.node);
-  std::erase_if(topics, [](const auto& topic) {  // those of services do not begin with a slash
+  std::erase_if(topics, [](const auto& topic) {  // topics of services have no leading slash
     const Nodes& nodes = topic.second;
     return !topic.first.starts_with('/') ||
            (!nodes.publishing.empty() && !nodes.subscribing.empty());
@@ -81,7 +81,7 @@ std::string hint_at(const std::vector<OneSidedTopic>& topics) {
   }
   if (texts.empty()) return "";
   const std::size_t named = std::min(texts.size(), kMostNamed);
-  std::string line = fmt::format("topics of which only one side is known: {}",
+  std::string line = fmt::format("topics without publisher or without subscription: {}",
                                  fmt::join(texts.begin(), texts.begin() + named, ", "));
   if (named < texts.size()) line += fmt::format(", and {} more", texts.size() - named);
   return line;

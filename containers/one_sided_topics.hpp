@@ -1,4 +1,4 @@
-// Which topics have publishers and no subscription, or the other way round, and what to say of it.
+// Finds topics that have publishers but no subscription, or the reverse: often a misspelt name.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_ONE_SIDED_TOPICS_HPP_
 #define TAKT_CONTAINERS_ONE_SIDED_TOPICS_HPP_
@@ -10,26 +10,27 @@
 
 namespace takt {
 
-/// A topic that this process publishes or subscribes to, and nobody does the other.
+/// A topic that this process publishes without any subscription, or subscribes to without any
+/// publisher.
 struct OneSidedTopic {
   std::string name;
-  bool is_published = false;       // else it is subscribed to
+  bool is_published = false;       // by this process; else it subscribes
   std::vector<std::string> nodes;  // of this process, sorted
 
   /// "nobody publishes it for /map, /planner"
   std::string reason() const;
 };
 
-/// By name: from what is in this process, and what `participant` has discovered by now; nullptr:
-/// without DDS. Thread safety: from any thread. Real-time: no.
+/// Returns them sorted by name, from the endpoints of this process and those that `participant` has
+/// discovered so far (nullptr: no DDS). Thread safety: from any thread. Real-time: no.
 std::vector<OneSidedTopic> one_sided_topics(Participant* participant);
 
-/// Whether anybody publishes it or subscribes to it, in this process or as far as `participant` has
-/// discovered. Thread safety: from any thread. Real-time: no.
+/// Whether the topic has a publisher or a subscription, in this process or discovered by
+/// `participant`. Thread safety: from any thread. Real-time: no.
 bool is_known_topic(const std::string& name, Participant* participant);
 
-/// One line for those of them that a user may have got wrong; empty: there are none. Left out are
-/// the topics that every node has, and those that ROS 2 hides.
+/// Returns one line about the topics that may be mistakes; empty if there are none. It leaves out
+/// the topics that every node has, and ROS 2's hidden topics.
 std::string hint_at(const std::vector<OneSidedTopic>& topics);
 
 }  // namespace takt

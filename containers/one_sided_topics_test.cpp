@@ -68,8 +68,9 @@ TEST(OneSidedTopics, AreHintedAtWhereAUserMayHaveErred) {
             "");
   EXPECT_EQ(
       hint_at({{"/map", true, {"/a"}}, {"/rosout", true, {"/a"}}, {"/scan", false, {"/b", "/c"}}}),
-      "topics of which only one side is known: '/map' (nobody subscribes to it of /a), "
-      "'/scan' (nobody publishes it for /b, /c)");
+      "topics without publisher or without subscription: '/map' (no subscription; published by "
+      "/a), "
+      "'/scan' (no publisher; subscribed by /b, /c)");
   EXPECT_THAT(hint_at(std::vector<OneSidedTopic>(12, {"/map", true, {"/a"}})),
               HasSubstr(", and 2 more"));
 }
@@ -105,7 +106,7 @@ std::vector<std::string> failures(Act&& act) {
 }
 
 constexpr const char* kFailure =
-    "test.yaml:6: topic '/scan' must match: nobody publishes it for /listener";
+    "test.yaml:6: topic '/scan' must match: no publisher; subscribed by /listener";
 
 // In one of several containers: nobody could say at its start that the name is wrong.
 TEST(OneSidedTopics, ThatMustMatchFailTheRunWhenNobodyHasThem) {

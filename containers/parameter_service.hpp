@@ -1,4 +1,4 @@
-// Parameters of callbacks that are changed while the system runs.
+// The service that changes parameters of callbacks at run time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_PARAMETER_SERVICE_HPP_
 #define TAKT_CONTAINERS_PARAMETER_SERVICE_HPP_
@@ -10,11 +10,12 @@
 
 namespace takt {
 
-/// The service `/CONTAINER/set_callback_parameters` of a container that is on DDS, or that has a
-/// thread entry called `container`. The changes are written as in the configuration file, by node:
+/// The service `/CONTAINER/set_callback_parameters`. A container has it if it uses DDS or has a
+/// thread called `container`. A request contains changes by node, written as in the configuration
+/// file:
 ///   front/lidar: {callback_groups: {loop: {priority: 90}}, callbacks: {scan: {deadline: 2ms}}}
-/// Changes of one node take effect together, between two callbacks; those of several nodes one node
-/// after another. When one cannot be, none is made.
+/// All changes of one node take effect together, between two callbacks; nodes follow one another.
+/// If one change is invalid, none is made.
 struct SetCallbackParameters {
   struct Request {
     std::string changes;
@@ -29,8 +30,7 @@ TAKT_MESSAGE(SetCallbackParameters::Request, "takt_interfaces/srv/SetCallbackPar
 TAKT_MESSAGE(SetCallbackParameters::Response, "takt_interfaces/srv/SetCallbackParameters_Response",
              success, reason);
 
-/// The changes by the node's name, as the text gives it. Throws ConfigurationError with everything
-/// that is wrong.
+/// Reads the changes of a request, by node name. Throws ConfigurationError with all errors.
 std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std::string& text);
 
 }  // namespace takt

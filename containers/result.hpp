@@ -1,4 +1,4 @@
-// What a run of a system has shown.
+// The measurements of a run.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_RESULT_HPP_
 #define TAKT_CONTAINERS_RESULT_HPP_
@@ -12,12 +12,13 @@
 
 namespace takt {
 
-/// One process of a run: its callbacks and threads, each with the executor that they belong to.
+/// The measurements of one process: its callbacks and threads, each with its executor.
 struct ProcessResult {
   struct Callback {
     std::string executor;
     CallbackStatistics statistics;
-    /// Sent to it, and neither received nor dropped. 0 unless something is wrong.
+    /// Messages that were sent to this callback, but neither received nor counted as dropped.
+    /// Anything but 0 is a defect.
     std::uint64_t lost() const noexcept {
       const std::uint64_t served = statistics.received + statistics.dropped;
       return statistics.kind != EntityKind::subscription || served > statistics.expected
@@ -46,8 +47,8 @@ struct ProcessResult {
   std::uint64_t allocations_while_spinning = 0;  // on executor threads
   std::uint64_t allocations_in_dds = 0;          // of those threads, inside Cyclone DDS
   bool allocations_counted = false;
-  std::vector<std::string> notes;     // what was refused, ignored or left undone
-  std::vector<std::string> failures;  // of components at their end: the run has not gone well
+  std::vector<std::string> notes;     // settings that were refused or ignored
+  std::vector<std::string> failures;  // why the run failed, though no callback threw
 };
 
 }  // namespace takt

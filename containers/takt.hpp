@@ -1,4 +1,4 @@
-// What a program of nodes needs: one include. Single headers compile faster, and stay.
+// Includes what a program of nodes needs. Including single headers compiles faster.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TAKT_HPP_
 #define TAKT_TAKT_HPP_

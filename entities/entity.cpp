@@ -22,7 +22,7 @@ Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup>
         static std::atomic<std::uint64_t> last{0};
         return last.fetch_add(1) + 1;
       }()),
-      mark_(way_mark(id_)) {
+      mark_(path_mark(id_)) {
 }
 
 void Entity::set_parameters(const CallbackParameters& parameters) {

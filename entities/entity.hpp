@@ -65,25 +65,25 @@ struct Slot : Envelope {
 };
 
 /// The path of a chain instance: the callbacks that it has passed, as one number. 0 is the path
-/// that has not begun. Each callback multiplies by kWayFactor and adds its mark, so two paths that
+/// that has not begun. Each callback multiplies by kPathFactor and adds its mark, so two paths that
 /// continue through the same callbacks stay distinct, see joined_root. The low byte
 /// counts the callbacks, as the factor and every mark end in 01.
-inline constexpr std::uint64_t kWayFactor = 0x9e3779b97f4a7c01;
-constexpr std::uint64_t way_mark(std::uint64_t entity_id) noexcept {
+inline constexpr std::uint64_t kPathFactor = 0x9e3779b97f4a7c01;
+constexpr std::uint64_t path_mark(std::uint64_t entity_id) noexcept {
   std::uint64_t mark = entity_id * 0x9e3779b97f4a7c15;  // splitmix64: spreads the bits
   mark = (mark ^ (mark >> 30)) * 0xbf58476d1ce4e5b9;
   mark = (mark ^ (mark >> 27)) * 0x94d049bb133111eb;
   return ((mark ^ (mark >> 31)) & ~std::uint64_t{0xff}) | 1;
 }
-constexpr std::uint64_t extend_way(std::uint64_t way, std::uint64_t mark) noexcept {
-  return way * kWayFactor + mark;
+constexpr std::uint64_t extend_path(std::uint64_t path, std::uint64_t mark) noexcept {
+  return path * kPathFactor + mark;
 }
-/// The path that the callback with this mark extends to `way`.
-constexpr std::uint64_t retract_way(std::uint64_t way, std::uint64_t mark) noexcept {
-  constexpr std::uint64_t kInverse = 0xe84ee902acc58401;  // times kWayFactor, it is 1
-  return (way - mark) * kInverse;
+/// The path that the callback with this mark extends to `path`.
+constexpr std::uint64_t retract_path(std::uint64_t path, std::uint64_t mark) noexcept {
+  constexpr std::uint64_t kInverse = 0xe84ee902acc58401;  // times kPathFactor, it is 1
+  return (path - mark) * kInverse;
 }
-static_assert(retract_way(extend_way(5, way_mark(7)), way_mark(7)) == 5);
+static_assert(retract_path(extend_path(5, path_mark(7)), path_mark(7)) == 5);
 
 class StagedOutputs;
 
@@ -93,7 +93,7 @@ struct Dispatch {
   const CallbackInfo* callback;
   mutable std::uint64_t chain_instance;  // another one from where the callback joins, see ChainJoin
   TimePoint root_release;
-  std::uint64_t way;                 // this callback included
+  std::uint64_t path;                // this callback included
   StagedOutputs* outputs = nullptr;  // where messages wait for the end of the period; none: sent
   const Dispatch* outer = nullptr;   // whose callback spins the executor of this one
 
@@ -125,7 +125,7 @@ class Chain;
 struct ChainStep {
   std::shared_ptr<Chain> chain;
   std::uint32_t position = 0;
-  std::uint64_t way = 0;  // of the chain's instances, when they are here
+  std::uint64_t path = 0;  // of the chain's instances, when they are here
   bool is_last = false;
 };
 

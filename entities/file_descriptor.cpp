@@ -25,7 +25,7 @@ constexpr short kEnd = POLLHUP | POLLRDHUP | POLLERR;
 short checked(const std::string& name, Events events) {
   if (events == Events::none || contains(events, Events::hang_up | Events::error)) {
     throw Error("file descriptor '" + name + "' waits for neither reading nor writing alone",
-                "give `readable`, `writable` or both; the others are always told");
+                "give `readable`, `writable` or both; hang-up and error are always reported");
   }
   return static_cast<short>((contains(events, Events::readable) ? POLLIN | POLLRDHUP : 0) |
                             (contains(events, Events::writable) ? POLLOUT : 0));
@@ -90,10 +90,10 @@ FileDescriptorEvents FileDescriptor::ready_events() const noexcept {
            ((ready & POLLOUT) != 0 ? Events::writable : Events::none);
   }
   if ((ready & kEnd) == 0) {
-    end_is_told_.store(false);
+    end_is_reported_.store(false);
     return Events::none;
   }
-  if (end_is_told_.load()) return Events::none;
+  if (end_is_reported_.load()) return Events::none;
   return ((ready & (POLLHUP | POLLRDHUP)) != 0 ? Events::hang_up : Events::none) |
          ((ready & POLLERR) != 0 ? Events::error : Events::none);
 }
@@ -114,7 +114,7 @@ bool FileDescriptor::take(Slot& slot) noexcept {
     ready_time_.store({});
     return false;
   }
-  end_is_told_.store(contains(events, Events::hang_up | Events::error));
+  end_is_reported_.store(contains(events, Events::hang_up | Events::error));
   slot.events = static_cast<std::uint8_t>(events);
   // What the callback leaves unread is ready since now at the latest.
   slot.ready_time = ready_time_.exchange(clock_.now());

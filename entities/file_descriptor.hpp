@@ -69,10 +69,10 @@ class FileDescriptor final : public Entity, private ArrivalListener {
   const short poll_events_;
   const bool is_reentrant_;
   const std::function<void(FileDescriptorEvents)> callback_;
-  std::atomic<bool> is_executing_{false};         // kept in reentrant groups only
-  mutable std::atomic<bool> end_is_told_{false};  // hang-up or error
-  mutable std::atomic<bool> is_closed_{false};    // by the user, while we watch it
-  std::atomic<TimePoint> ready_time_{};           // of what is not taken; {} unknown
+  std::atomic<bool> is_executing_{false};             // kept in reentrant groups only
+  mutable std::atomic<bool> end_is_reported_{false};  // hang-up or error
+  mutable std::atomic<bool> is_closed_{false};        // by the user, while we watch it
+  std::atomic<TimePoint> ready_time_{};               // of what is not taken; {} unknown
 };
 
 }  // namespace takt

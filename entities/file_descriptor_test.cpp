@@ -114,7 +114,7 @@ TEST_F(FileDescriptorTest, AnnouncesItselfAgainWhenTheCallbackHasThrown) {
   entity_->detach();
 }
 
-TEST_F(FileDescriptorTest, PassesOnNewsOfTheKernelThatHoldStill) {
+TEST_F(FileDescriptorTest, PassesOnEventsOfTheKernelThatStillHold) {
   make(ends_[0], Events::readable);
   entity_->attach(sink_);
   ArrivalListener& listener = *entity_->watch().listener;

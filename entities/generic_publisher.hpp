@@ -1,4 +1,4 @@
-// Sends messages of a type that is only known by name.
+// Publishes encoded messages of a type that is given by its name.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_GENERIC_PUBLISHER_HPP_
 #define TAKT_ENTITIES_GENERIC_PUBLISHER_HPP_

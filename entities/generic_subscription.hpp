@@ -1,4 +1,4 @@
-// Receives messages of a type that is only known by name.
+// Receives encoded messages of a type that is given by its name.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_GENERIC_SUBSCRIPTION_HPP_
 #define TAKT_ENTITIES_GENERIC_SUBSCRIPTION_HPP_

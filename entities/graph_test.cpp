@@ -281,7 +281,7 @@ TEST_F(WireTest, AServiceAndAClient) {
             "0700000000000000"
             "0800000000000000");
   answers->publish(bytes(request.substr(0, 40) + "0f00000000000000"));
-  ASSERT_TRUE(eventually([&] { return serve(*client) && future.ready(); }));
+  ASSERT_TRUE(eventually([&] { return serve(*results) && future.ready(); }));
   EXPECT_EQ(future.get()->sum, 15);
 }
 
@@ -322,7 +322,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
       receiver(bytewise, "rr" + action + "send_goalReply", type + "SendGoal_Response");
   const auto ask =
       sender(bytewise, "rq" + action + "get_resultRequest", type + "GetResult_Request");
-  const auto told =
+  const auto results =
       receiver(bytewise, "rr" + action + "get_resultReply", type + "GetResult_Response");
   const auto cancel =
       sender(bytewise, "rq" + action + "cancel_goalRequest", "action_msgs/srv/CancelGoal_Request");
@@ -370,7 +370,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
                id + stamp + "05";
   })) << last;
   // It may have been asked before or after the end.
-  ASSERT_TRUE(eventually([&] { return all(), received_.clear(), serve(*told); }));
+  ASSERT_TRUE(eventually([&] { return all(), received_.clear(), serve(*results); }));
   EXPECT_EQ(received_, "00010000" + client +
                            "05000000"
                            "03000000");

@@ -1,4 +1,4 @@
-// A callback that any thread can ask for.
+// A callback that any thread can trigger.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_GUARD_CONDITION_HPP_
 #define TAKT_ENTITIES_GUARD_CONDITION_HPP_

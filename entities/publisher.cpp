@@ -32,7 +32,7 @@ void PublisherBase::send(MessageBlock& block) noexcept {
   const Dispatch* dispatch = Dispatch::current();
   block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
   block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
-  block.envelope.way = dispatch != nullptr ? dispatch->way : 0;
+  block.envelope.path = dispatch != nullptr ? dispatch->path : 0;
   block.envelope.expected_period = expected_period_;
   if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
     return dispatch->outputs->add(writer_, remote_.get(), block);

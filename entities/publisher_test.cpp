@@ -245,7 +245,7 @@ TEST_F(PublisherTest, PassesOnTheChainOfTheCallbackThatItIsCalledIn) {
   Slot slot;
   ASSERT_TRUE(served->take(slot));
   EXPECT_EQ(slot.chain_instance, 42u);
-  EXPECT_EQ(slot.way, 7u);
+  EXPECT_EQ(slot.path, 7u);
   EXPECT_EQ(slot.root_release, TimePoint(2s));
   EXPECT_EQ(slot.expected_period, 10ms);
   served->execute(slot);

@@ -12,8 +12,8 @@ void DeadlineEvent::look() {
     const auto further = (now - due) / period();
     missed_ = due + further * period();
     events_->missed_deadlines(static_cast<std::uint64_t>(further) + 1);
-    told_ = events_->status(told_);
-    callback_(told_);
+    reported_ = events_->status(reported_);
+    callback_(reported_);
     due = missed_ + period();
   }
   release_at(due);

@@ -1,4 +1,4 @@
-// Callbacks for what happens to a publisher or a subscription besides messages.
+// Callbacks for events of publishers and subscriptions.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_QOS_EVENT_HPP_
 #define TAKT_ENTITIES_QOS_EVENT_HPP_
@@ -26,11 +26,11 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
   QosEvent(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
            std::shared_ptr<EndpointEvents> events, Callback callback)
-      : GuardCondition(std::move(name), std::move(group), clock, [this] { tell(); }),
+      : GuardCondition(std::move(name), std::move(group), clock, [this] { report_status(); }),
         events_(std::move(events)),
         callback_(std::move(callback)) {}
 
-  /// From here on it is notified.
+  /// Starts to receive notifications.
   void start() noexcept {
     events_->set_listener(Status::kEvent, this);
     trigger();
@@ -43,10 +43,10 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
  private:
   void happened() noexcept override { trigger(); }
-  void tell() {
-    const Status status = events_->status(told_);
+  void report_status() {
+    const Status status = events_->status(reported_);
     if (!differs(status)) return;
-    told_ = status;
+    reported_ = status;
     callback_(status);
   }
   static bool differs(const MatchedStatus& status) noexcept {
@@ -62,7 +62,7 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
-  Status told_;  // by the executor
+  Status reported_;  // in the last callback
 };
 
 /// A timer that is due when the next message should have passed; each time that none has, the
@@ -84,7 +84,7 @@ class DeadlineEvent final : public Timer {
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
   TimePoint missed_{};  // the deadline that was missed last
-  DeadlineMissedStatus told_;
+  DeadlineMissedStatus reported_;
 };
 
 }  // namespace takt

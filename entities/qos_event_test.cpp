@@ -34,8 +34,8 @@ class QosEvents : public testing::Test {
     return here_->create_subscription<Scan>("scan", qos, [](const Scan&) {});
   }
   template <class Status, class End>
-  std::shared_ptr<Entity> event(const End& end, std::vector<Status>& told) {
-    return here_->create_qos_event<Status>(end, [&](const Status& s) { told.push_back(s); });
+  std::shared_ptr<Entity> event(const End& end, std::vector<Status>& reported) {
+    return here_->create_qos_event<Status>(end, [&](const Status& s) { reported.push_back(s); });
   }
   // As an executor would.
   static void run(Entity& entity) {
@@ -92,17 +92,17 @@ TEST_F(QosEvents, TellWhichPolicyIsInTheWay) {
 TEST_F(QosEvents, TellOfLostMessages) {
   const auto scan = subscription(1);
   const auto from = publisher();
-  std::vector<MessageLostStatus> told;
-  const auto lost = event(*scan, told);
+  std::vector<MessageLostStatus> reported;
+  const auto lost = event(*scan, reported);
   for (int i = 0; i < 3; ++i) from->publish(Scan{i});
   run(*lost);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].total_count_change, 2u);
+  ASSERT_EQ(reported.size(), 1u);
+  EXPECT_EQ(reported[0].total_count_change, 2u);
   from->publish(Scan{3});
   run(*lost);
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1].total_count_change, 1u);
-  EXPECT_EQ(told[1].total_count, 3u);
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_EQ(reported[1].total_count_change, 1u);
+  EXPECT_EQ(reported[1].total_count, 3u);
 }
 
 TEST_F(QosEvents, TellOfMissedDeadlinesFromTheFirstMessageOn) {
@@ -136,32 +136,32 @@ TEST_F(QosEvents, TellOfMissedDeadlinesFromTheFirstMessageOn) {
 
 TEST_F(QosEvents, TellWhoIsAlive) {
   const auto scan = subscription();
-  std::vector<LivelinessChangedStatus> told;
-  const auto liveliness = event(*scan, told);
+  std::vector<LivelinessChangedStatus> reported;
+  const auto liveliness = event(*scan, reported);
   auto from = publisher();
   run(*liveliness);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].alive_count, 1);
+  ASSERT_EQ(reported.size(), 1u);
+  EXPECT_EQ(reported[0].alive_count, 1);
   from.reset();
   run(*liveliness);
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1].alive_count_change, -1);
+  ASSERT_EQ(reported.size(), 2u);
+  EXPECT_EQ(reported[1].alive_count_change, -1);
 }
 
 TEST_F(QosEvents, MayOutliveTheirEnds) {
   auto scan = subscription(1);
   const auto from = publisher();
-  std::vector<MessageLostStatus> told;
-  auto lost = event(*scan, told);
+  std::vector<MessageLostStatus> reported;
+  auto lost = event(*scan, reported);
   scan.reset();
   from->publish(Scan{});
   run(*lost);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(reported.empty());
   scan = subscription(1);
-  lost = event(*scan, told);
+  lost = event(*scan, reported);
   lost.reset();
   for (int i = 0; i < 3; ++i) from->publish(Scan{i});
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(reported.empty());
 }
 
 TEST_F(QosEvents, OfAKindTheLastOneIsToldAlsoWhenTheOneBeforeGoes) {

@@ -48,7 +48,7 @@ TEST_F(BySharedMemory, WhenRoudiHangsProcessesEndAndOthersBegin) {
   const Peer late;
   ASSERT_EQ(late.greeting(), "ok");
   match(from, late, "block", "/after");
-  EXPECT_THAT(late.state("/after").way, HasSubstr("RouDi does not answer"));
+  EXPECT_THAT(late.state("/after").transport, HasSubstr("RouDi does not answer"));
   EXPECT_EQ(from.ask("publish /after 7"), "ok");
   ASSERT_TRUE(late.has("/after", 1));
   EXPECT_EQ(late.received("/after").last, 7);
@@ -69,7 +69,7 @@ TEST_F(BySharedMemory, AProcessEndsThoughOneOfItsReadersIsLocked) {
 }
 
 // iceoryx gives a reader 256 messages at once. Those of publishers that DDS does not know never
-// come back, so a reader can be deaf; then each message is counted, and told once a second.
+// come back, so a reader can be deaf; then each message is counted, and reported once a second.
 TEST_F(BySharedMemory, WhatADeafReaderLosesIsCounted) {
   start_roudi();
   const Peer from("require"), to("require");

@@ -233,8 +233,8 @@ int run() {
       } else if (words >> topic; command == "state") {
         for (const EndpointState& state : options.participant->endpoints()) {
           if (state.topic != topic) continue;
-          answer =
-              fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost, state.way);
+          answer = fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost,
+                               state.transport);
         }
       } else {
         const bool is_of_receiver = kOfReceiver.contains(command);

@@ -29,7 +29,7 @@ TEST_F(BySharedMemory, ALoanIsReadWhereItWasWritten) {
     EXPECT_EQ(received.last, 26);
     EXPECT_EQ(received.broken, 0u);
     EXPECT_EQ(from.state(topic).uncopied, 20u);
-    EXPECT_EQ(from.state(topic).way, "shared memory");
+    EXPECT_EQ(from.state(topic).transport, "shared memory");
     EXPECT_GT(to.state(topic).uncopied, 0u);
   }
 }
@@ -54,7 +54,7 @@ TEST_F(BySharedMemory, VariableSizeGoesByUdp) {
   EXPECT_EQ(from.ask("publish /text 5"), "ok");
   ASSERT_TRUE(to.has("/text", 1));
   EXPECT_EQ(to.received("/text").last, 5);
-  EXPECT_EQ(from.state("/text").way, "UDP: variable size");
+  EXPECT_EQ(from.state("/text").transport, "UDP: variable size");
 }
 
 TEST_F(BySharedMemory, ManyLoansFallBackToThePool) {
@@ -104,7 +104,7 @@ TEST_F(BySharedMemory, WithAndWithoutTalkByUdp) {
     EXPECT_EQ(to->received("/mixed").last, 5);
     EXPECT_EQ(to->received("/mixed").broken, 0u);
   }
-  EXPECT_EQ(without.state("/mixed").way, "UDP: switched off");
+  EXPECT_EQ(without.state("/mixed").transport, "UDP: switched off");
 
   match(without, with, "block", "/back");
   EXPECT_EQ(without.ask("publish /back 9"), "ok");
@@ -193,7 +193,8 @@ TEST_F(BySharedMemory, TooLargeForThePoolsGoesByUdpOrIsRefused) {
   roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 100}});
   const Peer from, to, strict("require");
   match(from, to, "image", "/large");
-  EXPECT_EQ(from.state("/large").way, "UDP: 5000016 bytes do not fit into RouDi's largest pool");
+  EXPECT_EQ(from.state("/large").transport,
+            "UDP: 5000016 bytes do not fit into RouDi's largest pool");
   EXPECT_EQ(from.ask("publish /large 4"), "ok");
   ASSERT_TRUE(to.has("/large", 1));
   EXPECT_EQ(to.received("/large").broken, 0u);
@@ -207,7 +208,7 @@ TEST_F(BySharedMemory, WithoutRoudiItIsUdpOrRefused) {
   match(from, to, "block", "/without");
   EXPECT_EQ(from.ask("publish /without 4"), "ok");
   ASSERT_TRUE(to.has("/without", 1));
-  EXPECT_EQ(from.state("/without").way, "UDP: RouDi is not running");
+  EXPECT_EQ(from.state("/without").transport, "UDP: RouDi is not running");
 }
 
 TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
@@ -225,7 +226,7 @@ TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
   EXPECT_EQ(from.state("/on").uncopied, 11u);
 
   match(from, to, "block", "/new");
-  EXPECT_EQ(from.state("/new").way, "UDP: RouDi is not running");
+  EXPECT_EQ(from.state("/new").transport, "UDP: RouDi is not running");
   EXPECT_EQ(from.ask("publish /new 1"), "ok");
   ASSERT_TRUE(to.has("/new", 1));
   EXPECT_THAT(strict.ask("publisher block /new 10"), HasSubstr("RouDi is not running"));
@@ -236,7 +237,7 @@ TEST_F(BySharedMemory, GoesOnWhenRoudiIsKilled) {
   const Peer late("require");
   ASSERT_EQ(late.greeting(), "ok");
   match(from, late, "block", "/late");
-  EXPECT_EQ(from.state("/late").way, "UDP: RouDi was started again after this process");
+  EXPECT_EQ(from.state("/late").transport, "UDP: RouDi was started again after this process");
   EXPECT_EQ(from.ask("publish /late 5"), "ok");
   ASSERT_TRUE(late.has("/late", 1));
   EXPECT_EQ(late.received("/late").last, 5);

@@ -47,7 +47,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   std::size_t outside_publisher_count() const noexcept {
     return ask_outside(&RemoteReader::writer_count);
   }
-  /// From here on messages arrive.
+  /// Starts to receive messages.
   void start();
 
  protected:
@@ -75,7 +75,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   std::atomic<std::uint64_t> malformed_{0};
 };
 
-/// What a callback may take besides the message.
+/// Information about a message, as an optional second argument of callbacks.
 struct MessageInfo {
   std::uint64_t sequence;  // order of publication, over the process
   TimePoint publish_time;  // {} when the executor's statistics are not full

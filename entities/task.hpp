@@ -1,4 +1,4 @@
-// Callbacks that wait without keeping their thread: coroutines.
+// Coroutines as callbacks: they wait without blocking their thread.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_TASK_HPP_
 #define TAKT_ENTITIES_TASK_HPP_
@@ -162,7 +162,7 @@ struct Waiting {
   // The chain instance that it belongs to, and its path so far.
   std::uint64_t chain_instance = 0;
   TimePoint root_release{};
-  std::uint64_t way = 0;
+  std::uint64_t path = 0;
 
   Waiting() = default;
   Waiting(const Waiting&) = delete;

@@ -82,7 +82,7 @@ void Waiting::remember_chain() noexcept {
   if (dispatch == nullptr) return;
   chain_instance = dispatch->chain_instance;
   root_release = dispatch->root_release;
-  way = dispatch->way;
+  path = dispatch->path;
 }
 
 /// The outermost coroutine of a task. At its end it destroys itself, and with it all of the task.
@@ -278,7 +278,7 @@ bool TaskRunner::take(Slot& slot) noexcept {
   slot.ready_time = waiting->arrival.ready_time;
   slot.chain_instance = waiting->chain_instance;
   slot.root_release = waiting->root_release;
-  slot.way = retract_way(waiting->way, mark());  // it is still the callback that has begun it
+  slot.path = retract_path(waiting->path, mark());  // it is still the callback that has begun it
   return true;
 }
 

@@ -1,4 +1,4 @@
-// Callbacks that are due at fixed times.
+// Periodic timers.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_TIMER_HPP_
 #define TAKT_ENTITIES_TIMER_HPP_

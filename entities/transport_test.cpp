@@ -273,9 +273,9 @@ TEST_F(TwoParticipants, SurvivesAKilledPeerAndItsRestart) {
 
 TEST_F(TwoParticipants, TellsOfPublishersThatDieAndOfThoseThatOfferTooLittle) {
   const auto subscription =
-      here_->create_subscription<Labelled>("/told", 10, [](const Labelled&) {});
+      here_->create_subscription<Labelled>("/events", 10, [](const Labelled&) {});
   const auto asks_for_more = here_->create_subscription<Labelled>(
-      "/told", QoS(10).transient_local(), [](const Labelled&) {});
+      "/events", QoS(10).transient_local(), [](const Labelled&) {});
   MatchedStatus matched;
   LivelinessChangedStatus alive;
   IncompatibleQosStatus incompatible;
@@ -286,7 +286,7 @@ TEST_F(TwoParticipants, TellsOfPublishersThatDieAndOfThoseThatOfferTooLittle) {
           *subscription, [&](const LivelinessChangedStatus& status) { alive = status; }),
       here_->create_qos_event<IncompatibleQosStatus>(
           *asks_for_more, [&](const IncompatibleQosStatus& status) { incompatible = status; })};
-  const auto is_told = [&](auto&& condition) {
+  const auto becomes_true = [&](auto&& condition) {
     return eventually([&] {
       for (const auto& event : events) {
         for (Slot slot; event->take(slot); slot = {}) event->execute(slot);
@@ -295,11 +295,11 @@ TEST_F(TwoParticipants, TellsOfPublishersThatDieAndOfThoseThatOfferTooLittle) {
     });
   };
   Peer peer;
-  const PeerSender from(peer, "/told", 10);
-  EXPECT_TRUE(is_told([&] { return matched.current_count == 1 && alive.alive_count == 1; }));
-  EXPECT_TRUE(is_told([&] { return incompatible.last_policy == "durability"; }));
+  const PeerSender from(peer, "/events", 10);
+  EXPECT_TRUE(becomes_true([&] { return matched.current_count == 1 && alive.alive_count == 1; }));
+  EXPECT_TRUE(becomes_true([&] { return incompatible.last_policy == "durability"; }));
   peer.kill();
-  EXPECT_TRUE(is_told([&] { return matched.current_count == 0 && alive.alive_count == 0; }));
+  EXPECT_TRUE(becomes_true([&] { return matched.current_count == 0 && alive.alive_count == 0; }));
   EXPECT_EQ(matched.total_count, 1u);
 }
 

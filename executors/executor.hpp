@@ -1,4 +1,4 @@
-// Decides where and when callbacks run. The method names are rclcpp's.
+// The executor interface: runs callbacks on threads. The method names are those of rclcpp.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_EXECUTOR_HPP_
 #define TAKT_EXECUTORS_EXECUTOR_HPP_
@@ -78,7 +78,7 @@ struct TriggerOptions {
 /// The limit of `early_wake`; a longer time would be polling.
 inline constexpr Nanoseconds kMostEarlyWake = std::chrono::milliseconds(1);
 
-/// How to make an executor. Empty fields mean the executor's own default.
+/// Options of an executor. An empty field selects the executor's default.
 struct ExecutorOptions {
   std::string name = "executor";  // the name of its threads, unless they have their own
   std::string scheduler;          // a registered name; empty: the executor's own order
@@ -165,11 +165,12 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 ///
 /// Guarantees of every executor:
 /// - Callbacks of a mutually exclusive group never run at the same time.
-/// - What is added while it spins runs without delay. What is removed does not run any more when
-///   remove returns; remove waits for a running callback, except in that very callback, where the
-///   removal is complete when the callback returns. Dropping a handle does the same. If callbacks
-///   remove each other, in a cycle of any length, the last one to begin its removal does not wait:
-///   otherwise none could return. So it must not free what the callback that it removes uses.
+/// - Callbacks that are added while it spins run without delay. Removed callbacks do not run any
+/// more when remove returns; remove waits for a running callback, except in that very callback,
+/// where the removal is complete when the callback returns. Dropping a handle does the same. If
+/// callbacks remove each other, in a cycle of any length, the last one to begin its removal does
+/// not wait: otherwise none could return. So it must not free what the callback that it removes
+/// uses.
 /// - If a callback gives its own group to another executor, the group may run there before that
 ///   callback has returned.
 /// - `cancel` is sticky: it ends the current spin, or else the next one.
@@ -178,9 +179,9 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 ///
 /// Thread safety: every method from any thread, from callbacks too; only one spin at a time
 /// (a second one throws Error). Destroy it when it does not spin.
-/// Real-time: after the start of spin our code allocates nothing, holds no lock without priority
-/// inheritance and never polls on the executor's threads. Adding and removing prepare everything
-/// on the calling thread and hand it over at a dispatch point.
+/// Real-time: after the start of spin, Takt's code allocates nothing, holds no lock without
+/// priority inheritance and never polls on the executor's threads. Adding and removing prepare
+/// everything on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:
   using SharedPtr = std::shared_ptr<Executor>;
@@ -203,10 +204,11 @@ class Executor {
   /// Runs callbacks until cancelled.
   void spin() { spin({}); }
   virtual void spin(const ExceptionHandler& handler) = 0;
-  /// Runs one callback. Waits for it until the timeout (negative: for ever).
+  /// Runs one callback. Waits for it until the timeout (negative: no limit).
   virtual void spin_once(Nanoseconds timeout = Nanoseconds(-1)) = 0;
-  /// Runs what is ready at the call, and does not wait: with a wait set one snapshot, with events
-  /// all that has arrived. Starts no callback after max_duration (0: no limit).
+  /// Runs the callbacks that are ready at the call, and does not wait: with a wait set one
+  /// snapshot, with events everything that has arrived. Starts no callback after max_duration (0:
+  /// no limit).
   virtual void spin_some(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
   /// Runs until nothing is ready, or until max_duration (0: no limit).
   virtual void spin_all(Nanoseconds max_duration = Nanoseconds::zero()) = 0;
@@ -224,7 +226,7 @@ class Executor {
   /// False: due timers are held until true. Used at the beginning and end of a run: all threads
   /// have started before the first release, and no message is lost after the last.
   virtual void release_timers(bool released) noexcept = 0;
-  /// How many callbacks are ready or running; 0 when everything that was sent is done.
+  /// Number of callbacks that are ready or running.
   virtual std::size_t pending() const noexcept = 0;
 
   /// Throws Error while it spins, because the hot path has no lock for them.

@@ -330,7 +330,7 @@ void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
 // ---- Spinning ----
 
 void IsolatedExecutor::wake() noexcept {
-  if (!has_news_.exchange(true)) backend_->post();
+  if (!notified_.exchange(true)) backend_->post();
 }
 
 void IsolatedExecutor::cancel() noexcept {
@@ -346,7 +346,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   }
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
-    has_news_.store(false);
+    notified_.store(false);
     remove_those_that_may_go();
   }
   {
@@ -398,7 +398,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
   const std::unique_ptr<void, decltype(stop_observing)> guard(this, stop_observing);
   observe(children_to_spin());
   while (!cancelled_.load() && !done()) {
-    has_news_.store(false);
+    notified_.store(false);
     if (run_one()) {
       if (once || (limit != kNever && options_.clock->now() >= limit)) return;
       continue;

@@ -113,7 +113,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   const ExecutorOptions options_;
   const ExecutorTraits traits_;  // of the children too
   const std::unique_ptr<WaitBackend> backend_;
-  std::atomic<bool> spinning_{false}, cancelled_{false}, has_news_{false};
+  std::atomic<bool> spinning_{false}, cancelled_{false}, notified_{false};
   std::size_t next_turn_ = 0;  // of the children, on the caller's thread
 
   std::condition_variable joined_;  // a child

@@ -1,5 +1,5 @@
 // rclcpp's single-threaded executor: a wait set, one snapshot at each polling point, served in the
-// order of the scheduler `ros` unless told otherwise. The model of Casini et al. (ECRTS 2019).
+// order of the scheduler `ros` by default. The model of Casini et al. (ECRTS 2019).
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/dispatching_executor.hpp"
 

@@ -1,4 +1,4 @@
-// What a main writes in one line: spin a node, and end on Ctrl-C.
+// Helpers for main(): spin a node, and stop on Ctrl-C.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_SPIN_HPP_
 #define TAKT_EXECUTORS_SPIN_HPP_
@@ -9,14 +9,15 @@
 
 namespace takt {
 
-/// As long as this lives, SIGINT and SIGTERM cancel the executor instead of ending the process. The
-/// same signal a second time ends the process, so Ctrl-C twice always works. Several may live at a
-/// time, for several executors; with the last one, the signals do again what they did before.
+/// While this object lives, SIGINT and SIGTERM cancel the executor instead of ending the process. A
+/// second signal of the same kind ends the process, so pressing Ctrl-C twice always works. Several
+/// objects may exist at a time, for several executors; the destructor of the last one restores the
+/// signals' previous actions.
 ///
-/// Thread safety: make and destroy it on any thread, while the executor exists.
-/// Real-time: none of the executor's threads does anything for it. A thread `takt_signals`, with
-/// default attributes, sleeps until a signal comes.
-/// Errors: throws Error when the process cannot open one more file.
+/// Thread safety: construct and destroy it on any thread, while the executor exists.
+/// Real-time: it uses none of the executor's threads. A thread `takt_signals`, with default
+/// attributes, sleeps until a signal arrives.
+/// Errors: throws Error if the process cannot open another file descriptor.
 class CancelOnSignals {
  public:
   explicit CancelOnSignals(Executor& executor);

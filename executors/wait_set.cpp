@@ -16,7 +16,7 @@ struct WaitSet::Member final : Sink {
   void announce(Arrival) noexcept override { wake(); }
   void release_changed() noexcept override { wake(); }
   void wake() noexcept {
-    if (!wait_set.has_news_.exchange(true)) wait_set.backend_->post();
+    if (!wait_set.notified_.exchange(true)) wait_set.backend_->post();
   }
   bool wants_time() const noexcept override { return false; }
   void expect_remove() noexcept override {
@@ -135,7 +135,7 @@ void WaitSet::collect() {
 const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, clock_.now());
   for (;;) {
-    has_news_.store(false);  // before we look: a later one announces again
+    notified_.store(false);  // before we look: a later one announces again
     collect();
     if (!ready_.empty() || clock_.now() >= limit) return ready_;
     TimePoint deadline = limit;

@@ -1,4 +1,4 @@
-// Waiting for entities by hand, without an executor.
+// Waits for entities without an executor.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_WAIT_SET_HPP_
 #define TAKT_EXECUTORS_WAIT_SET_HPP_
@@ -13,8 +13,8 @@
 
 namespace takt {
 
-/// For the user's own loop: wait until an entity is ready, then take from any of them, in any order
-/// (rclcpp::WaitSet). It is level-triggered: what is not taken is ready again.
+/// For a loop in user code, like rclcpp::WaitSet: wait until an entity is ready, then take from the
+/// entities in any order. It is level-triggered: an entity stays ready until everything is taken.
 /// An entity is in one wait set or executor at a time; the set holds it until it is removed.
 ///
 /// Thread safety: one thread waits; entities may become ready, be added and removed on any.
@@ -43,7 +43,7 @@ class WaitSet {
 
   Clock& clock_;
   const std::unique_ptr<WaitBackend> backend_;
-  std::atomic<bool> has_news_{false};
+  std::atomic<bool> notified_{false};
   std::atomic<std::size_t> expected_removals_{0};
   mutable PiMutex mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;

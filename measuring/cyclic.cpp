@@ -70,12 +70,12 @@ class ExecutorTimer final : public CyclicVariant {
       if (++cycle == cycles || !goes_on || stop.load()) executor->cancel();
     });
     timer->cancel();
-    // The phase begins when the thread is there.
+    // Start the timer when the thread runs, so that its start does not count as latency.
     const auto begin = node->create_guard_condition("begin", [&] { timer->reset(); });
     executor->add_node(node);
     begin->trigger();
     std::exception_ptr exception;
-    std::thread([&] {  // of which the executor makes a thread with these attributes
+    std::thread([&] {  // spin() gives this thread the attributes
       try {
         executor->spin();
       } catch (...) {

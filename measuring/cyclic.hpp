@@ -1,5 +1,5 @@
-// How late a thread wakes that wants to wake periodically: cyclictest's question, asked of the bare
-// system call and of executors.
+// Measures the wake-up latency of a periodic thread as cyclictest does: of the bare system call and
+// of executors.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_CYCLIC_HPP_
 #define TAKT_MEASURING_CYCLIC_HPP_
@@ -16,17 +16,17 @@
 
 namespace takt::rt {
 
-/// What all variants of one test have in common.
+/// Options for all variants of one test.
 struct CyclicOptions {
   ThreadAttributes thread;
   Realtime realtime = Realtime::prefer;
   Nanoseconds interval = std::chrono::milliseconds(1);
-  Nanoseconds bin = std::chrono::microseconds(1);  // the unit of bins
+  Nanoseconds bin = std::chrono::microseconds(1);  // width of a bin
   std::size_t bins = 10'000;
-  Nanoseconds break_above{0};  // a longer latency ends the test; 0: none does
+  Nanoseconds break_above{0};  // a longer latency ends the test; 0: never
 };
 
-/// What was measured of one variant, over all its rounds.
+/// The measurements of one variant in all its rounds.
 struct CyclicResult {
   explicit CyclicResult(const CyclicOptions& options);
 
@@ -34,38 +34,38 @@ struct CyclicResult {
   Rounds rounds;
   std::vector<std::uint64_t> bins;             // exact counts, as cyclictest prints them
   std::uint64_t overflows = 0;                 // above the last bin
-  std::vector<std::uint64_t> overflow_cycles;  // the first of them
+  std::vector<std::uint64_t> overflow_cycles;  // the numbers of the first such cycles
   std::uint64_t cycles = 0;
-  std::uint64_t early = 0;   // before the programmed time; not to be
+  std::uint64_t early = 0;   // wake-ups before the programmed time; must be 0
   std::uint64_t missed = 0;  // periods that passed without a wake-up
   Nanoseconds min{INT64_MAX}, last{0}, max{INT64_MIN}, sum{0};
-  bool broke = false;  // by break_above
+  bool broke = false;  // stopped by break_above
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
 
   Nanoseconds mean() const noexcept;
   double cpu_percent() const noexcept;
-  /// Counts it in all but `rounds`. For the measured thread: allocates nothing. False when the test
-  /// must end.
+  /// Counts a latency in all members except `rounds`. Allocates nothing, for the measured thread.
+  /// Returns false if the test must end.
   bool record(Nanoseconds latency) noexcept;
 
  private:
   Nanoseconds bin_, break_above_;
 };
 
-/// One way to wake up periodically. Its rounds alternate with those of other variants.
+/// A method of periodic wake-up. Its rounds alternate with those of other variants.
 class CyclicVariant {
  public:
   virtual ~CyclicVariant() = default;
-  /// Measures so many cycles, or fewer when asked to stop. Throws Error when rights are required
-  /// and refused.
+  /// Measures this many cycles, or fewer if `stop` becomes true. Throws Error if required real-time
+  /// privileges are refused.
   void round(std::uint64_t cycles, const std::atomic<bool>& stop);
   const CyclicResult& result() const noexcept { return result_; }
 
  protected:
   CyclicVariant(const CyclicOptions& options, const std::string& name);
-  /// Records what it measures.
+  /// Calls record() for each cycle.
   virtual void run(std::uint64_t cycles, const std::atomic<bool>& stop) = 0;
   bool record(Nanoseconds latency) noexcept {
     round_.record(latency);
@@ -79,21 +79,21 @@ class CyclicVariant {
   Histogram round_;
 };
 
-/// clock_nanosleep with absolute times, as cyclictest has it: what an executor can reach.
+/// clock_nanosleep with absolute times, as in cyclictest: the lower bound for executors.
 std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options);
-/// A timer's callback under an executor, whose first thread has the attributes.
+/// A timer callback of an executor whose first thread has the attributes.
 std::unique_ptr<CyclicVariant> executor_timer(const CyclicOptions& options,
                                               const std::string& executor,
                                               Nanoseconds early_wake = Nanoseconds::zero());
 
-/// Spans in which a thread that only reads the clock did not get to: preemption by more urgent
-/// threads, interrupts, the host of a virtual machine, firmware (SMI).
+/// Gaps in the execution of a thread that only reads the clock: preemption by threads of higher
+/// priority, interrupts, the host of a virtual machine, firmware (SMI).
 struct Gaps {
   static constexpr Nanoseconds kThreshold = std::chrono::microseconds(20);
   std::uint64_t count = 0;  // longer than the threshold
   Nanoseconds longest{0}, total{0}, observed{0};
 };
-/// Spins for so long, which is at the cost of everything less urgent on that CPU.
+/// Polls the clock for this time, which blocks all threads of lower priority on that CPU.
 void find_gaps(const CyclicOptions& options, Nanoseconds duration, Gaps& gaps);
 
 }  // namespace takt::rt

@@ -26,7 +26,7 @@ void keep_ddsperf_on_loopback() {
 void for_each_line(const std::string& command, const std::function<void(const std::string&)>& use) {
   FILE* output = popen(command.c_str(), "r");
   if (output == nullptr) {
-    throw Error("'" + command + "' could not be started: " + errno_message(errno));
+    throw Error("cannot start '" + command + "': " + errno_message(errno));
   }
   std::array<char, 400> line{};
   while (std::fgets(line.data(), line.size(), output) != nullptr) use(line.data());

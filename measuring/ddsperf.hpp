@@ -1,4 +1,4 @@
-// Cyclone DDS's own measurement, to stand beside ours.
+// Runs ddsperf, Cyclone DDS's benchmark, for comparison.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_DDSPERF_HPP_
 #define TAKT_MEASURING_DDSPERF_HPP_
@@ -8,15 +8,14 @@
 
 namespace takt::rt {
 
-/// Why it cannot run; empty: it can.
+/// Why ddsperf cannot run; empty: it can.
 std::string why_no_ddsperf();
 
-/// From here on, ddsperf started by this process stays on this machine and finds others without
-/// multicast, as Takt does.
+/// Configures ddsperf processes that are started from now on: loopback interface, discovery without
+/// multicast, as in Takt.
 void keep_ddsperf_on_loopback();
 
-/// Runs a shell command until it ends, with each line that it prints handed over. Throws Error when
-/// it cannot be started.
+/// Runs a shell command, and passes on each line of its output. Throws Error if it cannot start.
 void for_each_line(const std::string& command, const std::function<void(const std::string&)>& use);
 
 }  // namespace takt::rt

@@ -31,7 +31,7 @@ namespace {
   const std::vector<char> block(1 << 20, 'x');
   for (;;) {
     const int file = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600);
-    unlink(path.c_str());  // so that nothing stays when we are killed
+    unlink(path.c_str());  // so that no file remains if the process is killed
     for (int i = 0; i < 4; ++i) {
       if (write(file, block.data(), block.size()) < 0) break;
     }
@@ -55,14 +55,14 @@ Load::Load(const std::string& kind) {
   const pid_t parent = getpid();
   for (std::size_t i = 0; i < count; ++i) {
     const pid_t child = fork();
-    if (child < 0) throw Error("the load has no process: " + errno_message(errno));
+    if (child < 0) throw Error("cannot create a load process: " + errno_message(errno));
     if (child > 0) {
       processes_.push_back(child);
       continue;
     }
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(0);
-    signal(SIGINT, SIG_IGN);  // the measuring process ends us
+    signal(SIGINT, SIG_IGN);  // the measuring process ends this one
     apply({.name = "load",
            .affinity = kind == "cpu" ? std::vector{available_cpus()[i]} : std::vector<int>{}},
           Realtime::prefer);

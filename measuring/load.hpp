@@ -1,4 +1,4 @@
-// Work that disturbs what is measured.
+// Background load for measurements.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_LOAD_HPP_
 #define TAKT_MEASURING_LOAD_HPP_
@@ -10,13 +10,13 @@
 
 namespace takt::rt {
 
-/// A load, in processes of its own with SCHED_OTHER, for as long as the object lives.
+/// Runs a load in child processes with SCHED_OTHER for as long as the object lives.
 ///   cpu  one process on each CPU, which computes and walks through 8 MB of memory
 ///   io   two processes that write, synchronise and delete a file of 4 MB in the temporary folder
 ///   none
 class Load {
  public:
-  /// Throws Error when there is no load of that name.
+  /// Throws Error if there is no load with this name.
   explicit Load(const std::string& kind);
   ~Load();
   Load(const Load&) = delete;

@@ -26,7 +26,7 @@ std::string cpu_model() {
   return "unknown";
 }
 
-/// The numbers of the line "cpu" of /proc/stat, in ticks; the eighth is steal.
+/// The counters in line "cpu" of /proc/stat, in ticks; the eighth is steal.
 std::vector<std::uint64_t> cpu_ticks() {
   std::istringstream line(read_line("/proc/stat"));
   std::string word;
@@ -50,10 +50,10 @@ const char* realtime_policy(int policy) {
   }
 }
 
-/// All real-time threads but ours and the kernel's own, by thread id.
+/// All real-time threads, except those of this process and of the kernel, by thread id.
 std::map<int, Neighbour> realtime_threads() {
   std::map<int, Neighbour> result;
-  std::error_code ignored;  // processes come and go while we look
+  std::error_code ignored;  // processes may end during the iteration
   for (const auto& process : fs::directory_iterator("/proc", ignored)) {
     const std::string name = process.path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
@@ -99,7 +99,7 @@ std::string preemption_model() {
   if (read_line("/sys/kernel/realtime") == "1" || version.find("PREEMPT_RT") != version.npos) {
     return "PREEMPT_RT";
   }
-  // "none voluntary (full)": the one in force stands in brackets.
+  // "none voluntary (full)": the present model is in brackets.
   const std::string choice = read_line("/sys/kernel/debug/sched/preempt");
   const auto open = choice.find('('), close = choice.find(')');
   if (open != choice.npos && close != choice.npos) {

@@ -1,4 +1,4 @@
-// The machine that a figure comes from, and what disturbed it meanwhile.
+// Describes the machine of a measurement, and what disturbed the measurement.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_MACHINE_HPP_
 #define TAKT_MEASURING_MACHINE_HPP_
@@ -14,16 +14,16 @@
 
 namespace takt::rt {
 
-/// The first line of a file, or nothing when it cannot be read.
+/// The first line of a file; empty if it cannot be read.
 std::string read_line(const std::string& path);
 
-/// How far the kernel can be preempted: "PREEMPT_RT", "PREEMPT_DYNAMIC (full)" and so on.
+/// The preemption model of the kernel: "PREEMPT_RT", "PREEMPT_DYNAMIC (full)" and so on.
 std::string preemption_model();
 
-/// The block that stands beside every figure.
+/// The machine block of every results file.
 nlohmann::json machine_json();
 
-/// The same in one line, for people.
+/// The same in one line of text.
 std::string machine_line();
 
 /// A thread of another process under SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
@@ -32,11 +32,11 @@ struct Neighbour {
   std::string name, policy;
   int priority = 0;
   std::vector<int> affinity;
-  Nanoseconds cpu_time{0};  // while the observation lasted
+  Nanoseconds cpu_time{0};  // during the observation
 };
 
-/// Observes, from its construction on, what else used the CPUs.
-/// Thread safety: none. Real-time: reads /proc, so not on the thread that is measured.
+/// Observes from its construction on which other threads use the CPUs.
+/// Thread safety: none. Real-time: no; it reads /proc, so do not use it on the measured thread.
 class Observation {
  public:
   Observation();

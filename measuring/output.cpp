@@ -13,7 +13,8 @@ namespace takt::rt {
 
 void guard_output() noexcept {
   std::signal(SIGPIPE, SIG_IGN);
-  // `open` gives the lowest free one. What cannot be written to says so: EBADF.
+  // open() returns the lowest free descriptor. Opened read-only, it makes every write fail with
+  // EBADF.
   for (int fd = 0; fd <= 2; ++fd) {
     if (fcntl(fd, F_GETFD) < 0) open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY);
   }

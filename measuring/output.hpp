@@ -1,4 +1,4 @@
-// A program whose output cannot be written has failed, and says so.
+// Makes a program fail if its output cannot be written.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_OUTPUT_HPP_
 #define TAKT_MEASURING_OUTPUT_HPP_
@@ -11,20 +11,19 @@
 
 namespace takt::rt {
 
-/// At the beginning of main: a pipe without a reader, and a closed descriptor, become errors of
-/// writing. Without it the first ends the process, and the second lets the next file that is opened
-/// get what is printed.
+/// Call it at the beginning of main(). A pipe without a reader and a closed descriptor then become
+/// write errors. Otherwise, the first one would end the process by SIGPIPE, and with the second one
+/// the output would go to the next opened file.
 void guard_output() noexcept;
 
-/// Writes what stdout still holds. Throws std::runtime_error when that, or what was printed before,
-/// could not be written.
+/// Flushes stdout. Throws std::runtime_error if this or an earlier write failed.
 void flush_output();
 
-/// At the end of main: the exit status, which is 1 instead of 0 when something that was printed to
-/// stdout or stderr could not be written.
+/// Call it at the end of main(). Returns the exit status: 1 instead of 0 if output to stdout or
+/// stderr could not be written.
 int checked_output(int status) noexcept;
 
-/// To stderr. Unlike fmt::print it does not throw: an error must not prevent its own report.
+/// Prints to stderr. Unlike fmt::print it does not throw: error reports must not fail.
 template <class... Args>
 void to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   const std::string text = fmt::format(format, std::forward<Args>(args)...);

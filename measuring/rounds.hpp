@@ -1,4 +1,4 @@
-// What several rounds of one measurement say together.
+// Combines the rounds of a measurement.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MEASURING_ROUNDS_HPP_
 #define TAKT_MEASURING_ROUNDS_HPP_
@@ -11,7 +11,7 @@
 
 namespace takt::rt {
 
-/// A duration in µs, as tables and files have it.
+/// A duration in µs, for tables and files.
 inline double us(Nanoseconds duration) {
   return static_cast<double>(duration.count()) / 1e3;
 }
@@ -22,13 +22,13 @@ double median(std::vector<double> values);
 struct Interval {
   double median = 0, low = 0, high = 0;
 };
-/// How many times as large the first of each pair is: the ratios of measurements that alternated,
-/// so that a slow minute of the machine falls on both. The interval is a percentile bootstrap
-/// (Efron, 1979) of the median with a fixed seed: the same values always give the same interval.
-/// Throws Error when there are not as many of each, or none.
+/// How many times as large the first of each pair is. The pairs are measurements that alternated,
+/// so a slow minute of the machine falls on both. The interval is a percentile bootstrap (Efron,
+/// 1979) of the median with a fixed seed: the same values always give the same interval. Throws
+/// Error without values, or if the numbers of values differ.
 Interval paired_ratio(const std::vector<double>& values, const std::vector<double>& to);
 
-/// Latencies of one row over its rounds, which alternate with those of other rows.
+/// Latencies of one row. Its rounds alternate with those of other rows.
 struct Rounds {
   Histogram all;
   std::vector<double> p50_us, p99_us;  // of each round
@@ -37,7 +37,7 @@ struct Rounds {
   /// The medians of the rounds.
   double p50() const { return median(p50_us); }
   double p99() const { return median(p99_us); }
-  /// As columns of a table.
+  /// The columns of a table.
   std::vector<std::pair<std::string, double>> values() const;
 };
 

@@ -1,4 +1,4 @@
-// A string or sequence with a bound, as IDL's string<5> and sequence<double, 3>.
+// Strings and sequences with a bound, like IDL's string<5> and sequence<double, 3>.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MESSAGES_BOUNDED_HPP_
 #define TAKT_MESSAGES_BOUNDED_HPP_
@@ -12,8 +12,8 @@
 
 namespace takt {
 
-/// A std::string or std::vector that never has more than `kMost` elements: who would make it longer
-/// gets std::length_error, and it stays as it was. `get()` is the container, to be read.
+/// A std::string or std::vector with at most `kMost` elements. An operation that would exceed the
+/// bound throws std::length_error and changes nothing. `get()` gives read access to the container.
 /// Thread safety: as the container. Real-time: as the container.
 template <class Container, std::size_t kMost>
 class Bounded : private Container {
@@ -31,7 +31,7 @@ class Bounded : private Container {
   static constexpr std::size_t max_size() noexcept { return kMost; }
   const Container& get() const noexcept { return *this; }
   operator const Container&() const noexcept { return *this; }
-  /// The container, with its memory.
+  /// Moves the container out, with its memory.
   Container take() && { return std::move(static_cast<Container&>(*this)); }
 
   using Container::back;

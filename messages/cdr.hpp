@@ -1,4 +1,4 @@
-// Messages as bytes: XCDR1 (plain CDR), little-endian, as ROS 2 sends them.
+// Encodes and decodes messages: XCDR1 (plain CDR), little-endian, as in ROS 2.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MESSAGES_CDR_HPP_
 #define TAKT_MESSAGES_CDR_HPP_
@@ -21,21 +21,22 @@
 
 namespace takt {
 
-static_assert(std::endian::native == std::endian::little, "the encoding is the memory's own");
+static_assert(std::endian::native == std::endian::little, "the encoding equals the memory layout");
 
-/// What CDR writes as it lies in memory. `bool` is one byte that a decoder must check. An
-/// enumeration is an integer of its underlying type, also one that has no name.
+/// Types whose encoding equals their memory layout. The decoder must check a `bool`, which is one
+/// byte. An enumeration is encoded as its underlying integer, including values without a name.
 template <class T>
 concept CdrPrimitive = (std::is_arithmetic_v<T> && sizeof(T) <= 8) || std::is_enum_v<T>;
 
-/// Bytes that grow and are kept: a buffer that was once large enough allocates no more.
-/// Thread safety: as any value.
+/// A growing buffer that keeps its memory: once it was large enough, it does not allocate again.
+/// Thread safety: none, as for any value.
+/// Real-time: allocates only when it grows beyond its largest size so far.
 class ByteBuffer {
  public:
   std::span<const std::byte> bytes() const noexcept { return {data_.get(), size_}; }
   std::byte* data() noexcept { return data_.get(); }
   void clear() noexcept { size_ = 0; }
-  /// Makes room for `count` more bytes, which are not initialised, and returns where they begin.
+  /// Appends `count` uninitialised bytes, and returns a pointer to them.
   std::byte* extend(std::size_t count) {
     if (size_ + count > capacity_) grow(size_ + count);
     std::byte* begin = data_.get() + size_;
@@ -56,12 +57,14 @@ class ByteBuffer {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-/// Four bytes before every message say how it is encoded: plain CDR, little-endian, no options.
+/// The four bytes before every message, which identify the encoding: plain CDR, little-endian, no
+/// options.
 inline constexpr std::array<std::byte, 4> kCdrHeader{std::byte{0}, std::byte{1}, std::byte{0},
                                                      std::byte{0}};
 
-/// Appends fields to a buffer. Alignment counts from behind the header.
-/// Real-time: allocates only while the buffer grows.
+/// Appends encoded fields to a buffer. Alignment is relative to the end of the header.
+/// Thread safety: none.
+/// Real-time: as ByteBuffer.
 class CdrWriter {
  public:
   explicit CdrWriter(ByteBuffer& buffer) : buffer_(buffer) {
@@ -94,7 +97,7 @@ class CdrWriter {
   void operator()(const T& message) {
     takt_visit_fields(*this, message);
   }
-  /// ROS 2 gives a message without fields this one, because IDL knows no empty structure.
+  /// ROS 2 adds this field to a message without fields, because IDL has no empty structures.
   void no_fields() { (*this)(std::uint8_t{0}); }
 
  private:
@@ -121,7 +124,9 @@ class CdrWriter {
   std::size_t begin_ = 0;
 };
 
-/// Adds up how many bytes fields take at the least.
+/// Computes the smallest encoded size of a type.
+/// Thread safety: none.
+/// Real-time: no; it allocates.
 class CdrLeastSize {
  public:
   template <class T>
@@ -158,16 +163,17 @@ class CdrLeastSize {
   std::size_t size_ = 0;
 };
 
-/// Known from the start, as decoding may be on a real-time thread.
+/// Computed during static initialisation, because real-time threads decode messages.
 template <class T>
 inline const std::size_t kCdrLeastSize = CdrLeastSize::of<T>();
 
-/// Reads fields in the order in which they were written. Nothing is trusted: every length is
-/// checked against the bytes that are left before anything is allocated for it. After the first
-/// thing that does not fit, `ok()` is false, and the message's content is unspecified.
+/// Decodes fields in the order in which they were encoded. The input is untrusted: the reader
+/// checks every length against the remaining bytes before it allocates. After the first error, ok()
+/// is false and the message's content is unspecified. Thread safety: none. Real-time: allocates
+/// only where a string or sequence of the message grows.
 class CdrReader {
  public:
-  /// `bytes`: with the header, which must be that of plain CDR in little-endian order.
+  /// `bytes` start with the header, which must be that of little-endian plain CDR.
   explicit CdrReader(std::span<const std::byte> bytes)
       : ok_(bytes.size() >= kCdrHeader.size() && bytes[0] == kCdrHeader[0] &&
             bytes[1] == kCdrHeader[1]),
@@ -188,7 +194,7 @@ class CdrReader {
   void operator()(std::string& text) {
     const std::uint32_t size = count(1);
     const std::byte* from = take(size, 1);
-    if (!ok_ || size == 0) return text.clear();  // some senders write nothing for an empty string
+    if (!ok_ || size == 0) return text.clear();  // some senders omit the zero of an empty string
     if (from[size - 1] != std::byte{0}) return fail();
     text.assign(reinterpret_cast<const char*>(from), size - 1);
   }
@@ -245,7 +251,7 @@ class CdrReader {
     body_ = {};
     offset_ = 0;
   }
-  /// The next `size` bytes, or nullptr.
+  /// Takes the next `size` bytes; returns nullptr if fewer are left.
   const std::byte* take(std::size_t size, std::size_t alignment) noexcept {
     const std::size_t padding = (alignment - offset_ % alignment) % alignment;
     const std::size_t left = body_.size() - offset_;
@@ -254,7 +260,7 @@ class CdrReader {
     offset_ += padding + size;
     return from;
   }
-  /// A number of elements; 0 when so many cannot follow.
+  /// Reads a number of elements; returns 0 and fails if the remaining bytes cannot contain them.
   std::uint32_t count(std::size_t least_size) noexcept {
     std::uint32_t value = 0;
     (*this)(value);

@@ -1,7 +1,7 @@
-// What libFuzzer runs against the decoder: any bytes are refused, or are a message that stays the
-// same when it is sent on; and they cost no more memory than so many bytes can ask for. The
-// sanitizers tell of every step beyond the bytes. See fuzz.sh.
-// SPDX-License-Identifier: Apache-2.0
+// Fuzz target for the decoder. The decoder must refuse the bytes, or decode a message that stays
+// the same after encoding and decoding, and its memory use must be bounded by the number of bytes.
+// The sanitizers report every access beyond the bytes. See fuzz.sh. SPDX-License-Identifier:
+// Apache-2.0
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -48,11 +48,12 @@ TAKT_MESSAGE(Everything, "fuzz_msgs/msg/Everything", flag, letter, small, number
              value, octet, text, part, flags, names, pair, bits, values, texts, parts, nothings,
              rows, lists);
 
-// An element in memory is up to 8 times as large as its fewest bytes, std::string's 32 for 4. It
-// may ask for memory for elements of its own, and then all turns out not to be there: so twice.
+// An element in memory is at most 8 times as large as its smallest encoding (std::string: 32 and 4
+// bytes). It can allocate nested elements before the decoder finds that bytes are missing: so
+// twice.
 constexpr std::size_t kMemoryPerByte = 16;
 
-// By the thread that decodes: libFuzzer has another one, which looks at the memory in use.
+// Allocated by the decoding thread: libFuzzer has a second thread, which checks the memory in use.
 thread_local std::size_t allocated = 0;
 
 void demand(bool holds, const char* what) {
@@ -97,9 +98,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
   const takt::ByteBuffer sent = encode(message);
   Everything received;
-  demand(decode(sent.bytes(), received), "what was encoded is refused");
-  demand(is_same(encode(received), sent), "what was encoded comes back as something else");
-  // In the place of another message, as receivers reuse theirs.
+  demand(decode(sent.bytes(), received), "the decoder refuses an encoded message");
+  demand(is_same(encode(received), sent), "a decoded message differs from the encoded one");
+  // Decode into another message, because receivers reuse messages.
   message = {.flag = true,
              .text = "old",
              .names = {"old", "older"},
@@ -107,7 +108,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
              .texts = {"old"},
              .parts = {{.name = "old"}, {.name = "older"}},
              .lists = {{1, 2}, {3}}};
-  demand(decode(sent.bytes(), message), "it is refused by who holds another message");
-  demand(is_same(encode(message), sent), "something of the message before is left");
+  demand(decode(sent.bytes(), message), "the decoder refuses the bytes for a reused message");
+  demand(is_same(encode(message), sent), "a reused message keeps old content");
   return 0;
 }

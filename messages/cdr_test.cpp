@@ -1,4 +1,4 @@
-// Tests of the wire form: byte for byte against XCDR1 by hand, there and back, and hostile bytes.
+// Tests of the encoding: bytes compared with XCDR1 written by hand, round trips, malicious bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/messages/cdr.hpp"
 
@@ -126,7 +126,7 @@ TEST(Cdr, RefusesOtherEncodings) {
   }
 }
 
-// Lengths that lie must cost no memory: the sanitizers would tell of any step beyond the bytes.
+// Wrong lengths must not allocate memory; the sanitizers report any access beyond the bytes.
 TEST(Cdr, SurvivesAnyBytes) {
   ByteBuffer original;
   message_type<Mixed>().encode(&kMixed, original);
@@ -144,7 +144,8 @@ TEST(Cdr, SurvivesAnyBytes) {
   }
 }
 
-// A count was believed when one byte was left for each element, and a string is 32 in memory.
+// The decoder once accepted a count if one byte was left per element, but a string has 32 bytes in
+// memory.
 TEST(Cdr, BelievesACountOnlyWhenSoManyCanFollow) {
   std::vector<std::byte> bytes(kCdrHeader.begin(), kCdrHeader.end());
   bytes.resize(4 + 4 + 16);  // a number, and as many bytes as four empty strings have

@@ -15,7 +15,7 @@ MessageType finish_message_type(MessageType type) {
     for (const char character : text) {
       hash = (hash ^ static_cast<unsigned char>(character)) * 0x100000001b3;
     }
-    hash = (hash ^ 0xff) * 0x100000001b3;  // ends the word: "ab","c" is not "a","bc"
+    hash = (hash ^ 0xff) * 0x100000001b3;  // separates words: "ab","c" differs from "a","bc"
   };
   for (const MessageField& field : type.fields) {
     add(field.name);

@@ -1,4 +1,4 @@
-// What is known of a message type at run time, and the macro that tells it.
+// The run-time description of message types, and the macro TAKT_MESSAGE.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MESSAGES_MESSAGE_TYPE_HPP_
 #define TAKT_MESSAGES_MESSAGE_TYPE_HPP_
@@ -40,20 +40,20 @@ struct FieldShape {
     string = 17,
     bounded_string = 21,
   };
-  /// What is added to the id of what there are several of.
+  /// Added to the id of the element type.
   static constexpr std::uint8_t kArray = 48, kBoundedSequence = 96, kSequence = 144;
 
   std::uint8_t id = 0;
-  std::size_t capacity = 0;           // of an array, or a bounded sequence
+  std::size_t capacity = 0;           // of an array or a bounded sequence
   std::size_t string_capacity = 0;    // of a bounded string
-  const MessageType* type = nullptr;  // of what is nested
+  const MessageType* type = nullptr;  // of a nested message
 
   Id element() const noexcept { return static_cast<Id>(id % kArray); }
   bool is_array() const noexcept { return id / kArray == 1; }
   bool is_sequence() const noexcept { return id / kArray >= 2; }
 };
 
-/// One field: its name, its type in IDL's words ("uint32", "sequence<float>"), and where it lies.
+/// One field: its name, its IDL type ("uint32", "sequence<float>"), and its offset.
 struct MessageField {
   std::string name;
   std::string type;
@@ -63,21 +63,22 @@ struct MessageField {
 };
 
 /// One message type. Publishers and subscriptions match by name and layout hash.
-/// Thread safety: never changes.
+/// Thread safety: immutable.
 struct MessageType {
   std::string name;  // as in ROS 2: "sensor_msgs/msg/LaserScan"; or an IDL type's: "robot::Scan"
   std::vector<MessageField> fields;
   std::size_t size = 0;
   std::size_t alignment = 0;
-  bool fixed_size = true;         // its bytes are all of it: no strings, no sequences
-  bool is_serialized = false;     // only its name is known: a message is its bytes
-  std::uint64_t layout_hash = 0;  // of names, types and offsets of all fields, nested ones too
+  bool fixed_size = true;      // no strings or sequences: copying its bytes copies the message
+  bool is_serialized = false;  // only the name is known: a message is a span of bytes
+  std::uint64_t layout_hash =
+      0;  // of names, types and offsets of all fields, including nested ones
   void (*encode)(const void* message, ByteBuffer& bytes) = nullptr;
-  /// False when the bytes are not such a message.
+  /// Returns false if the bytes are no message of this type.
   bool (*decode)(std::span<const std::byte> bytes, void* message) = nullptr;
 };
 
-/// A type that TAKT_MESSAGE has described.
+/// A type described by TAKT_MESSAGE.
 template <class T>
 concept Message = requires(const T* message) {
   { takt_message_type(message) } -> std::same_as<const MessageType&>;
@@ -88,13 +89,14 @@ const MessageType& message_type() {
   return takt_message_type(static_cast<const T*>(nullptr));
 }
 
-/// The type of that name for who sends and receives its bytes; a message is then a
-/// `std::span<const std::byte>`. Lives for ever. From any thread; allocates.
+/// The type with this name for publishers and subscriptions of encoded messages: a message is a
+/// `std::span<const std::byte>`. The result is never destroyed.
+/// Thread safety: from any thread. Real-time: no; it allocates.
 const MessageType& serialized_type(std::string_view name);
 
-// ---- Behind TAKT_MESSAGE ----
+// ---- Implementation of TAKT_MESSAGE ----
 
-/// Sets size and hash from the rest.
+/// Computes size and hash from the fields.
 MessageType finish_message_type(MessageType type);
 
 template <class T>
@@ -195,13 +197,13 @@ bool decode_message(std::span<const std::byte> bytes, void* message) {
   return reader.ok();
 }
 
-// ---- What generated messages have in common ----
+// ---- Common parts of generated messages ----
 
-/// How a generated message begins, in ROS 2's words. Every field always has a value: ZERO makes it
-/// zero or empty, and all others the default value of its definition.
+/// Initialization of a generated message, as in ROS 2. Every field always has a value: zero or
+/// empty with ZERO, the default value of the definition otherwise.
 enum class MessageInitialization { ALL, SKIP, ZERO, DEFAULTS_ONLY };
 
-/// The names that ROS 2's messages have for pointers to them.
+/// ROS 2's names for pointers to messages.
 template <class M>
 struct MessagePointers {
   using RawPtr = M*;
@@ -228,7 +230,7 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
 
 // ---- TAKT_MESSAGE ----
 
-// Applies `macro(type, field)` to each further argument, with commas between.
+// Applies `macro(type, field)` to each further argument, separated by commas.
 #define TAKT_PARENS ()
 #define TAKT_EXPAND(...) TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(TAKT_EXPAND3(__VA_ARGS__))))
 #define TAKT_EXPAND3(...) TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(TAKT_EXPAND2(__VA_ARGS__))))
@@ -244,8 +246,9 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
 
 #define TAKT_VISIT_FIELD(message, field) visitor(message.field)
 
-/// `TAKT_MESSAGE(LaserScan, "sensor_msgs/msg/LaserScan", stamp, ranges);` in the namespace of the
-/// aggregate, with its fields in order of declaration, at most 80 of them: makes it a message.
+/// Makes an aggregate a message: `TAKT_MESSAGE(LaserScan, "sensor_msgs/msg/LaserScan", stamp,
+/// ranges);`. Use it in the namespace of the aggregate, with all fields (at most 80) in the order
+/// of declaration.
 #define TAKT_MESSAGE(Type, type_name, ...)                                                  \
   [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {       \
     static const ::takt::MessageType type = ::takt::finish_message_type(                    \

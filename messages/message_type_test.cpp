@@ -1,4 +1,4 @@
-// Tests of what is known of a message type at run time.
+// Tests of the run-time description of message types.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/messages/message_type.hpp"
 
@@ -54,7 +54,7 @@ TAKT_MESSAGE(Eighty, "test_msgs/msg/Eighty", f00, f01, f02, f03, f04, f05, f06, 
              f62, f63, f64, f65, f66, f67, f68, f69, f70, f71, f72, f73, f74, f75, f76, f77, f78,
              f79);
 
-// Pairs that differ in one respect; the layout hash must tell them apart.
+// Pairs of types that differ in one respect; their layout hashes must differ.
 struct Base {
   std::int32_t a, b;
 };
@@ -100,10 +100,10 @@ static_assert(!Message<Undescribed>);
 static_assert(!Message<int>);
 
 struct Hiding {
-  std::int32_t told = 0;
-  std::string untold;
+  std::int32_t described = 0;
+  std::string hidden;
 };
-TAKT_MESSAGE(Hiding, "test_msgs/msg/Hiding", told);
+TAKT_MESSAGE(Hiding, "test_msgs/msg/Hiding", described);
 
 TEST(MessageType, KnowsNameSizeAndAlignment) {
   const MessageType& type = message_type<Point>();

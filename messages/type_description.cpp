@@ -13,13 +13,13 @@
 namespace takt {
 namespace {
 
-/// A field, and a structure of fields, as their description's JSON has them.
+/// A field, and a structure of fields, in the form of the JSON description.
 struct Field {
   std::string name;
   FieldShape shape;
   std::string nested;  // the name of shape.type, or of one that only exists as a description
 };
-// IDL knows no empty structure.
+// IDL has no empty structures, so ROS 2 adds this field.
 constexpr const char* kNoFields = "structure_needs_at_least_one_member";
 using Structures = std::map<std::string, std::vector<Field>>;
 
@@ -27,7 +27,7 @@ bool is_ros_name(std::string_view name) {
   return std::count(name.begin(), name.end(), '/') == 2;
 }
 
-// Adds the type, and those that it refers to. False: one of them is unknown to ROS 2.
+// Adds the type and all types that it refers to. Returns false if ROS 2 does not know one of them.
 bool add(Structures& structures, const MessageType& type) {
   if (!is_ros_name(type.name)) return false;
   const auto [entry, is_new] = structures.try_emplace(type.name);

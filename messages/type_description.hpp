@@ -1,4 +1,4 @@
-// What ROS 2 calls the same type: type hashes.
+// ROS 2's type hashes, definitions and names of message types.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_MESSAGES_TYPE_DESCRIPTION_HPP_
 #define TAKT_MESSAGES_TYPE_DESCRIPTION_HPP_
@@ -10,19 +10,19 @@
 
 namespace takt {
 
-/// The hash of REP 2011 and 2016, "RIHS01_" and 64 hexadecimal digits: SHA-256 of the type's
-/// description and of those that it refers to, as JSON. Empty for a type that ROS 2 cannot have:
-/// one that is not called like "std_msgs/msg/String", or whose fields are not known.
+/// The type hash of REP 2011 and 2016: "RIHS01_" and the SHA-256, in 64 hexadecimal digits, of the
+/// JSON description of the type and all types that it refers to. Empty for a type that ROS 2 cannot
+/// have: its name is not of the form "std_msgs/msg/String", or its fields are unknown.
 std::string type_hash(const MessageType& type);
-/// Of "example_interfaces/srv/AddTwoInts", from its request and response: a service's description
-/// has them as fields, and the event that ROS 2's service introspection sends.
+/// The type hash of a service like "example_interfaces/srv/AddTwoInts". Its description contains
+/// the request, the response, and the event of ROS 2's service introspection.
 std::string service_type_hash(const MessageType& request, const MessageType& response);
 
-/// The type as the text of a .msg file, with those that it refers to, as recordings have it. Empty
-/// for a type that ROS 2 cannot have.
+/// The type as text of a .msg file, including all types that it refers to; recordings contain this
+/// text. Empty for a type that ROS 2 cannot have.
 std::string message_definition(const MessageType& type);
 
-/// "std_msgs/msg/String" of "std_msgs::msg::dds_::String_"; other names stay.
+/// Converts "std_msgs::msg::dds_::String_" to "std_msgs/msg/String"; returns other names unchanged.
 std::string ros_type_name(std::string_view dds_name);
 
 }  // namespace takt

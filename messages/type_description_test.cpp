@@ -1,4 +1,4 @@
-// Type hashes against those that ROS 2 Jazzy has for the same types.
+// Compares type hashes with those of ROS 2 Jazzy.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/messages/type_description.hpp"
 

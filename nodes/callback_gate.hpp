@@ -1,4 +1,4 @@
-// Lets the callbacks of a node run, or not.
+// A gate that permits or stops the callbacks of a node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_CALLBACK_GATE_HPP_
 #define TAKT_NODES_CALLBACK_GATE_HPP_

@@ -58,11 +58,11 @@ std::shared_ptr<Chain> Chain::create(const ChainOptions& options, const std::vec
     entities.push_back(entity);
   }
   auto chain = std::make_shared<Chain>(options);
-  std::uint64_t way = 0;
+  std::uint64_t path_so_far = 0;
   for (std::uint32_t position = 0; position < entities.size(); ++position) {
-    way = extend_way(way, entities[position]->mark());
+    path_so_far = extend_path(path_so_far, entities[position]->mark());
     entities[position]->join_chain(
-        {chain, position, way, /*is_last=*/position + 1 == entities.size()});
+        {chain, position, path_so_far, /*is_last=*/position + 1 == entities.size()});
   }
   return chain;
 }

@@ -1,4 +1,4 @@
-// Cause and effect through several callbacks, with one deadline from end to end.
+// Chains: sequences of callbacks with an end-to-end deadline.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_CHAIN_HPP_
 #define TAKT_NODES_CHAIN_HPP_
@@ -28,9 +28,9 @@ struct ChainOptions {
 
 /// The measurements of a chain.
 struct ChainStatistics {
-  std::uint64_t instances = 0;  // that have come to the end
-  std::uint64_t misses = 0;     // of these, after the deadline
-  std::uint64_t aborted = 0;    // ended before the end, see OverrunPolicy::abort
+  std::uint64_t instances = 0;  // completed ones
+  std::uint64_t misses = 0;     // completed after the deadline
+  std::uint64_t aborted = 0;    // not completed, see OverrunPolicy::abort
   Histogram latency;            // release of the first callback → end of the last
 };
 
@@ -71,8 +71,7 @@ class Chain {
   Histogram latency_;
 };
 
-/// Chain instances that were ended before their end: no callback receives what they have sent.
-/// The last 1024 or so are remembered.
+/// The aborted chain instances, whose messages are not delivered. It stores about the last 1024.
 /// Thread safety: from any thread.
 /// Real-time: nothing blocks or allocates.
 class AbortedInstances {

@@ -19,11 +19,11 @@ constexpr std::uint64_t kBeingWritten = UINT64_MAX;
 /// is the same before and after.
 struct Joined {
   struct Instance {
-    std::atomic<std::uint64_t> way{0};
+    std::atomic<std::uint64_t> path{0};
     std::atomic<TimePoint> root_release{};
   };
   std::atomic<std::uint64_t> number{0};
-  std::atomic<std::uint64_t> way{0};     // of the callback that has joined them
+  std::atomic<std::uint64_t> path{0};    // of the callback that has joined them
   std::atomic<std::uint64_t> before{0};  // the number that its instance had
   std::atomic<std::size_t> count{0};
   std::array<Instance, JoiningInstances::kMost> instances;
@@ -46,7 +46,7 @@ Joined& place(std::uint64_t number) noexcept {
 /// The factor that so many callbacks apply to a path.
 std::uint64_t factor(std::uint64_t callbacks) noexcept {
   std::uint64_t result = 1;
-  while (callbacks-- != 0) result *= kWayFactor;
+  while (callbacks-- != 0) result *= kPathFactor;
   return result;
 }
 
@@ -57,16 +57,16 @@ bool for_each_joined(const Dispatch& dispatch, const Use& use) noexcept {
   if (!is_joined(dispatch.chain_instance)) return true;
   const Joined& joined = place(dispatch.chain_instance);
   if (joined.number.load() != dispatch.chain_instance) return false;
-  const std::uint64_t way = joined.way.load();
+  const std::uint64_t path = joined.path.load();
   JoiningInstances found;
   for (std::size_t i = 0; i < std::min(joined.count.load(), JoiningInstances::kMost); ++i) {
-    found.add({joined.instances[i].way.load(), joined.instances[i].root_release.load()});
+    found.add({joined.instances[i].path.load(), joined.instances[i].root_release.load()});
   }
   if (joined.number.load() != dispatch.chain_instance) return false;
   // All have come through the same callbacks since.
-  const std::uint64_t since = factor((dispatch.way - way) & 0xff);
+  const std::uint64_t since = factor((dispatch.path - path) & 0xff);
   for (const JoiningInstances::Instance& instance : found) {
-    use(JoiningInstances::Instance{dispatch.way + (instance.way - way) * since,
+    use(JoiningInstances::Instance{dispatch.path + (instance.path - path) * since,
                                    instance.root_release});
   }
   return true;
@@ -80,10 +80,10 @@ std::uint64_t join(const Dispatch& dispatch, const JoiningInstances& others) noe
   if (joined.number.exchange(kBeingWritten) == kBeingWritten) return 0;
   std::size_t count = 0;
   for (const JoiningInstances::Instance& instance : others) {
-    joined.instances[count].way.store(instance.way);
+    joined.instances[count].path.store(instance.path);
     joined.instances[count++].root_release.store(instance.root_release);
   }
-  joined.way.store(dispatch.way);
+  joined.path.store(dispatch.path);
   joined.before.store(instance_before_joins(dispatch.chain_instance));
   joined.count.store(count);
   joined.number.store(number);
@@ -101,13 +101,13 @@ bool JoiningInstances::add(const Instance& instance) noexcept {
 std::size_t JoiningInstances::add_all_of(const Dispatch& dispatch) noexcept {
   std::size_t left_out = 0;
   const auto add_one = [&](const Instance& instance) { left_out += add(instance) ? 0 : 1; };
-  add_one({dispatch.way, dispatch.root_release});
+  add_one({dispatch.path, dispatch.root_release});
   for_each_joined(dispatch, add_one);
   return left_out;
 }
 
-void JoiningInstances::remove(std::uint64_t way) noexcept {
-  const auto is_it = [way](const Instance& instance) { return instance.way == way; };
+void JoiningInstances::remove(std::uint64_t path) noexcept {
+  const auto is_it = [path](const Instance& instance) { return instance.path == path; };
   auto* const last = instances_.data() + count_;
   count_ =
       static_cast<std::size_t>(std::remove_if(instances_.data(), last, is_it) - instances_.data());
@@ -134,12 +134,12 @@ void ChainJoin::combine() noexcept {
   const Dispatch* dispatch = Dispatch::current();
   if (dispatch != nullptr) {
     left_out_ += all.add_all_of(*dispatch);
-    all.remove(dispatch->way);  // the envelope says it
+    all.remove(dispatch->path);  // the envelope says it
   }
   for (JoiningInstances& input : inputs_) {
     for (const JoiningInstances::Instance& instance : input) {
-      if (dispatch == nullptr || instance.way == dispatch->way) continue;
-      all.remove(instance.way);  // of one way, only once
+      if (dispatch == nullptr || instance.path == dispatch->path) continue;
+      all.remove(instance.path);  // of one path, only once
       if (!all.add(instance)) ++left_out_;
     }
     input.clear();
@@ -152,10 +152,10 @@ void ChainJoin::combine() noexcept {
   }
 }
 
-std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept {
+std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t path) noexcept {
   std::optional<TimePoint> root;
   for_each_joined(dispatch, [&](const JoiningInstances::Instance& instance) {
-    if (instance.way == way) root = instance.root_release;
+    if (instance.path == path) root = instance.root_release;
   });
   return root;
 }

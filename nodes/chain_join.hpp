@@ -1,4 +1,4 @@
-// Chains that go on together from a callback that makes one message of several inputs.
+// Joins chains in a callback that combines several inputs to one message.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_CHAIN_JOIN_HPP_
 #define TAKT_NODES_CHAIN_JOIN_HPP_
@@ -21,7 +21,7 @@ class JoiningInstances {
   /// How many can continue as one; further ones are dropped.
   static constexpr std::size_t kMost = 16;
   struct Instance {
-    std::uint64_t way = 0;  // so far
+    std::uint64_t path = 0;  // so far
     TimePoint root_release{};
   };
 
@@ -32,7 +32,7 @@ class JoiningInstances {
   /// The instance of the dispatch, and those that go on with it since an earlier join. Returns how
   /// many did not fit.
   std::size_t add_all_of(const Dispatch& dispatch) noexcept;
-  void remove(std::uint64_t way) noexcept;
+  void remove(std::uint64_t path) noexcept;
   void clear() noexcept { count_ = 0; }
 
  private:
@@ -40,8 +40,9 @@ class JoiningInstances {
   std::size_t count_ = 0;
 };
 
-/// For a fusion of several inputs: the chains of all of them continue in what it publishes. Without
-/// it, a message belongs to the chain of the input in whose callback it was published:
+/// For a fusion of several inputs: the chains of all inputs continue with the published message.
+/// Without it, the message belongs only to the chain of the input in whose callback it is
+/// published:
 ///
 ///   on left:   join.received(0); left_ = message; fuse();
 ///   on right:  join.received(1); right_ = message; fuse();
@@ -49,8 +50,8 @@ class JoiningInstances {
 ///              join.combine();
 ///              publisher->publish(…);
 ///
-/// The message carries a number that stands for all instances; the process remembers the newest
-/// kMostJoined of these. An older one is measured for the input that came last.
+/// The message contains a number that identifies all joined instances; the process stores the
+/// newest kMostJoined numbers. With an older number, only the chain of the last input is measured.
 /// Thread safety: calls are serialised by the user, as a mutually exclusive group of the callbacks
 /// does.
 /// Real-time: received() and combine() neither block nor allocate.
@@ -83,12 +84,13 @@ constexpr bool is_joined(std::uint64_t chain_instance) noexcept {
 }
 /// The release of the root of the instance that has come to the dispatch on this path, when it is
 /// one of those that were joined.
-std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t way) noexcept;
+std::optional<TimePoint> joined_root(const Dispatch& dispatch, std::uint64_t path) noexcept;
 /// The same of any instance.
-inline std::optional<TimePoint> root_release(const Dispatch& dispatch, std::uint64_t way) noexcept {
-  if (dispatch.way == way) return dispatch.root_release;
+inline std::optional<TimePoint> root_release(const Dispatch& dispatch,
+                                             std::uint64_t path) noexcept {
+  if (dispatch.path == path) return dispatch.root_release;
   if (!is_joined(dispatch.chain_instance)) return std::nullopt;
-  return joined_root(dispatch, way);
+  return joined_root(dispatch, path);
 }
 /// The number that the instance of the input that came last had before it was joined.
 std::uint64_t instance_before_joins(std::uint64_t chain_instance) noexcept;

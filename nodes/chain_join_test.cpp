@@ -18,15 +18,16 @@ const CallbackInfo kInfo;
 
 /// A callback that a message of `before` calls; it is the first one when that is nullptr.
 Dispatch dispatch(const Dispatch* before, std::uint64_t entity, TimePoint released = {}) {
-  const std::uint64_t way = before != nullptr ? before->way : 0;
+  const std::uint64_t path = before != nullptr ? before->path : 0;
   return {&kInfo, before != nullptr ? before->chain_instance : 100 + entity,
-          before != nullptr ? before->root_release : released, extend_way(way, way_mark(entity))};
+          before != nullptr ? before->root_release : released,
+          extend_path(path, path_mark(entity))};
 }
 
-std::uint64_t way_of(std::initializer_list<std::uint64_t> entities) {
-  std::uint64_t way = 0;
-  for (const std::uint64_t entity : entities) way = extend_way(way, way_mark(entity));
-  return way;
+std::uint64_t path_of(std::initializer_list<std::uint64_t> entities) {
+  std::uint64_t path = 0;
+  for (const std::uint64_t entity : entities) path = extend_path(path, path_mark(entity));
+  return path;
 }
 
 void received(ChainJoin& join, Dispatch& by, std::size_t input) {
@@ -46,14 +47,14 @@ TEST(ChainJoin, BothInstancesGoOnThroughAllThatFollows) {
   received(join, right_in, 1);
   combine(join, right_in);
   Dispatch next = dispatch(&right_in, 5);
-  EXPECT_EQ(root_release(next, way_of({1, 2, 5})), TimePoint(1ms));
-  EXPECT_EQ(root_release(next, way_of({3, 4, 5})), TimePoint(2ms));
+  EXPECT_EQ(root_release(next, path_of({1, 2, 5})), TimePoint(1ms));
+  EXPECT_EQ(root_release(next, path_of({3, 4, 5})), TimePoint(2ms));
   next = dispatch(&next, 6);
   next = dispatch(&next, 7);
-  EXPECT_EQ(root_release(next, way_of({1, 2, 5, 6, 7})), TimePoint(1ms));
-  EXPECT_EQ(root_release(next, way_of({3, 4, 5, 6, 7})), TimePoint(2ms));
-  EXPECT_EQ(root_release(next, way_of({1, 2, 5, 7, 6})), std::nullopt);
-  EXPECT_EQ(root_release(next, way_of({1, 4, 5, 6, 7})), std::nullopt);
+  EXPECT_EQ(root_release(next, path_of({1, 2, 5, 6, 7})), TimePoint(1ms));
+  EXPECT_EQ(root_release(next, path_of({3, 4, 5, 6, 7})), TimePoint(2ms));
+  EXPECT_EQ(root_release(next, path_of({1, 2, 5, 7, 6})), std::nullopt);
+  EXPECT_EQ(root_release(next, path_of({1, 4, 5, 6, 7})), std::nullopt);
   EXPECT_EQ(instance_before_joins(next.chain_instance), right.chain_instance);
 }
 
@@ -66,12 +67,12 @@ TEST(ChainJoin, AnInstanceGoesOnOnce) {
   received(join, left_again, 0);  // takes its place
   received(join, right, 1);
   combine(join, right);
-  EXPECT_EQ(root_release(dispatch(&right, 3), way_of({1, 3})), TimePoint(3ms));
+  EXPECT_EQ(root_release(dispatch(&right, 3), path_of({1, 3})), TimePoint(3ms));
   Dispatch later = dispatch(nullptr, 2, TimePoint(5ms));
   received(join, later, 1);
   combine(join, later);
-  EXPECT_EQ(root_release(dispatch(&later, 3), way_of({1, 3})), std::nullopt);
-  EXPECT_EQ(root_release(dispatch(&later, 3), way_of({2, 3})), TimePoint(5ms));
+  EXPECT_EQ(root_release(dispatch(&later, 3), path_of({1, 3})), std::nullopt);
+  EXPECT_EQ(root_release(dispatch(&later, 3), path_of({2, 3})), TimePoint(5ms));
 }
 
 TEST(ChainJoin, GoesThroughJoinsOfJoins) {
@@ -85,9 +86,9 @@ TEST(ChainJoin, GoesThroughJoinsOfJoins) {
   received(second, c, 1);
   combine(second, c);
   Dispatch end = dispatch(&c, 5);
-  EXPECT_EQ(root_release(end, way_of({1, 3, 5})), TimePoint(1ms));
-  EXPECT_EQ(root_release(end, way_of({2, 3, 5})), TimePoint(2ms));
-  EXPECT_EQ(root_release(end, way_of({4, 5})), TimePoint(4ms));
+  EXPECT_EQ(root_release(end, path_of({1, 3, 5})), TimePoint(1ms));
+  EXPECT_EQ(root_release(end, path_of({2, 3, 5})), TimePoint(2ms));
+  EXPECT_EQ(root_release(end, path_of({4, 5})), TimePoint(4ms));
 }
 
 TEST(ChainJoin, ATimerTakesWhatLiesThere) {
@@ -96,8 +97,8 @@ TEST(ChainJoin, ATimerTakesWhatLiesThere) {
   received(join, input, 0);
   Dispatch timer = dispatch(nullptr, 2, TimePoint(5ms));
   combine(join, timer);
-  EXPECT_EQ(root_release(dispatch(&timer, 3), way_of({1, 3})), TimePoint(1ms));
-  EXPECT_EQ(root_release(dispatch(&timer, 3), way_of({2, 3})), TimePoint(5ms));
+  EXPECT_EQ(root_release(dispatch(&timer, 3), path_of({1, 3})), TimePoint(1ms));
+  EXPECT_EQ(root_release(dispatch(&timer, 3), path_of({2, 3})), TimePoint(5ms));
 }
 
 TEST(ChainJoin, CountsWhatDoesNotFitAndForgetsTheOldest) {
@@ -127,14 +128,14 @@ TEST(ChainJoin, CountsWhatDoesNotFitAndForgetsTheOldest) {
   Dispatch last = dispatch(nullptr, 2, TimePoint(8ms));
   combine(join, last);
   Dispatch next = dispatch(&last, 3);
-  EXPECT_EQ(root_release(next, way_of({1, 3})), TimePoint(7ms));
+  EXPECT_EQ(root_release(next, path_of({1, 3})), TimePoint(7ms));
   for (std::size_t i = 0; i < ChainJoin::kMostJoined; ++i) {
     received(join, old, 0);
     Dispatch later = dispatch(nullptr, 2);
     combine(join, later);
   }
-  EXPECT_EQ(root_release(next, way_of({1, 3})), std::nullopt);
-  EXPECT_EQ(root_release(next, way_of({2, 3})), TimePoint(8ms));  // the envelope's own
+  EXPECT_EQ(root_release(next, path_of({1, 3})), std::nullopt);
+  EXPECT_EQ(root_release(next, path_of({2, 3})), TimePoint(8ms));  // the envelope's own
 }
 
 TEST(ChainJoin, OutsideACallbackItDoesNothing) {

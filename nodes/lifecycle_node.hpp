@@ -1,4 +1,4 @@
-// A node that is configured, activated, deactivated and shut down from outside.
+// LifecycleNode: a node with states, which other nodes configure, activate and shut down.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_LIFECYCLE_NODE_HPP_
 #define TAKT_NODES_LIFECYCLE_NODE_HPP_

@@ -1,4 +1,4 @@
-// The states of a node with a lifecycle, and what leads from one to another: ROS 2's table.
+// The states and transitions of lifecycle nodes: ROS 2's table.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_LIFECYCLE_STATE_MACHINE_HPP_
 #define TAKT_NODES_LIFECYCLE_STATE_MACHINE_HPP_

@@ -1,4 +1,4 @@
-// Timers and subscriptions that rest while their node is not active.
+// Timers and subscriptions of a LifecycleNode, which are paused while it is not active.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_MANAGED_ENTITIES_HPP_
 #define TAKT_NODES_MANAGED_ENTITIES_HPP_

@@ -1,4 +1,4 @@
-// A part of a program: it owns entities, and gives them names.
+// Node: creates publishers, subscriptions, timers and other entities, and gives them names.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_NODE_HPP_
 #define TAKT_NODES_NODE_HPP_
@@ -36,15 +36,16 @@
 
 namespace takt {
 
-/// The settings of a node from outside. A component's constructor takes them and passes them on.
+/// Settings of a node that the system description gives. A component's constructor takes them and
+/// passes them to Node.
 struct NodeOptions {
-  std::string name;                                       // instead of the one the code gives
+  std::string name;                                       // replaces the name in the code
   std::string name_space;                                 // "/front"; empty: the root
-  Parameters parameters;                                  // instead of the declared defaults
-  std::map<std::string, std::string, std::less<>> remap;  // topic as the code names it → topic
-  TopicQos qos;  // instead of what the code says, by the topic's full name
+  Parameters parameters;                                  // replace the declared defaults
+  std::map<std::string, std::string, std::less<>> remap;  // topic in the code → topic to use
+  TopicQos qos;  // replaces the QoS in the code, by the topic's full name
   Clock* clock = &Clock::steady();
-  std::optional<LogLevel> log_level;  // of Node::log; nullopt: the process's
+  std::optional<LogLevel> log_level;  // of Node::log; nullopt: that of the process
   /// Connects the node to other processes; without it, messages stay in the process.
   std::shared_ptr<Participant> participant;
 
@@ -211,7 +212,7 @@ class Node : public std::enable_shared_from_this<Node> {
     return handle;
   }
 
-  /// For messages that coroutines await.
+  /// Creates a receiver of messages for coroutines.
   template <Message T>
   std::shared_ptr<Receiver<T>> create_receiver(std::string_view topic, const QoS& qos,
                                                std::shared_ptr<CallbackGroup> group = nullptr) {
@@ -223,7 +224,7 @@ class Node : public std::enable_shared_from_this<Node> {
     return handle;
   }
 
-  /// `type` is a name: "std_msgs/msg/String". What has this name, by bytes.
+  /// Publishes encoded messages of the type with this name: "std_msgs/msg/String".
   std::shared_ptr<GenericPublisher> create_generic_publisher(std::string_view topic,
                                                              std::string_view type, const QoS& qos);
   std::shared_ptr<SubscriptionBase> create_generic_subscription(
@@ -297,14 +298,15 @@ class Node : public std::enable_shared_from_this<Node> {
   ParameterDescriptor describe_parameter(std::string_view name) const {
     return parameters_.describe(name);
   }
-  /// Those that are called like a prefix, or "PREFIX.x" with at most `depth` parts after the
-  /// prefix; without prefixes, all with at most `depth` parts. 0: as many as there are.
+  /// Names that equal a prefix, or have the form "PREFIX.x" with at most `depth` parts after the
+  /// prefix; without prefixes, all names with at most `depth` parts. 0: no limit.
   ListParametersResult list_parameters(const std::vector<std::string>& prefixes = {},
                                        std::uint64_t depth = 0) const {
     return parameters_.list(prefixes, depth);
   }
-  /// All values are set, or none with the reason: one is not declared, read-only, of another type
-  /// or out of range, or a callback refuses. Throws Error in an on-set callback of this node.
+  /// Sets all values, or none and returns the reason: a parameter is not declared, read-only, of
+  /// another type or out of range, or a callback refuses. Throws Error in an on-set callback of
+  /// this node.
   [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
     return parameters_.set_atomically(values);
   }
@@ -324,30 +326,29 @@ class Node : public std::enable_shared_from_this<Node> {
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
   std::string resolve(std::string_view topic);
 
-  /// What the changes give takes the place of what was there; what they leave out stays. All of
-  /// them take effect together: no callback runs between them on the node's executor. Handlers are
-  /// not changed. Throws Error, and changes nothing, when a name does not exist or a value cannot
-  /// be.
+  /// Changes the given parameters, and keeps all others. All changes take effect together: no
+  /// callback of the node's executor runs between them. Handlers are not changed. Throws Error, and
+  /// changes nothing, if a name does not exist or a value is invalid.
   void set_callback_parameters(const CallbackParameterChanges& changes);
   /// Throws the same Error, and changes nothing.
   void check_callback_parameters(const CallbackParameterChanges& changes) const;
-  /// What holds for the entity: what it has of its own, and the rest from its group.
+  /// The parameters of an entity: its own ones, completed by those of its group.
   CallbackParameters callback_parameters(const Entity& entity) const;
 
   // For executors and containers.
 
-  /// The callback of that name; a topic's first slash may be left out. Throws the Error that lists
-  /// the names when there is none.
+  /// The callback with this name; the first slash of a topic may be missing. If there is none,
+  /// throws an Error that lists the names.
   std::shared_ptr<Entity> find_entity(std::string_view name) const;
-  /// Whether this callback may publish on the topic, as far as publishers tell.
+  /// Whether this callback may publish on the topic, according to the options of the publishers.
   bool publishes(std::string_view callback, std::string_view topic) const;
   std::vector<std::shared_ptr<Entity>> entities() const;
   std::vector<std::shared_ptr<CallbackGroup>> groups() const;
-  /// From here on the listener is called for every entity and group. Adding it again does nothing.
+  /// From now on, calls the listener for every entity and group. Adding it again has no effect.
   void add_listener(NodeListener& listener);
   /// When it returns, no call of the listener runs, except one that the calling thread is in.
   void remove_listener(NodeListener& listener) noexcept;
-  /// Makes the node as a whole this listener's; false when it is another's.
+  /// Assigns the whole node to this listener; returns false if it belongs to another one.
   bool claim(const NodeListener* owner) noexcept;
   void release(const NodeListener* owner) noexcept;
   bool belongs_to(const NodeListener* owner) const noexcept { return owner_.load() == owner; }
@@ -360,7 +361,7 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::string> timers_of_one_name() const;
 
  protected:
-  // For nodes that make entities of their own kinds.
+  // For nodes that create entities of other kinds.
 
   /// What the code asks for, as the options have it.
   template <Message T>
@@ -372,7 +373,7 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
-  /// Throws Error when the timer's name cannot be, and warns when another one has it.
+  /// Throws Error if the timer's name is invalid; warns if another timer has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   std::string next_wall_timer_name();
   /// What resumes the coroutines of a callback.

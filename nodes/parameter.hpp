@@ -1,4 +1,4 @@
-// Values that a component is configured with, and what may be said about them.
+// Parameter values, descriptors and results.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_PARAMETER_HPP_
 #define TAKT_NODES_PARAMETER_HPP_
@@ -43,7 +43,7 @@ struct ParameterDescriptor {
   std::optional<FloatingPointRange> floating_point_range;  // of a floating-point number
 };
 
-/// What became of a wish to set parameters.
+/// The result of setting parameters.
 struct SetParametersResult {
   bool successful = true;
   std::string reason;  // why not

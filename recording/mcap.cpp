@@ -34,7 +34,7 @@ std::string head() {
   return std::string(kMagic) + record(kHeader, content);
 }
 
-// Numbers begin with 1: a schema 0 is none.
+// Numbers start at 1: schema 0 means "no schema".
 std::uint16_t number(std::size_t topic) {
   return static_cast<std::uint16_t>(topic + 1);
 }
@@ -201,7 +201,7 @@ bool McapWriter::close() noexcept {
   if (std::exchange(is_closed_, true)) return file_.error() == 0;
   flush();
   const bool is_whole = file_.finish();
-  // What lacks is left out, and one chunk more, to have room for the end.
+  // Omit the missing chunks, and one more to make room for the end of the file.
   if (!is_whole) {
     const std::uint64_t taken = messages();
     while (!chunks_.empty() && chunks_.back().end > file_.written()) chunks_.pop_back();

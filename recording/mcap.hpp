@@ -1,4 +1,4 @@
-// The MCAP container format, as far as a recording needs it (https://mcap.dev/spec).
+// Writes and reads recordings in the MCAP format (https://mcap.dev/spec).
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_RECORDING_MCAP_HPP_
 #define TAKT_RECORDING_MCAP_HPP_
@@ -16,24 +16,24 @@
 
 namespace takt {
 
-/// What is recorded of one topic.
+/// A recorded topic.
 struct RecordedTopic {
   std::string topic;       // "/scan"
   std::string type;        // "sensor_msgs/msg/LaserScan"
-  std::string definition;  // as .msg text ("ros2msg"); empty: not known
+  std::string definition;  // .msg text ("ros2msg"); empty: unknown
 };
 
 struct RecordedMessage {
-  std::size_t topic = 0;          // which of the reader's topics
+  std::size_t topic = 0;          // index in the reader's topics()
   std::uint32_t sequence = 0;     // in its topic, from 1
   std::uint64_t log_time_ns = 0;  // since 1970
   std::uint64_t publish_time_ns = 0;
-  std::uint64_t begin = 0, size = 0;  // of its bytes in the file: CDR, with its header
+  std::uint64_t begin = 0, size = 0;  // position of its bytes in the file: CDR, with header
 };
 
-/// Writes a chunk for each buffer of the file, and a summary at the end.
+/// Writes a recording: one chunk per buffer of the file, and a summary at the end.
 /// Thread safety: one thread at a time.
-/// Real-time: as RingFile; a chunk's place is remembered, which allocates now and then.
+/// Real-time: as RingFile, but a new chunk may allocate, because its position is stored.
 class McapWriter {
  public:
   /// Throws Error as RingFile does.
@@ -42,23 +42,24 @@ class McapWriter {
   McapWriter(const McapWriter&) = delete;
   McapWriter& operator=(const McapWriter&) = delete;
 
-  /// The number to write its messages with.
+  /// Adds a topic, and returns its number for write().
   std::size_t add(RecordedTopic topic);
-  /// False: there was no room, because the disk is slow, full, or the message larger than a buffer.
+  /// Returns false if there was no space: the disk is slow or full, or the message exceeds a
+  /// buffer.
   bool write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
              std::span<const std::byte> bytes) noexcept;
-  /// Whether something waits for `flush`.
+  /// Whether the present buffer contains data.
   bool is_pending() const noexcept { return used_ != 0; }
-  /// Hands over what was written so far.
+  /// Starts writing the present buffer, even if it is not full.
   void flush() noexcept;
-  /// Ends the file; nothing is written afterwards. False: a write had failed.
+  /// Completes the file. Returns false if a write failed.
   bool close() noexcept;
-  /// What errno says of the first write that failed; 0: none has.
+  /// The errno of the first failed write; 0: none.
   int error() const noexcept { return file_.error(); }
   const std::string& why_no_ring() const noexcept { return file_.why_no_ring(); }
-  /// That were taken, but for those that are lost.
+  /// Number of accepted messages without lost ones.
   std::uint64_t messages() const noexcept;
-  /// Taken, and not in the file because a write has failed. Known after `close`.
+  /// Number of accepted messages that a failed write lost. Valid after close().
   std::uint64_t lost() const noexcept { return lost_; }
   std::uint64_t bytes() const noexcept { return file_.offset(); }
 
@@ -66,7 +67,7 @@ class McapWriter {
   struct Topic {
     RecordedTopic topic;
     std::uint64_t messages = 0;
-    bool is_written = false;  // its schema and channel
+    bool is_written = false;  // whether schema and channel are in the file
   };
   struct Chunk {
     std::uint64_t begin = 0, end = 0;  // in the file
@@ -80,27 +81,27 @@ class McapWriter {
   std::vector<Topic> topics_;
   std::vector<Chunk> chunks_;
   Chunk current_;
-  std::size_t used_ = 0;  // of the buffer
+  std::size_t used_ = 0;  // bytes in the present buffer
   std::uint64_t lost_ = 0;
   bool is_closed_ = false;
 };
 
-/// Reads recordings: ours, and others' whose chunks are not compressed. It remembers where each
-/// message lies, and not the messages.
+/// Reads uncompressed recordings of Takt and other programs. It keeps the positions of messages in
+/// memory, not the messages.
 /// Thread safety: after the constructor, one thread at a time. Real-time: no.
 class McapReader {
  public:
-  /// Throws Error when it is no MCAP file, or none that takt reads. One that ends in the middle is
-  /// read so far.
+  /// Throws Error if the file is no MCAP file, or uses features that Takt does not support. Reads a
+  /// truncated file up to its end.
   explicit McapReader(const std::string& path);
 
   const std::vector<RecordedTopic>& topics() const noexcept { return topics_; }
-  /// In the order of log_time.
+  /// Sorted by log_time_ns.
   const std::vector<RecordedMessage>& messages() const noexcept { return messages_; }
-  /// The message's bytes, until the next call. Throws Error when the file has become shorter since,
+  /// The message's bytes, valid until the next call. Throws Error if the file was truncated since,
   /// or cannot be read.
   std::span<const std::byte> bytes(const RecordedMessage& message);
-  /// It has an end, with a summary.
+  /// Whether the file was completed: it has a summary and an end.
   bool is_complete() const noexcept { return is_complete_; }
 
  private:

@@ -1,4 +1,4 @@
-// The numbers of the MCAP format (https://mcap.dev/spec), for writer and reader.
+// Constants of the MCAP format (https://mcap.dev/spec).
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_RECORDING_MCAP_FORMAT_HPP_
 #define TAKT_RECORDING_MCAP_FORMAT_HPP_
@@ -24,7 +24,7 @@ enum Opcode : std::uint8_t {
 };
 inline constexpr std::size_t kRecordHead = 1 + 8;
 inline constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;
-// Before a chunk's records: times, size, checksum (0: none), no compression, size.
+// The header of a chunk: times, size, checksum (0: none), no compression, size.
 inline constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;
 
 }  // namespace takt::mcap

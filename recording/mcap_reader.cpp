@@ -14,7 +14,7 @@ namespace {
 
 using namespace mcap;
 
-// How much is read at once of what lies close together.
+// Size of one read for messages that are close together.
 constexpr std::size_t kWindowBytes = 256 << 10;
 
 RegularFile opened(const std::string& path) {
@@ -26,14 +26,14 @@ RegularFile opened(const std::string& path) {
 }
 
 Error shorter(const std::string& path) {
-  return Error("the recording has become shorter while it was read",
-               "leave it alone while it is played", path);
+  return Error("the recording was truncated during reading",
+               "do not change the file while it is played", path);
 }
 
 }  // namespace
 
-/// Reads on, up to an end. What would be behind it is 0. Not by mmap: when a file becomes shorter,
-/// to read what is no more there would end the process by SIGBUS.
+/// Reads sequentially up to an end; values behind it are 0. It does not use mmap: if the file is
+/// truncated meanwhile, an access would kill the process by SIGBUS.
 class McapReader::Cursor {
  public:
   Cursor(const RegularFile& file, const std::string& path) : file_(file), path_(path) {}
@@ -56,7 +56,7 @@ class McapReader::Cursor {
   }
 
  private:
-  // Empty: there is not so much. Valid until the next call.
+  // Returns an empty span if fewer bytes are left. Valid until the next call.
   std::span<const std::byte> take(std::size_t size) {
     if (size > rest()) {
       position_ = end_;
@@ -75,7 +75,7 @@ class McapReader::Cursor {
   const RegularFile& file_;
   const std::string& path_;
   std::uint64_t position_ = 0, end_ = 0;
-  std::vector<std::byte> window_;  // what begins at window_begin_
+  std::vector<std::byte> window_;  // part of the file that starts at window_begin_
   std::uint64_t window_begin_ = 0;
 };
 
@@ -83,8 +83,8 @@ McapReader::McapReader(const std::string& path) : path_(path), file_(opened(path
   std::string magic(kMagic.size(), '\0');
   file_.read(0, std::as_writable_bytes(std::span(magic)));
   if (magic != kMagic) {
-    throw Error("this is no MCAP file", "give one that takt::Recorder, or ros2 bag with MCAP, made",
-                path);
+    throw Error("this is no MCAP file",
+                "use a file written by takt::Recorder, or by ros2 bag as MCAP", path);
   }
   Cursor file(file_, path_);
   file.go_to(kMagic.size());
@@ -99,7 +99,7 @@ std::span<const std::byte> McapReader::bytes(const RecordedMessage& message) {
   return bytes_;
 }
 
-// One that was not written to its end has a last record that is cut off.
+// The last record of an incomplete file may be truncated.
 void McapReader::read(Cursor& file, std::uint64_t end, bool is_in_chunk) {
   for (;;) {
     file.set_end(end);
@@ -132,7 +132,7 @@ void McapReader::read_record(std::uint8_t opcode, Cursor& content, bool is_in_ch
       const std::string topic = content.text(), encoding = content.text();
       if (encoding != "cdr") {
         throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
-                    "takt knows 'cdr' only", path_);
+                    "takt supports only 'cdr'", path_);
       }
       if (channels_.try_emplace(id, topics_.size()).second) {
         topics_.push_back({topic, type, definition});
@@ -154,13 +154,14 @@ void McapReader::read_record(std::uint8_t opcode, Cursor& content, bool is_in_ch
     }
     case kChunk: {
       if (is_in_chunk) {
-        throw Error("a chunk lies in another chunk", "the file is damaged: record it again", path_);
+        throw Error("a chunk contains another chunk", "the file is damaged: record it again",
+                    path_);
       }
       for (int i = 0; i < 3; ++i) content.take<std::uint64_t>();  // times, size
       content.take<std::uint32_t>();                              // checksum
       if (const std::string compression = content.text(); !compression.empty()) {
         throw Error(fmt::format("the recording is compressed by {}", compression),
-                    "takt reads it uncompressed: mcap decompress", path_);
+                    "decompress it with: mcap decompress", path_);
       }
       const auto size = content.take<std::uint64_t>();
       if (size <= content.rest()) read(content, content.position() + size, true);

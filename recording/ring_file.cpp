@@ -21,28 +21,29 @@
 
 namespace takt {
 
-/// Writes buffers, several at the same time, and says how each write has ended.
+/// Writes several buffers at the same time, and reports the result of each write.
 class RingFile::Writes {
  public:
   struct Completion {
     std::size_t index = 0;
-    int result = 0;  // what was written, or an errno, negative
+    int result = 0;  // bytes written, or a negative errno
   };
   virtual ~Writes() = default;
   virtual void submit(std::size_t index, std::span<const std::byte> bytes,
                       std::uint64_t offset) noexcept = 0;
-  /// The next one that has ended, if any; with `waits`, it waits for one.
+  /// The next completed write, if any; with `waits`, waits for one.
   virtual std::optional<Completion> next(bool waits) noexcept = 0;
 };
 
 class RingFile::RingWrites final : public Writes {
  public:
-  /// Throws Error when the kernel gives no ring, or does not take the buffers.
+  /// Throws Error if the kernel refuses the ring or the buffers.
   RingWrites(int fd, const std::vector<iovec>& buffers) : fd_(fd), ring_(buffers.size()) {
     const auto count = static_cast<unsigned>(buffers.size());
     if (const int result = io_uring_register_buffers(&ring_.ring, buffers.data(), count);
         result < 0) {
-      throw Error("io_uring takes no buffers: " + errno_message(-result), "raise RLIMIT_MEMLOCK");
+      throw Error("io_uring refused the buffers: " + errno_message(-result),
+                  "raise RLIMIT_MEMLOCK");
     }
   }
   void submit(std::size_t index, std::span<const std::byte> bytes,
@@ -69,8 +70,7 @@ class RingFile::RingWrites final : public Writes {
   }
 
  private:
-  /// Only one that was made is taken down: liburing would take the zeros of another for
-  /// descriptors.
+  /// Releases the ring only if it was created: otherwise liburing would close descriptor 0.
   struct Ring {
     explicit Ring(std::size_t entries) {
       const int result = io_uring_queue_init(static_cast<unsigned>(entries), &ring, 0);
@@ -126,7 +126,7 @@ class RingFile::ThreadWrites final : public Writes {
     std::uint64_t offset;
   };
   void write_until_stopped() {
-    apply({.name = "recording"}, Realtime::prefer);  // nothing of the thread that made it
+    apply({.name = "recording"}, Realtime::prefer);  // do not inherit the creator's attributes
     std::unique_lock lock(mutex_);
     for (;;) {
       changed_.wait(lock, [this] { return is_over_ || !asked_.empty(); });
@@ -160,10 +160,9 @@ RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_
   if (memory == MAP_FAILED) {
     const int error = errno;
     close(fd_);
-    throw Error(
-        "no memory for buffers: " + errno_message(error),
-        fmt::format("{} MB are wanted; give fewer, or smaller ones", memory_bytes_ / 1'000'000 + 1),
-        path);
+    throw Error("no memory for buffers: " + errno_message(error),
+                fmt::format("use fewer or smaller ones than {} MB", memory_bytes_ / 1'000'000 + 1),
+                path);
   }
   memory_ = static_cast<std::byte*>(memory);
   writes_ = make_writes();
@@ -221,7 +220,7 @@ void RingFile::write(std::size_t bytes) noexcept {
   submit(index);
 }
 
-// What is not written of it yet.
+// The part of the buffer that is not written yet.
 void RingFile::submit(std::size_t index) noexcept {
   const Buffer& buffer = buffers_[index];
   const std::byte* begin = memory_ + index * buffer_bytes_ + buffer.done;
@@ -236,11 +235,12 @@ void RingFile::reap() noexcept {
   }
 }
 
-// Writes end in any order: all is written up to the first one that is still away, or has failed.
+// Writes complete in any order: the file is complete up to the first one that is in progress or
+// failed.
 void RingFile::completed(std::size_t index, int result) noexcept {
   Buffer& buffer = buffers_[index];
   if (result > 0) buffer.done += static_cast<std::size_t>(result);
-  // A disk that has no room for all of it takes a part, and says why when it is asked again.
+  // A full disk writes a part first, and reports the error at the next attempt.
   if (result == -EINTR || (result > 0 && buffer.done < buffer.bytes)) return submit(index);
   --away_;
   buffer.is_away = false;
@@ -264,7 +264,7 @@ bool RingFile::finish() noexcept {
   while (away_ != 0) {
     if (const auto completion = writes_->next(true)) {
       completed(completion->index, completion->result);
-    } else {  // the ring itself has failed
+    } else {  // the ring itself failed
       error_ = EIO;
       if (first_error_ == 0) first_error_ = error_;
       break;

@@ -1,4 +1,4 @@
-// A file that is written from a fixed set of buffers, by io_uring where the kernel grants it.
+// A file written from a fixed set of buffers, by io_uring where the kernel permits it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_RECORDING_RING_FILE_HPP_
 #define TAKT_RECORDING_RING_FILE_HPP_
@@ -12,41 +12,40 @@
 
 namespace takt {
 
-/// Buffers are registered with the kernel when the file is opened. One is filled at a time, and
-/// handed over whole; the kernel writes it while the next one is filled. When all are on their way
-/// there is none to fill, and the caller goes without.
+/// The constructor registers the buffers with the kernel. The caller fills one buffer at a time and
+/// passes it on; the kernel writes it while the caller fills the next one. While all buffers are
+/// being written, there is none to fill.
 ///
-/// After the first write that fails nothing more is written; what was on its way by then may lack.
+/// The first failed write ends the writing; buffers in progress at that time may be incomplete.
 ///
-/// Where there is no io_uring a thread of the file's own writes, in the same order.
+/// Without io_uring, a separate thread writes the buffers in the same order.
 ///
 /// Thread safety: one thread at a time.
-/// Real-time: no call waits for the disk but `finish`; the kernel's workers do, or the thread.
-/// Nothing allocates after the constructor.
+/// Real-time: only finish() waits for the disk. Nothing allocates after the constructor.
 class RingFile {
  public:
-  /// Throws Error when the file cannot be made.
+  /// Throws Error if the file cannot be created.
   RingFile(const std::string& path, std::size_t buffer_bytes, std::size_t buffers);
   ~RingFile();
   RingFile(const RingFile&) = delete;
   RingFile& operator=(const RingFile&) = delete;
 
   std::size_t buffer_bytes() const noexcept { return buffer_bytes_; }
-  /// The buffer to be filled; empty when all are on their way.
+  /// The buffer to fill; empty while all are being written.
   std::span<std::byte> buffer() noexcept;
-  /// Hands over its first bytes.
+  /// Starts writing the first `bytes` of the buffer.
   void write(std::size_t bytes) noexcept;
-  /// Where the next buffer will be in the file.
+  /// The position of the next buffer in the file.
   std::uint64_t offset() const noexcept { return offset_; }
-  /// Waits until everything is written. False: a write has failed.
+  /// Waits until everything is written. Returns false if a write failed.
   bool finish() noexcept;
-  /// What errno says of the first write that failed; 0: none has.
+  /// The errno of the first failed write; 0: none.
   int error() const noexcept { return first_error_; }
-  /// Why a thread writes; empty: io_uring does.
+  /// Why a thread writes instead of io_uring; empty: io_uring writes.
   const std::string& why_no_ring() const noexcept { return why_no_ring_; }
-  /// How far all is written. Behind it something may lack.
+  /// Everything before this position is written; later parts may have gaps.
   std::uint64_t written() const noexcept { return written_; }
-  /// After a failure: cuts off what comes after `end`, so that one can try to write again there.
+  /// After a failure: truncates the file at `end`, so that the caller can write there again.
   void cut(std::uint64_t end) noexcept;
 
  private:
@@ -73,7 +72,7 @@ class RingFile {
   std::size_t current_ = SIZE_MAX;
   std::size_t away_ = 0;
   std::uint64_t offset_ = 0, written_ = 0;
-  int error_ = 0, first_error_ = 0;  // since `cut`, and ever
+  int error_ = 0, first_error_ = 0;  // since cut(), and since the constructor
   std::unique_ptr<Writes> writes_;
 };
 

@@ -1,4 +1,4 @@
-// What action servers and clients send each other.
+// Messages, names and QoS of actions.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_ACTION_HPP_
 #define TAKT_ROS2_ACTION_HPP_

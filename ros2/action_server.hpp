@@ -1,4 +1,4 @@
-// Reaches goals that others send, and tells them how far it is.
+// ActionServer: executes goals of clients, and sends them feedback and results.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_ACTION_SERVER_HPP_
 #define TAKT_ROS2_ACTION_SERVER_HPP_
@@ -37,8 +37,8 @@ struct ActionServerOptions {
 template <ActionType A>
 class ActionServerCore;
 
-/// One goal, for the code that executes it. When the last pointer to it goes before it has ended,
-/// the goal is aborted.
+/// A goal, for the code that executes it. If the last pointer to it is dropped before the goal has
+/// ended, the goal is aborted.
 /// Thread safety: every method from any thread.
 /// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. What ends a goal
 /// copies its result.
@@ -55,7 +55,7 @@ class ServerGoalHandle {
   const GoalId& id() const noexcept { return id_; }
   const typename A::Goal& goal() const noexcept { return goal_; }
   GoalState state() const noexcept { return core_->state(id_); }
-  /// The client wants it to end, by `canceled`.
+  /// Whether the client requested its cancellation; end the goal with canceled().
   bool is_canceling() const noexcept { return state() == GoalState::canceling; }
   bool is_active() const noexcept {
     const GoalState now = state();

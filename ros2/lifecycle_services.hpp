@@ -1,4 +1,4 @@
-// Lets other processes ask a node with a lifecycle for its state, and change it.
+// ROS 2's services of a lifecycle node: other processes read and change its state.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_LIFECYCLE_SERVICES_HPP_
 #define TAKT_ROS2_LIFECYCLE_SERVICES_HPP_

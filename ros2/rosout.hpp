@@ -1,4 +1,4 @@
-// Tells others what is logged.
+// Publishes log lines on /rosout.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_ROSOUT_HPP_
 #define TAKT_ROS2_ROSOUT_HPP_

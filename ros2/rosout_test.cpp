@@ -25,15 +25,16 @@ TEST(Rosout, LinesOfNodesAndOthersAreTold) {
   log(LogLevel::error, "nobody listens any more");
   Logger::instance().flush();
   Logger::instance().set_writer({});
-  std::vector<std::string> told;
+  std::vector<std::string> received;
   rcl_interfaces::msg::Log line;
   ASSERT_TRUE(eventually([&] {
     while (reader->take(line)) {
-      told.push_back(fmt::format("{} {}: {}", line.level, line.name, line.msg));
+      received.push_back(fmt::format("{} {}: {}", line.level, line.name, line.msg));
     }
-    return told.size() >= 2;
+    return received.size() >= 2;
   }));
-  EXPECT_THAT(told, testing::ElementsAre("30 front.lidar: range 3 m", "40 container: of nobody"));
+  EXPECT_THAT(received,
+              testing::ElementsAre("30 front.lidar: range 3 m", "40 container: of nobody"));
   EXPECT_GT(line.stamp.sec, 1'700'000'000);
 }
 

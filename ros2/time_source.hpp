@@ -1,4 +1,4 @@
-// Sets a simulated clock by what a simulator tells.
+// Sets a simulated clock from the topic /clock.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_TIME_SOURCE_HPP_
 #define TAKT_ROS2_TIME_SOURCE_HPP_

@@ -1,4 +1,5 @@
-// How long from publish to the start of the callback: same thread, other thread, other process?
+// How long does it take from publish to the start of the callback, in the same thread, another
+// thread, another process?
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -41,8 +42,8 @@ Histogram other_thread() {
 int main(int argc, char** argv) {
   rt::RtTest test(
       argc, argv,
-      "How long from publish to the start of the callback, when the publisher is in the "
-      "same thread, another thread, another process? (8 bytes at 2 kHz)");
+      "How long does it take from publish to the start of the callback, in the same thread, "
+      "another thread, another process? (8 bytes at 2 kHz)");
   test.needs_realtime();
   rt::ProcessPair other({.domain = 100 + getpgrp() % 100});
   const CpuDmaLatency dma_latency(0, Realtime::prefer);
@@ -56,8 +57,8 @@ int main(int argc, char** argv) {
   test.add("other thread", other_thread_rounds.values());
   test.add("other process", other_process_rounds.values());
   test.expect_at_most(1, same_thread_rounds.p50_us, other_thread_rounds.p50_us,
-                      "a thread that need not wake takes less than one that must");
+                      "the same thread, without a wake-up, is faster than another thread");
   test.expect_at_most(1, other_thread_rounds.p50_us, other_process_rounds.p50_us,
-                      "a pointer takes less than DDS");
+                      "another thread, by pointer, is faster than another process, by DDS");
   return test.finish();
 }

@@ -1,4 +1,4 @@
-// How long does an urgent chain take from its release to its end, beside others that are not?
+// What is the end-to-end latency of an urgent chain while less urgent chains run?
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -20,13 +20,13 @@ struct Step {
 };
 TAKT_MESSAGE(Step, "rt_tests/msg/Step", number);
 
-/// A timer and three subscriptions in nodes of their own: 0.8 ms of work an instance.
+/// A timer and three subscriptions in separate nodes: 0.8 ms of work per instance.
 class Chain {
  public:
   Chain(const std::string& name, Nanoseconds period, int priority) {
     for (int i = 0; i < 4; ++i) {
       nodes_.push_back(std::make_shared<Node>(fmt::format("{}_{}", name, i)));
-      // PiCAS: the later in the chain, the more urgent.
+      // PiCAS: priorities increase along the chain.
       groups_.push_back(
           nodes_[i]->create_callback_group("own", CallbackGroupType::MutuallyExclusive));
       groups_[i]->set_parameters({.priority = priority + i});
@@ -63,7 +63,7 @@ class Chain {
   std::function<void()> at_end_;
 };
 
-/// The urgent chain at 100 Hz beside four others that together leave the CPU a fifth.
+/// The urgent chain at 100 Hz and four others; together they use four fifths of the CPU.
 Histogram urgent_chain(const std::string& name) {
   Chain urgent("urgent", 10ms, 90);
   Chain a("a", 5ms, 10), b("b", 5ms, 10), c("c", 5ms, 10), d("d", 5ms, 10);
@@ -82,7 +82,7 @@ Histogram urgent_chain(const std::string& name) {
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
                   "How long does an urgent chain of four callbacks (0.8 ms of work, 100 Hz) take "
-                  "beside four others (0.8 ms, 200 Hz) on one CPU?");
+                  "while four others (0.8 ms, 200 Hz) run on the same CPU?");
   test.needs_realtime();
   std::vector<rt::Rounds> rounds(executors().names().size());
   for (int round = 0; round < test.rounds(3); ++round) {
@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
     if (name == "single_threaded") single_threaded = rounds[i].p50_us;
   }
   test.expect_at_most(0.7, chain_aware, single_threaded,
-                      "chain_aware, which knows what is urgent, takes at most 0.7 of "
-                      "single_threaded, which does not");
+                      "chain_aware, which uses priorities, takes at most 0.7 of single_threaded, "
+                      "which does not");
   return test.finish();
 }

@@ -1,5 +1,5 @@
-// Do messages between processes come in time while every CPU is busy, when the threads of DDS have
-// the attributes that a file can give them?
+// Do messages between processes arrive in time while every CPU is busy, if DDS threads run under
+// SCHED_FIFO?
 // SPDX-License-Identifier: Apache-2.0
 #include <optional>
 
@@ -15,12 +15,12 @@ using namespace takt;
 
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
-                  "Do messages between processes come in time while every CPU is busy? (1 KB at "
-                  "2 kHz; executors under SCHED_FIFO, the threads of DDS under it or not)");
+                  "Do messages between processes arrive in time while every CPU is busy? (1 KB at "
+                  "2 kHz; executors under SCHED_FIFO, DDS threads under SCHED_FIFO or not)");
   test.needs_realtime();
   constexpr std::uint64_t kMessages = 200;
   constexpr std::size_t kBytes = 1000;
-  // A domain each: a process has one set of DDS threads for each domain.
+  // One domain for each variant: a process has a set of DDS threads per domain.
   const int domain = 20 + 2 * (getpgrp() % 40);
   rt::ProcessPair placed(
       {.domain = domain, .threads = {.policy = ThreadPolicy::fifo, .priority = 60}}, kBytes);
@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   test.add("DDS SCHED_FIFO, quiet", quiet.values());
   test.add("DDS SCHED_FIFO, busy", busy.values());
   test.add("DDS SCHED_OTHER, busy", busy_unplaced.values());
-  test.expect_at_most(3, busy.p99_us, quiet.p99_us, "placed, p99 on busy CPUs is at most 3 times");
+  test.expect_at_most(3, busy.p99_us, quiet.p99_us,
+                      "DDS SCHED_FIFO: p99 with busy CPUs is at most 3 times that of quiet ones");
   return test.finish();
 }

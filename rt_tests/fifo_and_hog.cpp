@@ -12,7 +12,7 @@ using namespace std::chrono_literals;
 int main(int argc, char** argv) {
   rt::RtTest test(
       argc, argv,
-      "How late are callbacks (events, 1 kHz) beside processes that never sleep, one on "
+      "How late are callbacks (events, 1 kHz) while a process that never sleeps runs on "
       "each CPU?");
   test.needs_realtime();
   const rt::Load hogs("cpu");
@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
               {"p99_us", result.rounds.p99()},
               {"missed", static_cast<double>(result.missed)}});
   }
-  // Of p99 nothing is asserted: this kernel's fair scheduler lets a thread that slept go first too.
+  // No assertion on p99: the kernel's fair scheduler also prefers a thread that slept.
   test.expect_at_most(1, under_fifo->result().rounds.p50_us, under_other->result().rounds.p50_us,
                       "under SCHED_FIFO p50 is less than under SCHED_OTHER");
   return test.finish();

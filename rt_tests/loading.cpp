@@ -1,4 +1,4 @@
-// Does loading components disturb those that run?
+// Does loading components disturb running ones?
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <memory>
@@ -15,9 +15,9 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr int kCycles = 100;  // of loading and unloading, each round
+constexpr int kCycles = 100;  // loading and unloading, in each round
 
-/// Of the component that runs all the time.
+/// Measurements of the component that runs all the time.
 struct Lateness {
   std::mutex mutex;  // taken by the test for a few instructions between rounds
   Histogram histogram;
@@ -108,7 +108,7 @@ int main(int argc, char** argv) {
   Container container(system);
   container.start();
   container.release();
-  // The first ones make what stays: pools, threads' stacks, tables.
+  // The first cycles allocate what remains: pools, thread stacks, tables.
   const auto cycle = [&] {
     const LoadedComponent loaded = container.load({.type = "Guest", .executor = "default"});
     std::this_thread::sleep_for(3ms);
@@ -135,13 +135,13 @@ int main(int argc, char** argv) {
   }
   test.expect_at_most(2, loading.rounds.p99_us, quiet.rounds.p99_us,
                       "p99 while loading is at most twice that of quiet");
-  // The median, as a burst of the host's falls into some rounds only.
+  // Compare medians: a disturbance by the host affects only some rounds.
   const double before = rt::median(quiet.missed_percent),
                after = rt::median(loading.missed_percent);
   test.expect(after <= 3 * before + 0.5,
               fmt::format("loading misses no more releases (median of the rounds: {:.2f} % against "
                           "{:.2f} %)",
                           after, before));
-  test.expect(endpoints_after == endpoints, "no DDS endpoint is left behind");
+  test.expect(endpoints_after == endpoints, "no DDS endpoint remains");
   return test.finish();
 }

@@ -1,4 +1,4 @@
-// Does anything allocate or fault once it spins?
+// Does anything allocate memory or cause page faults while an executor spins?
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -18,7 +18,7 @@ struct Image {
 };
 TAKT_MESSAGE(Image, "rt_tests/msg/Image", pixels);
 
-/// A timer at 1 kHz that lends three images each time to two subscriptions.
+/// A timer at 1 kHz that publishes three loaned images for two subscriptions.
 ThreadCounters run(const std::string& name, double& callbacks) {
   std::vector<ThreadAttributes> threads(executors().traits(name).pool ? 2 : 1,
                                         rt::realtime_thread(50));
@@ -48,9 +48,10 @@ ThreadCounters run(const std::string& name, double& callbacks) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  rt::RtTest test(argc, argv,
-                  "Does anything allocate memory or fault once an executor spins? (from the start "
-                  "of spin to its end, 100 KB messages at 3 kHz)");
+  rt::RtTest test(
+      argc, argv,
+      "Does anything allocate memory or cause page faults while an executor spins? (from "
+      "the start of spin() to its end, 100 KB messages at 3 kHz)");
   const std::string refused = lock_memory(Realtime::prefer);
   if (!refused.empty() || !allocations_are_counted()) {
     fmt::print("skipped: {}\n", refused.empty() ? "allocations are not counted here" : refused);

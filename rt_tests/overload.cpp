@@ -1,4 +1,4 @@
-// Which callbacks starve when there is more to do than the CPU can?
+// Which callbacks starve under overload?
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <thread>
@@ -17,7 +17,7 @@ constexpr int kTimers = 6;
 constexpr Nanoseconds kPeriod = 2ms, kWork = 500us;  // 150 % of a CPU
 constexpr int kReleases = 150;
 
-/// How often each timer ran of its releases, in percent; the last is the most urgent.
+/// The share of releases that each timer served, in percent; the last timer is the most urgent.
 std::vector<double> shares(const std::string& scheduler) {
   const auto executor =
       executors().make("events", {.scheduler = scheduler, .threads = {rt::realtime_thread(50)}});
@@ -53,8 +53,8 @@ std::vector<double> shares(const std::string& scheduler) {
 int main(int argc, char** argv) {
   rt::RtTest test(
       argc, argv,
-      "Which callbacks starve when timers want 150 % of a CPU? (share of the releases that each "
-      "ran, in %; prio5 is the most urgent)");
+      "Which callbacks starve when timers need 150 % of a CPU? (share of the releases that each "
+      "served, in %; prio5 is the most urgent)");
   test.needs_realtime();
   for (const std::string& name : schedulers().names()) {
     const std::vector<double> share = shares(name);
@@ -64,15 +64,15 @@ int main(int argc, char** argv) {
     const auto [least, most] = std::minmax_element(share.begin(), share.end());
     if (name == "fifo" || name == "round_robin") {
       test.expect(*least >= *most / 3,
-                  fmt::format("{}: nobody gets less than a third of what another "
-                              "gets ({:.0f} % and {:.0f} %)",
+                  fmt::format("{}: the smallest share is at least a third of the "
+                              "largest ({:.0f} % and {:.0f} %)",
                               name, *least, *most));
     } else if (name == "fixed_priority") {
-      test.expect(share.back() > 70, fmt::format("{}: the most urgent gets most of what it "
-                                                 "wants ({:.0f} %)",
+      test.expect(share.back() > 70, fmt::format("{}: the most urgent timer serves most of its "
+                                                 "releases ({:.0f} %)",
                                                  name, share.back()));
-      test.expect(share.front() < 20,
-                  fmt::format("{}: the least urgent starves ({:.0f} %)", name, share.front()));
+      test.expect(share.front() < 20, fmt::format("{}: the least urgent timer starves ({:.0f} %)",
+                                                  name, share.front()));
     }
   }
   return test.finish();

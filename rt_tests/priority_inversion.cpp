@@ -1,4 +1,5 @@
-// How long does an urgent thread wait for a lock that a lowly one holds, while a third works?
+// How long does a high-priority thread wait for a lock of a low-priority thread, while a thread of
+// medium priority runs?
 // SPDX-License-Identifier: Apache-2.0
 #include <latch>
 #include <mutex>
@@ -18,7 +19,7 @@ namespace {
 
 constexpr Nanoseconds kHeld = 1ms, kWork = 10ms;
 
-/// All on one CPU: low takes the lock, then high wants it and middle has work.
+/// All threads are on one CPU: low locks the mutex, then high waits for it and middle runs.
 template <class Mutex>
 Nanoseconds wait_of_high() {
   Mutex mutex;
@@ -56,7 +57,7 @@ Nanoseconds wait_of_high() {
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
                   fmt::format("How long does a thread of SCHED_FIFO 30 wait for a lock that one of "
-                              "10 holds for {} ms, while one of 20 works for {} ms?",
+                              "10 holds for {} ms, while one of 20 runs for {} ms?",
                               kHeld / 1ms, kWork / 1ms));
   test.needs_realtime();
   rt::Rounds inheriting, plain;

@@ -55,7 +55,7 @@ std::unique_ptr<Executor> executor_on(const ThreadAttributes& thread) {
 
 ProcessPair::ProcessPair(const DdsOptions& dds, std::size_t payload_bytes)
     : dds_(dds), payload_bytes_(payload_bytes) {
-  if (pipe(pipe_.data()) != 0) throw Error("no pipe");
+  if (pipe(pipe_.data()) != 0) throw Error("cannot create a pipe");
   child_ = fork();
   if (child_ != 0) return;
   const auto participant = Participant::create(dds);
@@ -82,7 +82,7 @@ Histogram ProcessPair::run(std::uint64_t messages) {
   const auto executor = executor_on(realtime_thread(80));
   Pair pair(participant_, payload_bytes_);
   pair.listen(*executor, messages);
-  if (write(pipe_[1], "x", 1) != 1) throw Error("the child is gone");
+  if (write(pipe_[1], "x", 1) != 1) throw Error("the child process has ended");
   std::thread([&] { executor->spin(); }).join();
   return pair.latency;
 }

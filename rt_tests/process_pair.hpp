@@ -1,4 +1,4 @@
-// A publisher in a child process, whose messages are measured here.
+// Measures messages from a publisher in a child process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_RT_TESTS_PROCESS_PAIR_HPP_
 #define TAKT_RT_TESTS_PROCESS_PAIR_HPP_
@@ -23,13 +23,13 @@ struct Stamp {
 };
 TAKT_MESSAGE(Stamp, "rt_tests/msg/Stamp", sent_ns, payload);
 
-/// A node that publishes each 500 µs, and one that listens, under executors of their own or a
+/// A node that publishes every 500 µs and a node that subscribes, with separate executors or a
 /// common one.
 class Pair {
  public:
   Pair(std::shared_ptr<Participant> participant, std::size_t payload_bytes);
   void talk(Executor& executor);
-  /// Cancels the executor when so many have come.
+  /// Cancels the executor after this many messages.
   void listen(Executor& executor, std::uint64_t messages);
 
   Histogram latency;  // from publish to the start of the callback
@@ -45,8 +45,8 @@ class Pair {
 /// `events` on one thread.
 std::unique_ptr<Executor> executor_on(const ThreadAttributes& thread);
 
-/// Made before this process has threads; the listener is this process, under SCHED_FIFO 80, and the
-/// talker the child, under 70. Both join the domain with these options.
+/// Construct it before this process has threads. The listener runs in this process under SCHED_FIFO
+/// 80, the talker in the child under 70. Both join the domain with these options.
 class ProcessPair {
  public:
   explicit ProcessPair(const DdsOptions& dds, std::size_t payload_bytes = 0);
@@ -59,7 +59,7 @@ class ProcessPair {
  private:
   const DdsOptions dds_;
   const std::size_t payload_bytes_;
-  std::array<int, 2> pipe_{};  // each byte that comes is a round
+  std::array<int, 2> pipe_{};  // each byte starts a round
   pid_t child_ = 0;
   std::shared_ptr<Participant> participant_;  // made by the first round
 };

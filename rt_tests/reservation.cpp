@@ -1,4 +1,4 @@
-// Can a component in an endless loop move another's tail?
+// Can a component in an endless loop increase the tail latency of another one?
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <memory>
@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr Nanoseconds kPeriod = 10ms;
-/// So long is endless: fifty periods, and still less than what throttling leaves of a second.
+/// Long enough to count as endless: 50 periods, but less than the kernel's throttling permits.
 constexpr Nanoseconds kEndless = 500ms;
 
 /// An executor of one thread.
@@ -25,12 +25,12 @@ std::unique_ptr<Executor> executor_on(const ThreadAttributes& thread) {
   return executors().make("events", {.threads = {thread}});
 }
 
-/// A component that loops in its callback as soon as it is told to.
+/// A component whose callback loops on command.
 struct Hog {
   Hog(const ThreadAttributes& thread, std::atomic<std::size_t>& looping)
       : executor(executor_on(thread)) {
     loop = node->create_guard_condition("loop", [this, &looping] {
-      // By the clock, so that it ends even where nothing can preempt it.
+      // Loop until a point in time, so that it ends even if nothing can preempt it.
       const TimePoint end = Clock::steady().now() + kEndless;
       while (Clock::steady().now() < end) {
       }
@@ -52,8 +52,8 @@ struct Arrangement {
   std::size_t missed = 0;
 };
 
-/// As many hogs as CPUs, and a victim that tells them to loop and counts how late its timer is
-/// until they end.
+/// One hog per CPU, and a victim that starts them and measures how late its timer is until they
+/// end.
 void run_round(rt::RtTest& test, Arrangement& arrangement) {
   std::atomic<std::size_t> looping = available_cpus().size();
   std::vector<std::unique_ptr<Hog>> hogs;
@@ -73,7 +73,7 @@ void run_round(rt::RtTest& test, Arrangement& arrangement) {
     if (looping == 0) victim->cancel();
   });
   timer->cancel();
-  // The phase begins when the thread is there.
+  // Start the timer when the thread runs, so that its start does not count as latency.
   const auto begin = node->create_guard_condition("begin", [&] { timer->reset(); });
   victim->add_node(node);
 
@@ -95,7 +95,7 @@ ThreadAttributes reserved(const std::string& name, Nanoseconds runtime, Nanoseco
   return {.name = name, .policy = ThreadPolicy::deadline, .runtime = runtime, .period = period};
 }
 
-/// On any CPU, as SCHED_DEADLINE is.
+/// Without affinity, as required for SCHED_DEADLINE.
 ThreadAttributes fifo(const std::string& name, int priority) {
   return {.name = name, .policy = ThreadPolicy::fifo, .priority = priority};
 }
@@ -104,8 +104,8 @@ ThreadAttributes fifo(const std::string& name, int priority) {
 
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
-                  fmt::format("How late is a timer of {} ms (events) beside components that loop, "
-                              "as many as CPUs, for {} ms?",
+                  fmt::format("How late is a timer of {} ms (events) while one component per CPU "
+                              "loops for {} ms?",
                               kPeriod / 1ms, kEndless / 1ms));
   Arrangement with{.name = "SCHED_DEADLINE 1ms/10ms, loops 30ms/100ms",
                    .hog = reserved("hog", 30ms, 100ms),

@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kBytes = 1000;
 constexpr std::uint64_t kRoundTrips = 5000;
 
-/// One end: what comes is handed to `receive`.
+/// One side of the ping-pong: passes received messages to `receive`.
 class Player {
  public:
   Player(const std::shared_ptr<Participant>& participant, const char* hears, const char* says,
@@ -34,7 +34,7 @@ class Player {
     options.participant = participant;
     node = std::make_shared<Node>("player", options);
     const auto fresh = std::make_shared<rt::Stamp>();
-    fresh->payload.resize(kBytes - 12);  // a number and a length are in it too
+    fresh->payload.resize(kBytes - 12);  // the message also has a number and a length
     publisher_ = node->create_publisher<rt::Stamp>(says, 1, {.loans = 4, .prototype = fresh});
     subscription_ = node->create_subscription<rt::Stamp>(
         hears, 1, [this, receive = std::move(receive)](const rt::Stamp& ball) {
@@ -54,7 +54,7 @@ class Player {
   std::shared_ptr<Subscription<rt::Stamp>> subscription_;
 };
 
-/// A process at the other end, which ends with this one.
+/// The peer process, which ends with this one.
 class Other {
  public:
   explicit Other(const std::function<void()>& body) : pid_(fork()) {
@@ -101,7 +101,7 @@ Histogram ping(const std::shared_ptr<Participant>& participant, const std::vecto
   });
   executor->add_node(player.node);
   std::thread spin([&] { executor->spin(); });
-  while (!is_known) {  // until both processes know both ends
+  while (!is_known) {  // until discovery is complete in both processes
     player.play(0);
     std::this_thread::sleep_for(10ms);
   }
@@ -110,7 +110,7 @@ Histogram ping(const std::shared_ptr<Participant>& participant, const std::vecto
   return round_trips;
 }
 
-// ddsperf answers on the thread that receives, or, as executors do, on one that waits for it.
+// ddsperf responds on the receiving thread or, like executors, on a thread that waits for messages.
 enum class Mode { listener, waitset };
 const char* name(Mode mode) {
   return mode == Mode::listener ? "listener" : "waitset";
@@ -120,7 +120,7 @@ int domain_of(int takts, Mode mode) {
   return takts + 1 + static_cast<int>(mode);
 }
 
-/// The median round trip in µs. ddsperf prints the half of it, as if both ways took the same.
+/// The median round trip in µs. ddsperf prints half of it, the mean of both directions.
 double ddsperf_ping(int domain, Mode mode) {
   const std::string command = fmt::format("taskset -c 0 ddsperf -i {} -D 2.5 ping size {} {} 2>&1",
                                           domain_of(domain, mode), kBytes, name(mode));
@@ -129,7 +129,7 @@ double ddsperf_ping(int domain, Mode mode) {
     if (const auto at = line.find(" 50% "); at != line.npos)
       p50 = 2 * std::stod(line.substr(at + 5));
   });
-  if (p50 == 0) throw Error("ddsperf has measured nothing");
+  if (p50 == 0) throw Error("ddsperf printed no measurement");
   return p50;
 }
 
@@ -138,8 +138,8 @@ double ddsperf_ping(int domain, Mode mode) {
 int main(int argc, char** argv) {
   rt::RtTest test(
       argc, argv,
-      "How long is a round trip between two processes over UDP, beside ddsperf's? (1 KB, "
-      "SCHED_OTHER, all on one CPU, so that no wake-up goes to another)");
+      "How long is a round trip between two processes over UDP, compared with ddsperf? (1 KB, "
+      "SCHED_OTHER, all on one CPU, to exclude wake-ups of other CPUs)");
   if (const std::string why = rt::why_no_ddsperf(); !why.empty()) test.skip(why);
   rt::keep_ddsperf_on_loopback();
   const int domain = 20 + 3 * (getpgrp() % 60);

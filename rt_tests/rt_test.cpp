@@ -31,9 +31,9 @@ RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::mov
       const bool asks = word == "--help";
       fmt::print(asks ? stdout : stderr,
                  "{}{}\nusage: {} [--rounds N] [--json FILE]\n"
-                 "exit status: 0 as expected, 1 not, 77 the machine refuses the rights\n",
-                 asks ? "" : "there is no '" + word + "' here, or its value is missing\n",
-                 question_, argv[0]);
+                 "exit status: 0 as expected, 1 not as expected, 77 privileges are missing\n",
+                 asks ? "" : "unknown option '" + word + "', or its value is missing\n", question_,
+                 argv[0]);
       std::exit(checked_output(asks ? 0 : kBadUsage));
     }
   }

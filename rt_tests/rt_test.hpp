@@ -1,4 +1,4 @@
-// What the programs of this folder have in common: rounds, a table, a verdict.
+// Common parts of the real-time tests: rounds, a table, expectations.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_RT_TESTS_RT_TEST_HPP_
 #define TAKT_RT_TESTS_RT_TEST_HPP_
@@ -14,32 +14,33 @@
 
 namespace takt::rt {
 
-/// One program, one question. It prints a table, what it expected of it, and the machine; with
-/// `--json FILE` the same as JSON. The exit status is 0 when all expectations held, 1 when one did
-/// not, 77 when the machine refuses the rights that the question needs, 2 for bad usage.
+/// A test program answers one question. It prints a table, its expectations and the machine;
+/// `--json FILE` writes the same as JSON. The exit status is 0 if all expectations hold, 1 if one
+/// does not, 77 if the machine refuses required privileges, and 2 for wrong usage.
 ///
-/// Expectations are relations between rows of the same run, never absolute times, because a shared
-/// machine would break those. One about measured times fails only when the whole 95 % interval of
-/// the paired ratio lies above its limit.
+/// Expectations compare rows of the same run. They contain no absolute times, which would fail on a
+/// shared machine. A comparison of measured times fails only if the whole 95 % interval of the
+/// paired ratio lies above its limit.
 class RtTest {
  public:
   RtTest(int argc, char** argv, std::string question);
 
-  /// Ends the program with 77 and the reason when SCHED_FIFO is refused.
+  /// Exits with 77 and the reason if SCHED_FIFO is refused.
   void needs_realtime();
-  /// Ends the program with 77 and the reason.
+  /// Exits with 77 and the reason.
   [[noreturn]] void skip(const std::string& reason);
-  /// How many rounds, in which the rows alternate; `--rounds N` says otherwise.
+  /// Number of rounds, in which the rows alternate; `--rounds N` overrides it.
   int rounds(int usual) const noexcept { return rounds_ != 0 ? rounds_ : usual; }
 
-  /// A row of the table: a name, and numbers under the names of columns.
+  /// Adds a row to the table: its name, and values by column.
   void add(const std::string& row, const std::vector<std::pair<std::string, double>>& values);
-  /// A relation that must hold, in words with its numbers.
+  /// Adds an expectation: whether it holds, and its description with the numbers.
   void expect(bool holds, const std::string& relation);
-  /// `values` are at most `limit` times `to`: measurements of the same rounds, see paired_ratio.
+  /// Adds the expectation that `values` are at most `limit` times `to`, which are measurements of
+  /// the same rounds; see paired_ratio.
   void expect_at_most(double limit, const std::vector<double>& values,
                       const std::vector<double>& to, const std::string& relation);
-  /// Prints everything; the program's exit status.
+  /// Prints everything and returns the exit status.
   int finish();
 
  private:
@@ -54,10 +55,10 @@ class RtTest {
   std::vector<std::pair<bool, std::string>> expectations_;
 };
 
-/// The last CPU under SCHED_FIFO with this priority.
+/// Attributes: SCHED_FIFO with this priority on the last CPU.
 ThreadAttributes realtime_thread(int priority, const std::string& name = "rt");
 
-/// Keeps the calling thread busy for that much of its own CPU time.
+/// Keeps the calling thread busy for this much CPU time.
 void burn(Nanoseconds cpu_time) noexcept;
 
 }  // namespace takt::rt

@@ -1,4 +1,4 @@
-// How much later than its release does a timer's callback start, under each executor?
+// How late does a timer callback start under each executor?
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@ using namespace std::chrono_literals;
 
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
-                  "How much later than its release does a timer's callback start, under each "
-                  "executor? (1 kHz, SCHED_FIFO 80)");
+                  "How late does a timer callback start after its release, under each executor? "
+                  "(1 kHz, SCHED_FIFO 80)");
   test.needs_realtime();
   lock_memory(Realtime::prefer);
   const CpuDmaLatency dma_latency(0, Realtime::prefer);

@@ -1,4 +1,4 @@
-// How long does a sleeping thread take to run after another has something for it?
+// How long does it take to wake up a sleeping thread?
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <thread>
@@ -19,10 +19,10 @@ namespace {
 constexpr int kWakeUps = 200;
 
 void pause() {
-  std::this_thread::sleep_for(300us);  // the other thread falls asleep
+  std::this_thread::sleep_for(300us);  // until the other thread sleeps
 }
 
-/// The floor: one futex, one word.
+/// The lower bound: a bare futex.
 Histogram bare_futex() {
   Histogram latency;
   std::atomic<TimePoint> sent{TimePoint{}};
@@ -43,7 +43,7 @@ Histogram bare_futex() {
   return latency;
 }
 
-/// A guard condition under an executor.
+/// A guard condition of an executor.
 Histogram executor(const std::string& name, const std::string& wait) {
   Histogram latency;
   std::atomic<TimePoint> sent{TimePoint{}};
@@ -72,8 +72,8 @@ Histogram executor(const std::string& name, const std::string& wait) {
 
 int main(int argc, char** argv) {
   rt::RtTest test(argc, argv,
-                  "How long does a sleeping thread (SCHED_FIFO 80) take to run after another, on "
-                  "another CPU, has something for it?");
+                  "How long does it take to wake up a sleeping thread (SCHED_FIFO 80) from another "
+                  "CPU?");
   test.needs_realtime();
   const CpuDmaLatency dma_latency(0, Realtime::prefer);
   apply({.affinity = {available_cpus().front()}}, Realtime::prefer);
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     try {
       wait_backends().make(wait, 1);
       waits.push_back(wait);
-    } catch (const Error&) {  // this kernel does not grant it
+    } catch (const Error&) {  // this kernel does not support it
     }
   }
   rt::Rounds bare;

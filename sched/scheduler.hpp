@@ -1,4 +1,4 @@
-// Which of the ready callbacks runs next: the interface, and all that a scheduler author needs.
+// The scheduler interface: selects the ready callback that runs next.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_SCHED_SCHEDULER_HPP_
 #define TAKT_SCHED_SCHEDULER_HPP_
@@ -17,7 +17,7 @@
 
 namespace takt {
 
-/// What woke a callback; the order is rclcpp's order of service.
+/// The kind of a callback; the order is that in which rclcpp serves them.
 enum class EntityKind : std::uint8_t { timer, subscription, service, client, waitable };
 std::string_view to_string(EntityKind kind) noexcept;
 
@@ -27,12 +27,12 @@ using NodeId = std::uint32_t;
 using ChainId = std::uint32_t;
 inline constexpr ChainId kNoChain = 0;
 
-/// What does not change while a callback waits; of several chains that it belongs to, the most
-/// critical. Ids count from 0 within one executor.
+/// The properties of a callback that do not change while it waits. If it belongs to several chains,
+/// those of the most critical one. Ids count from 0 within one executor.
 struct CallbackInfo {
   CallbackId id = 0;
   EntityKind kind = EntityKind::waitable;
-  std::uint32_t registration = 0;  // order in which the executor came to know it
+  std::uint32_t registration = 0;  // order in which it was added to the executor
   GroupId group = 0;
   NodeId node = 0;
   int priority = 0;                               // larger is more urgent
@@ -55,9 +55,9 @@ struct alignas(64) ReadyCallback {
   ReadyCallback* next = nullptr;  // free for the scheduler while it holds the record
 };
 
-/// Decides which ready callback runs next. It sees numbers only: no entity, no group, no thread.
-/// A group that is busy parks what it cannot run in a scheduler of the same type, so a scheduler
-/// need not know about exclusion.
+/// Selects the ready callback that runs next. It works on numbers only, without entities, groups
+/// and threads. A busy group parks its callbacks in another scheduler of the same type, so a
+/// scheduler need not consider mutual exclusion.
 ///
 /// Thread safety: none needed, the executor serialises all calls.
 /// Real-time: everything but the constructor and `configure` runs on dispatching threads: no
@@ -65,17 +65,18 @@ struct alignas(64) ReadyCallback {
 class Scheduler {
  public:
   virtual ~Scheduler() = default;
-  /// All callbacks that will ever be pushed; called once, before the first push. May allocate and
-  /// throw. When the set changes, the executor makes another scheduler and moves what waits.
+  /// Called once, before the first push, with all callbacks that will ever be pushed. May allocate
+  /// and throw. When the set changes, the executor creates another scheduler and moves the waiting
+  /// callbacks.
   virtual void configure(std::span<const CallbackInfo>) {}
   virtual void push(ReadyCallback& callback) noexcept = 0;
   /// The callback to run next, nullptr when there is none.
   virtual ReadyCallback* pop() noexcept = 0;
-  /// The callback has run for so long. It is one of those of `configure`, but it may wait again by
-  /// now, or have been popped from the scheduler before this one. Not called without `uses_time`.
+  /// A callback has run for this time. It is one of those of configure(), but it may wait again
+  /// already, or have been popped from the previous scheduler. Only called with `uses_time`.
   virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
-  /// Whether it keeps nothing of what was pushed and popped before. Then it need not be asked about
-  /// a callback that waits alone.
+  /// Whether its decisions do not depend on earlier pushes and pops. Then the executor may bypass
+  /// it for a callback that waits alone.
   virtual bool is_order() const noexcept { return false; }
 };
 
@@ -110,7 +111,7 @@ class HeapScheduler final : public Scheduler {
   std::size_t size_ = 0;
 };
 
-/// What is known of a scheduler by its name. What a registration leaves out is always safe.
+/// Properties of a scheduler that are known by its name. The defaults are always safe.
 struct SchedulerTraits {
   /// Looks at `ready_time` and `deadline`, or overrides `done`. Without, executors that count only
   /// spare two clock readings a message.

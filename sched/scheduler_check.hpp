@@ -1,4 +1,4 @@
-// Whether a scheduler keeps its side of the interface: for those that others write.
+// Checks that an external scheduler satisfies the interface.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_SCHED_SCHEDULER_CHECK_HPP_
 #define TAKT_SCHED_SCHEDULER_CHECK_HPP_
@@ -9,11 +9,10 @@
 
 namespace takt {
 
-/// Makes a few of these schedulers and drives them as executors do: at random, and the same way
-/// each time. Throws Error when one loses, repeats or invents callbacks, allocates after
-/// `configure` (found only where allocations_are_counted()), or throws. `name` is for the errors.
-/// What never returns, or ends the process, cannot be found.
-/// Thread safety: may be called from any thread.
+/// Creates a few of these schedulers and uses them as executors do, with a fixed random sequence.
+/// Throws Error if one loses, repeats or invents callbacks, allocates after configure() (detected
+/// only if allocations_are_counted()), or throws. `name` is used in errors. It cannot detect a
+/// scheduler that never returns or ends the process. Thread safety: may be called from any thread.
 /// Real-time: no; it takes about a millisecond.
 void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make);
 

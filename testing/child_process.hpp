@@ -15,8 +15,8 @@ namespace takt {
 enum class Rights { as_they_are, none };
 inline constexpr const char* kCannotDrop = "cannot drop rights";
 
-/// Runs `body` in a child process, where asked without any right to a real-time policy or to locked
-/// memory, and returns its text; kCannotDrop when that does not work here.
+/// Runs `body` in a child process and returns its text. On request the child has no right to a
+/// real-time policy or to locked memory; returns kCannotDrop if the rights cannot be dropped.
 inline std::string in_child(Rights rights, const std::function<std::string()>& body) {
   int channel[2];
   EXPECT_EQ(pipe(channel), 0);
@@ -29,7 +29,7 @@ inline std::string in_child(Rights rights, const std::function<std::string()>& b
       for (const auto limit : {RLIMIT_RTPRIO, RLIMIT_NICE, RLIMIT_MEMLOCK}) {
         setrlimit(limit, &none);
       }
-      // From root to nobody the kernel takes all capabilities away.
+      // The change from root to nobody drops all capabilities.
       ready = getuid() != 0 || setuid(65534) == 0;
     }
     const std::string text = ready ? body() : kCannotDrop;

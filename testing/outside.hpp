@@ -1,4 +1,4 @@
-// A participant that stands for other processes, and notices when its ends are destroyed too early.
+// A fake participant for other processes, which detects that its endpoints are destroyed too early.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_OUTSIDE_HPP_
 #define TAKT_TESTING_OUTSIDE_HPP_
@@ -14,8 +14,8 @@
 
 namespace takt {
 
-/// Other processes, as far as a subscription or service sees. A thread that asks for their writers
-/// stays inside until the end outside goes, or for 10 ms: long enough to destroy it too early.
+/// Simulates other processes for a subscription or service. A thread that asks for their writers
+/// stays inside for 10 ms, or until the endpoint is destroyed: long enough to destroy it too early.
 class Outside final : public Participant {
  public:
   std::atomic<bool> is_asked{false}, is_inside{false}, is_gone{false}, went_inside{false};

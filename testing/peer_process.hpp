@@ -1,4 +1,4 @@
-// A process at the other end, which executes commands line by line.
+// A peer process that executes commands line by line.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_PEER_PROCESS_HPP_
 #define TAKT_TESTING_PEER_PROCESS_HPP_
@@ -23,7 +23,7 @@
 
 namespace takt {
 
-// Test programs that run at the same time do not see each other.
+// Use a separate domain, so that concurrent test programs do not discover each other.
 inline int test_domain() {
   return 100 + static_cast<int>(getpid() % 100);
 }
@@ -38,7 +38,7 @@ bool eventually(Condition&& condition) {
   return true;
 }
 
-/// What a process holds: it must not grow with the others that come and go.
+/// Resources of a process, which must not grow while other processes come and go.
 struct Footprint {
   std::size_t files = 0;
   long memory_kb = 0;  // of its own, not shared
@@ -62,22 +62,22 @@ inline void expect_flat(const Footprint& before, const Footprint& after) {
 #endif
 }
 
-/// For so long tests let others die; TAKT_FAULT_SECONDS says otherwise.
+/// Duration of fault tests; TAKT_FAULT_SECONDS overrides it.
 inline std::chrono::seconds fault_time() {
   const char* seconds = std::getenv("TAKT_FAULT_SECONDS");
   return std::chrono::seconds(seconds != nullptr ? std::atoi(seconds) : 4);
 }
 
-/// Destroyed, it is asked to end, and waited for.
+/// The destructor ends the process and waits for it.
 class PeerProcess {
  public:
-  /// `first_line` goes to the program, and `greeting` is what it answers.
+  /// Sends `first_line` to the program, and expects the response `greeting`.
   PeerProcess(const char* program, const std::string& first_line) {
-    signal(SIGPIPE, SIG_IGN);  // a peer that was killed is no reason to end
+    signal(SIGPIPE, SIG_IGN);  // writing to a killed peer must not end the test
     std::array<int, 2> to{}, from{};
-    // Another peer must not hold them open.
+    // Other peers must not inherit the pipes and keep them open.
     if (pipe2(to.data(), O_CLOEXEC) != 0 || pipe2(from.data(), O_CLOEXEC) != 0) {
-      throw Error("no pipes");
+      throw Error("cannot create pipes");
     }
     pid_ = fork();
     if (pid_ == 0) {
@@ -111,7 +111,7 @@ class PeerProcess {
     while (text.ends_with('\n')) text.pop_back();
     return text;
   }
-  /// Asks it to end. Whether it does in time; else it is killed.
+  /// Ends the process; returns false if it did not end in time and was killed.
   bool ends() {
     fclose(std::exchange(commands_, nullptr));
     siginfo_t info{};

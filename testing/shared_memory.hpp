@@ -1,4 +1,4 @@
-// A RouDi of the test's own, and processes that talk by it.
+// A RouDi for tests, and peer processes that use it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_SHARED_MEMORY_HPP_
 #define TAKT_TESTING_SHARED_MEMORY_HPP_
@@ -15,12 +15,12 @@
 
 namespace takt {
 
-/// What a peer says of one end of a topic.
+/// A peer's report about a publisher.
 struct EndState {
   std::uint64_t messages = 0, uncopied = 0, lost = 0;
-  std::string way;
+  std::string transport;
 };
-/// And of a subscription.
+/// A peer's report about a subscription.
 struct Received {
   std::uint64_t received = 0, lost = 0, expected = 0;
   std::int64_t last = 0;
@@ -35,7 +35,7 @@ class Peer : public PeerProcess {
     EndState state;
     std::istringstream words(ask("state " + topic));
     words >> state.messages >> state.uncopied >> state.lost >> std::ws;
-    std::getline(words, state.way);
+    std::getline(words, state.transport);
     return state;
   }
   Received received(const std::string& topic) const {
@@ -45,7 +45,7 @@ class Peer : public PeerProcess {
         received.broken;
     return received;
   }
-  /// Whether so many come, and callbacks have had them or they are lost.
+  /// Whether this many messages arrive, each in a callback or counted as lost.
   bool has(const std::string& topic, std::uint64_t count) const {
     return eventually([&] {
       const Received now = received(topic);
@@ -58,20 +58,20 @@ class BySharedMemory : public testing::Test {
  protected:
   void SetUp() override {
     if (!RoudiProcess::is_installed()) GTEST_SKIP() << "iox-roudi is not installed";
-    if (find_roudi().pid != 0) GTEST_SKIP() << "a RouDi of somebody else runs";
+    if (find_roudi().pid != 0) GTEST_SKIP() << "another RouDi runs";
   }
-  /// Memory for 1 KB and 5 MB messages of a few ends.
+  /// Memory for 1 KB and 5 MB messages of a few endpoints.
   void start_roudi() {
     roudi_ = std::make_unique<RoudiProcess>(
         std::vector<ChunkPool>{{1024, 500}, {5'000'016, 2 * kChunksOfWriter + 12}});
   }
-  /// Publisher and subscription of a type, matched with each other.
+  /// Creates a publisher and a subscription, and waits until they match.
   static void match(const Peer& from, const Peer& to, const std::string& type,
                     const std::string& topic, std::size_t depth = 10) {
     ASSERT_EQ(to.ask("subscription " + type + " " + topic + " " + std::to_string(depth)), "ok");
     ASSERT_EQ(from.ask("publisher " + type + " " + topic + " " + std::to_string(depth)), "ok");
     ASSERT_TRUE(eventually([&] { return from.ask("matched " + topic) == "1"; }));
-    // Both have to know: what comes by shared memory from somebody unknown is lost.
+    // Wait for both sides: messages by shared memory from an undiscovered publisher are lost.
     ASSERT_TRUE(eventually([&] { return to.ask("heard " + topic) == "1"; }));
   }
 

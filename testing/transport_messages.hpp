@@ -1,4 +1,4 @@
-// What transport_test.cpp and its peer process talk with.
+// Messages of transport_test.cpp and its peer process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_TRANSPORT_MESSAGES_HPP_
 #define TAKT_TESTING_TRANSPORT_MESSAGES_HPP_

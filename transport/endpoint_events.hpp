@@ -1,4 +1,4 @@
-// What happens at one end of a topic besides messages.
+// Events of publishers and subscriptions: matching, lost messages, missed deadlines, liveliness.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_ENDPOINT_EVENTS_HPP_
 #define TAKT_TRANSPORT_ENDPOINT_EVENTS_HPP_
@@ -14,8 +14,8 @@
 namespace takt {
 
 enum class EndpointEvent {
-  matched,             // with an end that is compatible, or not any more
-  incompatible_qos,    // an end of the topic is not matched, because it offers or asks for too much
+  matched,             // a compatible endpoint has appeared or disappeared
+  incompatible_qos,    // an endpoint of the topic does not match because of its QoS
   message_lost,        // overwritten, expired, or lost in transit
   deadline_missed,     // no message for longer than the QoS says
   liveliness_changed,  // a matched publisher is not heard of any more, or is again

@@ -41,7 +41,7 @@ struct Envelope {
   TimePoint ready_time{};            // when it was published; only when a receiver wants time
   TimePoint root_release{};          // when the first callback of the chain became ready
   std::uint64_t chain_instance = 0;  // sequence of the first release of the chain; 0 outside chains
-  std::uint64_t way = 0;             // through which callbacks it has come, see extend_way
+  std::uint64_t path = 0;            // through which callbacks it has come, see extend_path
   Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
 };
 

@@ -1,4 +1,4 @@
-// What a publisher offers and a subscription asks for; the names are rclcpp's.
+// Quality of service of publishers and subscriptions; the names are those of rclcpp.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_QOS_HPP_
 #define TAKT_TRANSPORT_QOS_HPP_
@@ -16,12 +16,12 @@ namespace takt {
 
 enum class Reliability { best_effort, reliable };
 enum class Durability {
-  volatile_,        // a late joiner gets what is sent from then on
-  transient_local,  // and the publisher's last `depth` messages before
+  volatile_,        // a late subscription receives only later messages
+  transient_local,  // it also receives the publisher's last `depth` messages
 };
 enum class Liveliness {
   automatic,        // a publisher is alive while its process is
-  manual_by_topic,  // while it publishes, or asserts that it is
+  manual_by_topic,  // it must publish, or assert its liveliness
 };
 
 /// The policies of DDS, as far as ROS 2 has them. A duration of 0 is none: no deadline, for ever.
@@ -38,9 +38,9 @@ struct QoS {
   QoS& best_effort() noexcept { return reliability = Reliability::best_effort, *this; }
   QoS& durability_volatile() noexcept { return durability = Durability::volatile_, *this; }
   QoS& transient_local() noexcept { return durability = Durability::transient_local, *this; }
-  /// A publisher promises a message at least so often; a subscription wants one.
+  /// Maximum time between two messages that a publisher offers or a subscription requires.
   QoS& deadline(Nanoseconds period) noexcept { return deadline_period = period, *this; }
-  /// Messages that are older are not delivered. For publishers.
+  /// Older messages are not delivered. For publishers.
   QoS& lifespan(Nanoseconds duration) noexcept { return lifespan_duration = duration, *this; }
   QoS& liveliness(Liveliness kind) noexcept { return liveliness_kind = kind, *this; }
   /// A publisher that is silent for longer is not alive.

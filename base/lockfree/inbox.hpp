@@ -1,4 +1,4 @@
-// A list that many threads push to and one takes whole, in order of arrival.
+// A lock-free list: many threads push, one takes all items in order of arrival.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LOCKFREE_INBOX_HPP_
 #define TAKT_BASE_LOCKFREE_INBOX_HPP_

@@ -58,7 +58,7 @@ class NumberRing {
   }
   std::size_t size() const { return ring_.size(); }
   std::uint64_t pushed() const { return ring_.pushed(); }
-  /// What the last pop told.
+  /// The result of the last pop.
   bool more() const { return more_; }
   int dropped_while_popping() const { return dropped_while_popping_; }
 

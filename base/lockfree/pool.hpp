@@ -1,4 +1,4 @@
-// A fixed number of objects that are lent and come back, from any thread.
+// A pool of a fixed number of objects, lent and returned by any thread.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LOCKFREE_POOL_HPP_
 #define TAKT_BASE_LOCKFREE_POOL_HPP_

@@ -31,15 +31,15 @@ class Counter : public takt::Node {
         publisher_(create_publisher<Count>("count", 10)),
         subscription_(create_subscription<Count>("count", 10,
                                                  [this](const Count&) {
-                                                   if (!told_) arrived.release();
-                                                   told_ = true;
+                                                   if (!released_) arrived.release();
+                                                   released_ = true;
                                                  })),
         timer_(create_timer("tick", std::chrono::milliseconds(1),
                             [this] { publisher_->publish(Count{++number_}); })) {}
 
  private:
   int number_ = 0;
-  bool told_ = false;
+  bool released_ = false;
   const std::shared_ptr<takt::Publisher<Count>> publisher_;
   const std::shared_ptr<takt::Subscription<Count>> subscription_;
   const std::shared_ptr<takt::Timer> timer_;

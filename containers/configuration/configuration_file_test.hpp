@@ -1,4 +1,4 @@
-// For tests: configuration files that exist only as long as the test.
+// For tests: temporary configuration files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_FILE_TEST_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_FILE_TEST_HPP_
@@ -17,7 +17,7 @@
 
 namespace takt {
 
-/// A file of this name with this text, in a directory of its own.
+/// A configuration file in a temporary directory, which the destructor removes.
 /// Thread safety: none.
 /// Real-time: no.
 class ConfigurationFile {
@@ -36,7 +36,7 @@ class ConfigurationFile {
   std::string path() const { return path(name_); }
 
   SystemDescription read() const { return read_system(path()); }
-  /// All errors, each in a line, with the name of the file alone as the place.
+  /// All errors, one per line, without the file's directory.
   std::string errors() const {
     try {
       read();
@@ -58,8 +58,8 @@ class ConfigurationFile {
   std::string name_;
 };
 
-/// Makes "takt::Workload" known. The reader only asks whether the class exists, which may be in a
-/// library that is not here.
+/// Registers a stand-in for takt::Workload: the reader only checks that the class exists, and its
+/// library may not be linked to this test.
 inline void provide_workload() {
   try {
     components().check("takt::Workload");

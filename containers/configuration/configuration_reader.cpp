@@ -72,7 +72,7 @@ std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& 
     if (!array) array = array_of<double>(*list);
     if (!array) array = array_of<std::string>(*list);
     if (array && !list->empty()) return array;
-    refuse(value, list->empty() ? "at least one item, which tells the type"
+    refuse(value, list->empty() ? "at least one item, which gives the type"
                                 : "items of one type: numbers, texts, or true and false");
     return {};
   }
@@ -89,49 +89,50 @@ void ConfigurationReader::read_file(const Value& root) {
   read_map(
       root, "the file",
       {{"realtime",
-        "What to do when the system refuses rights. `require`: an error. `prefer`: go on, and "
-        "say so in the notes. `off`: threads ask for nothing but name and CPUs, and memory is "
-        "not locked.",
+        "What to do if the system refuses real-time privileges. `require`: fail. `prefer`: "
+        "continue, and report it in the notes. `off`: request only thread names and CPUs, and do "
+        "not lock memory.",
         into(system_.realtime, {{"require", Realtime::require},
                                 {"prefer", Realtime::prefer},
                                 {"off", Realtime::off}})},
-       {"memory", "What is kept in memory.", [this](const Value& memory) { read_memory(memory); }},
+       {"memory", "Memory settings.", [this](const Value& memory) { read_memory(memory); }},
        {"cpu_dma_latency_us",
-        "Holds `/dev/cpu_dma_latency` open with this value while the container lives. Without "
-        "it, the device is left alone.",
+        "Keeps `/dev/cpu_dma_latency` open with this value while the container lives, which limits "
+        "CPU "
+        "idle states. By default, the device is not used.",
         into(system_.cpu_dma_latency_us, 0)},
-       {"threads", "Descriptions of threads by name, for executors and DDS.",
+       {"threads", "Thread attributes by name, for executors and DDS.",
         each_in_map([this](const Value& thread) { read_thread(thread); })},
        {"dds", "Joins a DDS domain.", [this](const Value& dds) { read_dds(dds); }},
        {"topics",
         "What holds for both ends of a topic instead of what the code says, by the topic's full "
         "name.",
         each_in_map([this](const Value& topic) { read_topic(topic); })},
-       {"schedulers", "Schedulers that are not Takt's, by the name that their library registers.",
+       {"schedulers", "External schedulers, by the name that their library registers.",
         each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
        {"executors", "Executors by name.",
         each_in_map([this](const Value& executor) { read_executor(executor); })},
-       {"container", "The only container. This key or `containers` is needed.",
+       {"container", "The only container. Either this key or `containers` is required.",
         [this](const Value& container) { system_.name = read_container(container); }},
-       {"containers", "Each is a process of its own, and needs its own `name`.",
+       {"containers", "Several containers, each a separate process with a unique `name`.",
         [this](const Value& containers) { read_containers(containers); }},
-       {"lifecycle", "Lifecycle nodes that are brought up together.",
+       {"lifecycle", "Lifecycle nodes that Takt brings up and monitors.",
         [this](const Value& lifecycle) { read_lifecycle(lifecycle); }},
        {"chains",
-        "Ways of messages from callback to callback, measured from end to end. `auto`: every "
-        "way from a timer to where nothing follows is a chain, of which the one with the "
-        "shorter period is the more critical.",
+        "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
+        "timer to its last callback is a chain; a shorter period means a higher criticality.",
         [this](const Value& chains) { read_chains(chains); }}});
 }
 
 void ConfigurationReader::read_memory(const Value& memory) {
-  read_map(memory, "memory",
-           {{"lock",
-             "Locks all present and future pages (mlockall), and tells malloc to keep what it has.",
-             into(system_.lock_memory)}});
+  read_map(
+      memory, "memory",
+      {{"lock",
+        "Locks all present and future pages (mlockall), and keeps malloc from returning memory.",
+        into(system_.lock_memory)}});
 }
 
-// Notes in `is_sound` when the reading adds an error.
+// Clears `is_sound` if reading adds an error.
 SystemReader::Read ConfigurationReader::noting(bool& is_sound, Read read) {
   return [this, &is_sound, read = std::move(read)](const Value& value) {
     const std::size_t before = errors_.size();
@@ -140,7 +141,7 @@ SystemReader::Read ConfigurationReader::noting(bool& is_sound, Read read) {
   };
 }
 
-// A duration that the check, which throws Error, accepts.
+// Reads a duration. `check` throws Error if it is invalid.
 SystemReader::Read ConfigurationReader::into_duration(Nanoseconds& duration,
                                                       std::function<void()> check) {
   return [this, &duration, check = std::move(check)](const Value& value) {

@@ -1,4 +1,4 @@
-// Reads the configuration file: its keys, and what is checked about them.
+// Reads and checks the configuration file.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_READER_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_CONFIGURATION_READER_HPP_
@@ -16,7 +16,9 @@
 
 namespace takt {
 
-/// Of each key at the top of the file there is a file of this class in `keys/`.
+/// Each top-level key of the file has its own source file in `keys/`.
+/// Thread safety: none.
+/// Real-time: no.
 class ConfigurationReader : private SystemReader {
  public:
   explicit ConfigurationReader(document::Errors& errors) : SystemReader(errors) {}
@@ -58,6 +60,8 @@ class ConfigurationReader : private SystemReader {
 
   // Executors
   void read_executor(const Value& value);
+  std::vector<Field> executor_fields(ExecutorDescription& executor, ExecutorOptions& options,
+                                     bool& is_sound);
   Read into_trigger(TriggerOptions& trigger);
   ThreadAttributes find_thread(int line, const std::string& name);
   Read into_executor(std::string& target);
@@ -99,11 +103,11 @@ class ConfigurationReader : private SystemReader {
   void read_step(const Value& value, ChainDescription& chain,
                  std::set<std::pair<std::string, std::string>>& steps);
 
-  const LoadPolicy* policy_ = nullptr;  // of a request; nullptr: a file, which may load anything
+  const LoadPolicy* policy_ = nullptr;  // applies to requests; nullptr: a file may load anything
   std::set<std::string> broken_schedulers_;
   std::map<std::string, ThreadAttributes> threads_;
   std::vector<ThreadAttributes> executors_threads_;  // one for each name in an executor's list
-  std::set<std::string> executors_{"default"};       // always there
+  std::set<std::string> executors_{"default"};       // exists in every system
 };
 
 }  // namespace takt

@@ -274,7 +274,7 @@ TEST(Configuration, TellsWhatHappensWhenSomethingFails) {
 
 TEST(Configuration, RefusesKeysThatStandTwice) {
   EXPECT_EQ(errors_of("threads:\n  a: {}\n  b: {}\n  a: {}\n"),
-            "robot.yaml:4: 'a' stands in line 2 already; leave out one of the two\n");
+            "robot.yaml:4: 'a' is already in line 2; remove one of them\n");
 }
 
 TEST(Configuration, RefusesValuesOfTheWrongType) {
@@ -314,7 +314,7 @@ TEST(Configuration, GivesUpAfterAHundredErrors) {
   for (int i = 0; i < 1000; ++i) text += "key" + std::to_string(i) + ": 1\n";
   const std::string errors = errors_of(text);
   EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 101);
-  EXPECT_THAT(errors, EndsWith("robot.yaml:100: more errors follow; mend these first\n"));
+  EXPECT_THAT(errors, EndsWith("robot.yaml:100: more errors follow; fix these first\n"));
 }
 
 // ---- Mistakes in threads and executors ----
@@ -473,15 +473,15 @@ TEST(Configuration, NeedsOneContainer) {
             "robot.yaml:1: the file describes no container; add the key 'containers' with a list "
             "of components\n");
   EXPECT_EQ(errors_in("containers: []\n"),
-            "robot.yaml:1: the list of containers is empty; describe one\n");
+            "robot.yaml:1: the list of containers is empty; add a container\n");
   EXPECT_EQ(errors_in("container:\n"), "robot.yaml:1: 'container' is empty; write a map\n");
   EXPECT_EQ(errors_in("containers:\n  - components: [{component: demo::Lidar}]\n"
                       "  - components: [{component: demo::Lidar}]\n"),
-            "robot.yaml:3: the container of line 2 is called 'takt' too; give each its own "
-            "'name'\n");
+            "robot.yaml:3: the container in line 2 has the name 'takt', too; give each "
+            "container its own 'name'\n");
   EXPECT_EQ(errors_of("containers: [{components: [{component: demo::Controller}]}]\n"),
-            "robot.yaml:2: the file has both 'container' and 'containers'; leave out one of the "
-            "two\n");
+            "robot.yaml:2: the file has both 'container' and 'containers'; remove one of "
+            "them\n");
 }
 
 TEST(Configuration, ChecksWhatIsSaidOfDds) {
@@ -555,12 +555,12 @@ TEST(Configuration, RefusesParametersWithoutAType) {
                                 "        d: [[1]]\n        e.f: 1\n        e: {f: 2}\n"
                                 "        g: 99999999999999999999\n"),
             "robot.yaml:5: 'a' is empty; write a value, or leave it out\n"
-            "robot.yaml:6: 'b' is a list; write at least one item, which tells the type\n"
+            "robot.yaml:6: 'b' is a list; write at least one item, which gives the type\n"
             "robot.yaml:7: 'c' is a list; write items of one type: numbers, texts, or true and "
             "false\n"
             "robot.yaml:8: 'd' is a list; write items of one type: numbers, texts, or true and "
             "false\n"
-            "robot.yaml:10: the parameter 'e.f' has a value already; leave out one of the two\n"
+            "robot.yaml:10: the parameter 'e.f' has two values; remove one of them\n"
             "robot.yaml:11: the number 99999999999999999999 cannot be held; write a smaller one, "
             "or put it in quotes if it is a text\n");
 }

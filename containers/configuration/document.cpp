@@ -16,13 +16,14 @@ constexpr std::size_t kMaxBytes = 4 << 20;
 constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxErrors = 100;
 
-// Texts of the file get into errors, and an error is one line on somebody's terminal.
+// Error messages quote text of the file; each must stay one line and must not control the terminal.
 std::string printable(std::string message) {
   std::replace_if(
       message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
   constexpr std::size_t kMaxLength = 2000;
   if (message.size() <= kMaxLength) return message;
-  // The middle goes: where it is stands first, what to do last. No character is cut in two.
+  // Cut the middle: an error begins with the place and ends with the advice. Do not split a UTF-8
+  // character.
   std::size_t begin = kMaxLength / 2;
   std::size_t end = message.size() - kMaxLength / 2;
   const auto is_inside = [&](std::size_t at) { return (message[at] & 0xc0) == 0x80; };
@@ -31,7 +32,7 @@ std::string printable(std::string message) {
   return message.replace(begin, end - begin, " ... ");
 }
 
-// The length of the UTF-8 character that the text begins with; 0 when it is none.
+// The length of the first UTF-8 character of the text; 0 if it is invalid.
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) -> unsigned { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x80) return 1;
@@ -47,7 +48,7 @@ std::size_t utf8_length(std::string_view text) {
   return character < kSmallest[length] || character > 0x10ffff || is_surrogate ? 0 : length;
 }
 
-// A parser may take a strange byte for the end of the file, or worse.
+// Reject control characters before parsing: yaml-cpp takes some for the end of the file.
 void check_text(std::string_view text, const Errors& errors) {
   int line = 1;
   while (!text.empty()) {
@@ -55,7 +56,7 @@ void check_text(std::string_view text, const Errors& errors) {
     const auto byte = static_cast<unsigned char>(text[0]);
     const bool is_control = byte < ' ' && byte != '\t' && byte != '\n' && byte != '\r';
     if (length == 0 || is_control) {
-      errors.fail(line, fmt::format("the byte 0x{:02x} does not belong into a text", byte),
+      errors.fail(line, fmt::format("the byte 0x{:02x} is not allowed in a text file", byte),
                   "give a file that is UTF-8 text");
     }
     if (byte == '\n') ++line;
@@ -66,7 +67,7 @@ void check_text(std::string_view text, const Errors& errors) {
 std::string load(const std::string& path, const Errors& errors) {
   try {
     const RegularFile file(path);
-    // Not by its size, which files of /proc do not tell.
+    // Count while reading: files in /proc report size 0.
     std::string text(kMaxBytes + 1, '\0');
     text.resize(file.read(0, std::as_writable_bytes(std::span(text))));
     if (text.size() > kMaxBytes) {
@@ -91,7 +92,7 @@ const std::vector<Value>* values_in(const Value& container) {
 void Errors::add(int line, const std::string& what, const std::string& what_to_do) {
   errors_.emplace_back(line, printable(Error(what, what_to_do, where(line)).what()));
   if (errors_.size() < kMaxErrors) return;
-  errors_.emplace_back(line, where(line) + ": more errors follow; mend these first");
+  errors_.emplace_back(line, where(line) + ": more errors follow; fix these first");
   throw_if_any();
 }
 
@@ -156,8 +157,8 @@ void Builder::open(Value container) {
   name(container);
   account_for(container);
   if (open_.size() == kMaxDepth) {
-    errors_.fail(container.line, fmt::format("this lies deeper than {} levels", kMaxDepth),
-                 "nest less");
+    errors_.fail(container.line, fmt::format("this is nested deeper than {} levels", kMaxDepth),
+                 "use fewer levels");
   }
   open_.push_back(std::move(container));
 }
@@ -184,10 +185,10 @@ void Builder::account_for(const Value& value) {
   }
 }
 
-// Escapes can write a zero, at which names in the system end.
+// An escape sequence can produce a zero byte, at which C strings end.
 void Builder::check_text(std::string_view text, int line) const {
   if (text.find('\0') == std::string_view::npos) return;
-  errors_.fail(line, "this text contains a zero byte", "leave it out");
+  errors_.fail(line, "this text contains a zero byte", "remove it");
 }
 
 void Builder::name(Value& value) {
@@ -213,9 +214,8 @@ void Builder::drop_duplicates(Map& map) {
   std::erase_if(map.values, [&](const Value& value) {
     const auto [first, is_new] = lines.try_emplace(value.name, value.line);
     if (is_new) return false;
-    errors_.add(value.line,
-                fmt::format("'{}' stands in line {} already", value.name, first->second),
-                "leave out one of the two");
+    errors_.add(value.line, fmt::format("'{}' is already in line {}", value.name, first->second),
+                "remove one of them");
     return true;
   });
 }
@@ -234,7 +234,7 @@ Value read(const std::string& path, Errors& errors) {
     root = is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
   }
   if (std::holds_alternative<std::monostate>(root.content)) {
-    errors.fail(1, "the file is empty", "describe a system in it");
+    errors.fail(1, "the file is empty", "write a system description");
   }
   return root;
 }

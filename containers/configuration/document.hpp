@@ -1,4 +1,4 @@
-// A configuration file as a tree in which everything knows its line.
+// A parsed configuration file: a tree of values with their line numbers.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_DOCUMENT_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_DOCUMENT_HPP_
@@ -17,7 +17,7 @@
 
 namespace takt::document {
 
-/// The errors of one file.
+/// Collects the errors of one file.
 /// Thread safety: none.
 /// Real-time: no.
 class Errors {
@@ -25,12 +25,11 @@ class Errors {
   explicit Errors(std::string file) : file_(std::move(file)) {}
 
   void add(int line, const std::string& what, const std::string& what_to_do);
-  /// Runs the check; the Error that it throws becomes an error of this line. Returns whether all
-  /// was well.
+  /// Runs a check. If it throws Error, adds it as an error of this line and returns false.
   bool passes(int line, const std::function<void()>& check);
-  /// For what leaves nothing to read on: throws a ConfigurationError of this error alone.
+  /// Throws a ConfigurationError of this error alone. For errors after which reading cannot go on.
   [[noreturn]] void fail(int line, const std::string& what, const std::string& what_to_do) const;
-  /// Throws a ConfigurationError of all errors in the order of their lines, if there are any.
+  /// If there are errors, throws them as one ConfigurationError, sorted by line.
   void throw_if_any() const;
   std::size_t size() const { return errors_.size(); }
 
@@ -45,42 +44,43 @@ class Errors {
 struct Value;
 using List = std::vector<Value>;
 struct Map {
-  std::vector<Value> values;  // each under its name, in the order of the file
+  std::vector<Value> values;  // with their names, in the order of the file
 };
 
-/// One value with all that lies in it.
+/// A value, including nested values.
 struct Value {
-  std::string name;  // the key it stands under; in a list, "affinity[0]"
-  int line = 1;      // where it begins, with its key if it has one
+  std::string name;  // its key; in a list, "affinity[0]"
+  int line = 1;      // of its key, or of its first character in a list
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Map> content;
 };
 
-/// The value under this key, nullptr when there is none or it is no map.
+/// The value of a key; nullptr if the key is missing, or if `map` is no map.
 const Value* find(const Value& map, std::string_view key);
 bool is_empty_list(const Value* value) noexcept;
-/// How many values these are, with all that lies in them.
+/// The number of values, including nested ones.
 std::size_t count(const Value& value);
 
-/// More values than this, aliases expanded, are not a system but an attack or an accident.
+/// Maximum number of values with aliases expanded: far above any real system, and small enough to
+/// stop a file whose aliases multiply.
 inline constexpr std::size_t kMaxValues = 100'000;
 
-/// Puts a tree together from a parser's events, within limits: depth and number of values, so that
-/// whoever walks the tree may recurse. A key that stands twice is an error, and then counts once.
+/// Builds the tree from a parser's events. It limits depth and number of values, so functions that
+/// walk the tree may recurse. A duplicate key is an error; its first value is kept.
 /// Thread safety: none.
 /// Real-time: no.
 class Builder {
  public:
   explicit Builder(Errors& errors) : errors_(errors) {}
 
-  /// Whether a key must come next.
+  /// Whether the next event must be a key.
   bool wants_key() const;
   void key(std::string name, int line);
-  /// Opens a list or a map, to which everything belongs until it is closed.
+  /// Opens a list or a map. All values are added to it until it is closed.
   void open(Value container);
-  /// The container that was finished; valid until the next call.
+  /// Closes the innermost container and returns it; valid until the next call.
   const Value& close();
   const Value& add(Value value);
-  /// Counts values that are kept elsewhere.
+  /// Counts values that are stored elsewhere (aliases) against the limit.
   void account_for(const Value& value);
 
   Value take_root() { return std::move(root_); }
@@ -97,20 +97,19 @@ class Builder {
   void drop_duplicates(Map& map);
 
   Errors& errors_;
-  std::vector<Value> open_;  // the containers around what comes next, the innermost last
-  std::optional<Key> key_;   // of what comes next
+  std::vector<Value> open_;  // the open containers, the innermost last
+  std::optional<Key> key_;   // of the next value
   std::size_t count_ = 0;
   Value root_;
 };
 
-/// The tree of a text; a ConfigurationError of the first error when its syntax is broken.
+/// Parses a text. Throws ConfigurationError with the first syntax error.
 Value parse_yaml(const std::string& text, Errors& errors);
 Value parse_json(std::string_view text, Errors& errors);
 
-/// Whether the name of the file says that it is JSON; else it is YAML.
+/// Whether the file's name ends in .json; all other files are YAML.
 bool is_json(std::string_view path);
-/// Reads a file that nobody has looked at before: whatever is in it, this ends soon, in a tree or
-/// in a ConfigurationError of one error.
+/// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.
 Value read(const std::string& path, Errors& errors);
 
 }  // namespace takt::document

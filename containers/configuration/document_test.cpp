@@ -41,7 +41,7 @@ std::string repeated(const std::string& text, int times) {
 }
 
 constexpr const char* kYamlAdvice =
-    "; write valid YAML here: look at indentation, brackets, quotes and anchors\n";
+    "; write valid YAML here: check indentation, brackets, quotes and anchors\n";
 
 TEST(Document, ThatIsNotThereIsAnError) {
   EXPECT_EQ(error_at("no_such.yaml"),
@@ -55,10 +55,10 @@ TEST(Document, ThatIsNotThereIsAnError) {
 
 TEST(Document, ThatIsEmptyIsAnError) {
   for (const char* text : {"", " \n\n", "# only a comment\n", "~\n", "---\n"}) {
-    EXPECT_EQ(yaml_errors(text), "robot.yaml:1: the file is empty; describe a system in it\n");
+    EXPECT_EQ(yaml_errors(text), "robot.yaml:1: the file is empty; write a system description\n");
   }
   for (const char* text : {"", " \n\t\n", "null"}) {
-    EXPECT_EQ(json_errors(text), "robot.json:1: the file is empty; describe a system in it\n");
+    EXPECT_EQ(json_errors(text), "robot.json:1: the file is empty; write a system description\n");
   }
 }
 
@@ -89,7 +89,7 @@ TEST(Document, ThatIsNoTextIsAnErrorInItsLine) {
   };
   for (const auto& [text, name] : bytes) {
     const std::string message =
-        ":3: the byte " + name + " does not belong into a text; give a file that is UTF-8 text\n";
+        ":3: the byte " + name + " is not allowed in a text file; give a file that is UTF-8 text\n";
     EXPECT_EQ(yaml_errors("a: 1\n\nb: " + text), "robot.yaml" + message);
     EXPECT_EQ(json_errors("{\n\n\"" + text), "robot.json" + message);
   }
@@ -104,8 +104,8 @@ TEST(Document, MayBeginWithAByteOrderMarkAndEndLinesAsWindowsDoes) {
 
 TEST(YamlDocument, WithBrokenSyntaxIsOneError) {
   EXPECT_EQ(yaml_errors("a: 1\nb: c: d\n"),
-            "robot.yaml:2: a ':' does not belong here; put the text in quotes, indent it as the "
-            "line above, or give that line its ': '\n");
+            "robot.yaml:2: a ':' is not allowed here; put the text in quotes, indent it as the "
+            "line above, or add ': ' to that line\n");
   EXPECT_EQ(yaml_errors("a: 1\nb: @c\n"),
             "robot.yaml:2: no text begins with this character; put it in quotes\n");
   EXPECT_EQ(yaml_errors("a: *nothing\n"),
@@ -114,11 +114,11 @@ TEST(YamlDocument, WithBrokenSyntaxIsOneError) {
 
 TEST(YamlDocument, ThatIsCutOffIsAnErrorInItsLastLine) {
   EXPECT_EQ(yaml_errors("a:\n  b: {c: 1,\n"),
-            "robot.yaml:2: a ',' or a '}' is missing; give every '{' its '}', and put ',' between "
-            "what lies inside\n");
+            "robot.yaml:2: a ',' or a '}' is missing; close every '{' with '}', and separate "
+            "items with ','\n");
   EXPECT_EQ(yaml_errors("a:\n  b: [c,\n\n"),
-            "robot.yaml:2: a ',' or a ']' is missing; give every '[' its ']', and put ',' between "
-            "what lies inside\n");
+            "robot.yaml:2: a ',' or a ']' is missing; close every '[' with ']', and separate "
+            "items with ','\n");
   for (const char* quotes : {"\"", "'"}) {
     EXPECT_EQ(yaml_errors(std::string("a: 1\nb: ") + quotes + "cut\n"),
               "robot.yaml:2: a text in quotes does not end; close the quotes\n");
@@ -127,15 +127,15 @@ TEST(YamlDocument, ThatIsCutOffIsAnErrorInItsLastLine) {
 
 TEST(YamlDocument, IndentedWithTabsIsAnError) {
   EXPECT_EQ(yaml_errors("threads:\n\ta: {}\n"),
-            "robot.yaml:2: a tab stands in the indentation; indent with blanks\n");
+            "robot.yaml:2: the indentation contains a tab; indent with spaces\n");
   EXPECT_EQ(yaml_errors("threads:\n  a: {}\n\tb: {}\n"),
-            "robot.yaml:3: a tab stands in the indentation; indent with blanks\n");
+            "robot.yaml:3: the indentation contains a tab; indent with spaces\n");
 }
 
 TEST(YamlDocument, IsOnlyOne) {
   const std::string message =
-      " what stands above does not go on here; mend the indentation, or leave out '---': a file "
-      "is one document\n";
+      " this line does not continue the lines above; correct the indentation, or remove '---': a "
+      "file is one document\n";
   EXPECT_EQ(yaml_errors("a: 1\n---\nb: 1\n"), "robot.yaml:2:" + message);
   EXPECT_EQ(yaml_errors("- a\nb: 1\n"), "robot.yaml:2:" + message);
 }
@@ -143,8 +143,8 @@ TEST(YamlDocument, IsOnlyOne) {
 TEST(YamlDocument, HasWordsAsKeys) {
   const std::string advice = "; write a word before the ':'\n";
   EXPECT_EQ(yaml_errors("a: 1\n? [b]\n: c\n"),
-            "robot.yaml:2: a list or a map stands for a key" + advice);
-  EXPECT_EQ(yaml_errors("a: &b c\n*b : d\n"), "robot.yaml:2: an alias stands for a key" + advice);
+            "robot.yaml:2: a list or a map is used as a key" + advice);
+  EXPECT_EQ(yaml_errors("a: &b c\n*b : d\n"), "robot.yaml:2: an alias is used as a key" + advice);
   EXPECT_EQ(yaml_errors("a: 1\n: c\n"), "robot.yaml:2: a key is empty" + advice);
 }
 
@@ -157,13 +157,13 @@ TEST(YamlDocument, KnowsTheLineOfWhatIsLeftEmpty) {
 
 TEST(YamlDocument, HasNoTags) {
   EXPECT_EQ(yaml_errors("a: 1\nb: !robot {}\n"),
-            "robot.yaml:2: the tag '!robot' means nothing here; leave it out\n");
+            "robot.yaml:2: the tag '!robot' is not supported; remove it\n");
 }
 
 TEST(YamlDocument, DoesNotContainItself) {
   EXPECT_EQ(yaml_errors("container: &all\n  components:\n    - *all\n"),
-            "robot.yaml:3: this alias stands for something that it lies in itself; write out what "
-            "is meant\n");
+            "robot.yaml:3: this alias refers to a value that contains it; write the value "
+            "instead\n");
 }
 
 // Ten aliases for ten aliases for ten aliases: a few lines become more than memory can hold.
@@ -180,11 +180,11 @@ TEST(YamlDocument, DoesNotExplode) {
 
 TEST(YamlDocument, IsNotDeep) {
   EXPECT_EQ(yaml_errors("a:\n  " + repeated("[", 100) + repeated("]", 100)),
-            "robot.yaml:2: this lies deeper than 64 levels; nest less\n");
+            "robot.yaml:2: this is nested deeper than 64 levels; use fewer levels\n");
   EXPECT_EQ(yaml_errors(repeated("- ", 100'000) + "x"),
-            "robot.yaml:1: this lies deeper than 64 levels; nest less\n");
+            "robot.yaml:1: this is nested deeper than 64 levels; use fewer levels\n");
   EXPECT_EQ(yaml_errors("a: " + repeated("[", 100'000)),
-            "robot.yaml:1: this is nested too deeply; nest less\n");
+            "robot.yaml:1: this is nested too deeply; use fewer levels\n");
 }
 
 TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
@@ -195,7 +195,7 @@ TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
       "lifecycle, chains\n"
       "robot.yaml:2: a container needs the key 'components'; add it\n");
   EXPECT_EQ(yaml_errors("\"a\\0b\": 1\n"),
-            "robot.yaml:1: this text contains a zero byte; leave it out\n");
+            "robot.yaml:1: this text contains a zero byte; remove it\n");
   EXPECT_LT(yaml_errors("realtime: " + std::string(1 << 20, 'x')).size(), 3000U);
 }
 
@@ -234,12 +234,12 @@ TEST(JsonDocument, KnowsTheLineOfEachValue) {
 
 TEST(JsonDocument, RefusesKeysThatStandTwice) {
   EXPECT_EQ(json_errors("{\"nodes\":\n [{\"node_name\": \"a\"}],\n \"nodes\": []}"),
-            "robot.json:3: 'nodes' stands in line 1 already; leave out one of the two\n");
+            "robot.json:3: 'nodes' is already in line 1; remove one of them\n");
 }
 
 TEST(JsonDocument, IsNotDeep) {
   EXPECT_EQ(json_errors("{\"nodes\":\n" + repeated("[", 1'000'000)),
-            "robot.json:2: this lies deeper than 64 levels; nest less\n");
+            "robot.json:2: this is nested deeper than 64 levels; use fewer levels\n");
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ Nanoseconds parse_duration(std::string_view text) {
   double number = 0;
   const auto [end, error] =
       std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
-  // from_chars would also take a sign, "inf" and "nan".
+  // from_chars also accepts a sign, "inf" and "nan".
   if (error != std::errc{} || std::isdigit(static_cast<unsigned char>(text[0])) == 0) {
     refuse(text, "is not a duration");
   }
@@ -44,13 +44,13 @@ Nanoseconds parse_duration(std::string_view text) {
   if (unit == kUnits.end()) refuse(text, fmt::format("has the unknown unit '{}'", unit_name));
   const double nanoseconds = number * unit->nanoseconds;
   constexpr double kTooLong = 9.2e18;  // just below what Nanoseconds can hold, 292 years
-  if (nanoseconds > kTooLong) refuse(text, "is longer than can be counted");
+  if (nanoseconds > kTooLong) refuse(text, "is longer than 292 years, the maximum");
   return Nanoseconds(std::llround(nanoseconds));
 }
 
 Nanoseconds parse_run_time(std::string_view text) {
   const Nanoseconds time = parse_duration(text);
-  if (time == Nanoseconds::zero()) refuse(text, "is no time to run for");
+  if (time == Nanoseconds::zero()) refuse(text, "is no duration of a run");
   return time;
 }
 

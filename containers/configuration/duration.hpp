@@ -1,4 +1,4 @@
-// Durations as people write them: "800us".
+// Reads durations with a unit: "800us".
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_DURATION_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_DURATION_HPP_
@@ -9,10 +9,10 @@
 
 namespace takt {
 
-/// A number and its unit (ns, us, ms, s, m or h), without a blank: "20ms", "1.5s".
-/// Throws an Error that lists the units when there is none.
+/// Reads a number directly followed by its unit (ns, us, ms, s, m or h): "20ms", "1.5s".
+/// Throws Error if the unit is missing; the error lists the units.
 Nanoseconds parse_duration(std::string_view text);
-/// The same for how long something runs: zero is refused.
+/// As parse_duration, but throws Error for zero: the duration of a run or a measurement.
 Nanoseconds parse_run_time(std::string_view text);
 
 }  // namespace takt

@@ -65,7 +65,7 @@ TEST(Duration, OfARunIsNotZero) {
 TEST(Duration, IsNotLongerThanTheClockCounts) {
   EXPECT_EQ(parse_duration("2500000h"), std::chrono::hours(2500000));
   EXPECT_EQ(error_of("2600000h"),
-            std::string("'2600000h' is longer than can be counted") + kAdvice);
+            std::string("'2600000h' is longer than 292 years, the maximum") + kAdvice);
 }
 
 }  // namespace

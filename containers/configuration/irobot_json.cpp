@@ -1,4 +1,4 @@
-// The workload format of irobot-ros/ros2-performance: nodes, and what they publish and subscribe.
+// Reads the workload format of irobot-ros/ros2-performance.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -92,22 +92,23 @@ class WorkloadReader : private SystemReader {
     int executor_id = 0;
     read_map(value, "a node",
              {{"node_name", "Its name.", into_node_name(node.name), true},
-              {"node_namespace", "Such as `/front`. Without it, the root.",
+              {"node_namespace", "Its namespace, for example `/front`. By default, the root.",
                into_name_space(node.name_space)},
-              {"number", "Copies of the node. With this key, they are called with `_1` and so on.",
+              {"number",
+               "Number of copies of the node. Their names get the suffixes `_1`, `_2` and so on.",
                into(copies, 1, static_cast<int>(document::kMaxValues))},
               {"executor_id",
-               "Nodes of the same id share a `single_threaded` executor called `executor_<id>`.",
+               "Nodes with the same id share a `single_threaded` executor named `executor_<id>`.",
                into(executor_id, 0)},
-              {"publishers", "What it publishes.",
+              {"publishers", "Its publishers.",
                each_in_list([&](const Value& publisher) { read_publisher(publisher, node); })},
-              {"subscribers", "What it receives.",
+              {"subscribers", "Its subscriptions.",
                each_in_list([&](const Value& subscriber) { read_subscriber(subscriber, node); })},
-              {"clients", "Which services it calls.",
+              {"clients", "Its service clients.",
                each_in_list([&](const Value& client) { read_client(client, node); })},
-              {"servers", "Which services it answers.",
+              {"servers", "Its service servers.",
                each_in_list([&](const Value& server) { read_server(server, node); })}});
-    // What the copies make of the file is limited as the file itself is.
+    // The limit on the number of values includes all copies.
     const auto factor = static_cast<std::size_t>(copies);
     values_ += factor * document::count(value);
     if (values_ > document::kMaxValues) {
@@ -145,7 +146,8 @@ class WorkloadReader : private SystemReader {
     Endpoint publisher{.pass_by = "unique_ptr"};
     std::vector<Field> fields = topic_fields(publisher);
     add_rate(fields, publisher);
-    fields.push_back({"msg_size", "In bytes. For `stamped_vector` only, and needed there.",
+    fields.push_back({"msg_size",
+                      "Size in bytes. Required for `stamped_vector`, invalid otherwise.",
                       into(publisher.size_bytes, 0)});
     read_map(value, "a publisher", fields);
     check_rate(value, "a publisher");
@@ -200,9 +202,10 @@ class WorkloadReader : private SystemReader {
   std::vector<Field> topic_fields(Endpoint& endpoint) {
     std::vector<Field> fields{
         {"topic_name", "The topic.", into_topic(endpoint.topic), true},
-        {"msg_type", "The message; a plugin and `::` may stand before it. One topic has one type.",
+        {"msg_type",
+         "The message type, optionally after a plugin name and `::`. A topic has one type.",
          into_type(endpoint.type, message_types()), true},
-        {"msg_pass_by", "How the message is handed over.",
+        {"msg_pass_by", "How the message is passed.",
          into(endpoint.pass_by, {{"unique_ptr", "unique_ptr"},
                                  {"shared_ptr", "shared_ptr"},
                                  {"loaned_msg", "loaned_msg"}})}};
@@ -212,29 +215,29 @@ class WorkloadReader : private SystemReader {
 
   std::vector<Field> service_fields(Endpoint& endpoint) {
     std::vector<Field> fields{{"service_name", "The service.", into_topic(endpoint.topic), true},
-                              {"srv_type", "Its type; a plugin and `::` may stand before it.",
+                              {"srv_type", "Its type, optionally after a plugin name and `::`.",
                                into_type(endpoint.type, {"stamped10b"}), true}};
     add_qos(fields, endpoint);
     return fields;
   }
 
   void add_rate(std::vector<Field>& fields, Endpoint& endpoint) {
-    // Last comes the one that wins.
-    fields.push_back({"period_ms", "The time between two. This key or `freq_hz` is needed.",
+    // The last field takes precedence.
+    fields.push_back({"period_ms", "The period. Either this key or `freq_hz` is required.",
                       into_period(endpoint, [](double ms) { return ms * 1e3; })});
-    fields.push_back({"freq_hz", "How many in a second. Of the two keys, this one wins.",
+    fields.push_back({"freq_hz", "The frequency. It takes precedence over `period_ms`.",
                       into_period(endpoint, [](double hz) { return 1e6 / hz; })});
   }
 
   void add_qos(std::vector<Field>& fields, Endpoint& endpoint) {
     const std::vector<Field> qos{
-        {"qos_depth", "How many messages are kept.",
+        {"qos_depth", "Number of messages kept.",
          [this, &endpoint](const Value& value) {
            into(endpoint.depth, 0)(value);
            errors_.passes(value.line,
                           [&] { QoS(static_cast<std::size_t>(endpoint.depth)).check(); });
          }},
-        {"qos_history", "`keep_all`: as `qos_depth: 16384`, whatever `qos_depth` is.",
+        {"qos_history", "`keep_all`: equal to `qos_depth: 16384`; `qos_depth` is ignored.",
          [this, &endpoint](const Value& value) {
            if (choose(value, {"keep_last", "system_default", "keep_all"}, "keep_last") == 2) {
              endpoint.depth = static_cast<int>(QoS().keep_all().depth);
@@ -248,18 +251,18 @@ class WorkloadReader : private SystemReader {
          into(endpoint.durability, {{"volatile", "volatile"},
                                     {"transient_local", "transient_local"},
                                     {"system_default", "volatile"}})},
-        // Leases never run out here, so who renews them makes no difference.
-        {"qos_liveliness", "Only says what is done anyway.",
+        // Liveliness leases never expire in this workload, so the kind makes no difference.
+        {"qos_liveliness", "Accepted, but has no effect.",
          accept({"automatic", "manual_by_topic", "system_default"})},
-        {"qos_deadline", "Only says what is done anyway.", accept({"default"})},
-        {"qos_lifespan", "Only says what is done anyway.", accept({"default"})},
-        {"qos_liveliness_lease_duration", "Only says what is done anyway.", accept({"default"})},
-        {"qos_avoid_ros_namespace_conventions", "Only says what is done anyway.",
+        {"qos_deadline", "Accepted, but has no effect.", accept({"default"})},
+        {"qos_lifespan", "Accepted, but has no effect.", accept({"default"})},
+        {"qos_liveliness_lease_duration", "Accepted, but has no effect.", accept({"default"})},
+        {"qos_avoid_ros_namespace_conventions", "Accepted, but has no effect.",
          accept({"true", "false"})}};
     fields.insert(fields.end(), qos.begin(), qos.end());
   }
 
-  // A word that asks for what is done anyway.
+  // Accepts a word that does not change anything.
   Read accept(std::vector<std::string> words) {
     return [this, words = std::move(words)](const Value& value) { choose(value, words); };
   }
@@ -288,7 +291,7 @@ class WorkloadReader : private SystemReader {
       double number = std::nan("");
       into(number)(value);
       if (std::isnan(number)) return;
-      // Whole microseconds; the summand keeps 2.3 ms from becoming 2299 us.
+      // Round to whole microseconds: truncation would turn 2.3 ms into 2299 us.
       const double period = std::floor(microseconds(number) + 1e-6);
       constexpr double kLongest = 24 * 3600e6;
       if (!(period >= 1 && period <= kLongest)) {
@@ -318,7 +321,7 @@ class WorkloadReader : private SystemReader {
         topic_types_.try_emplace(topic, endpoint.type, line).first->second;
     if (type == endpoint.type) return;
     errors_.add(line,
-                fmt::format("topic '{}' carries {} in line {}, and {} here", topic, type,
+                fmt::format("topic '{}' has type {} in line {}, but {} here", topic, type,
                             first_line, endpoint.type),
                 "give the topic one type");
   }
@@ -331,8 +334,8 @@ class WorkloadReader : private SystemReader {
                   fmt::format("a publisher of {} needs the key 'msg_size'", publisher.type),
                   "add it, in bytes");
     } else if (bytes != kVariable && given != nullptr) {
-      errors_.add(given->line, fmt::format("{} has a size of its own", publisher.type),
-                  "leave 'msg_size' out, or choose stamped_vector");
+      errors_.add(given->line, fmt::format("{} has a fixed size", publisher.type),
+                  "remove 'msg_size', or choose stamped_vector");
     }
     if (bytes != kVariable) publisher.size_bytes = static_cast<int>(bytes);
   }

@@ -173,7 +173,7 @@ TEST_F(Workload, RefusesValuesThatCannotBe) {
   EXPECT_EQ(errors_of_publisher("\"msg_type\": \"stamped10b\",\n\"period_ms\": \"10\""),
             "robot.json:3: 'period_ms' is '10'; write a number\n");
   EXPECT_EQ(errors_of_publisher("\"msg_type\": \"stamped10b\", \"freq_hz\": 1, \"msg_size\": 9"),
-            "robot.json:2: stamped10b has a size of its own; leave 'msg_size' out, or choose "
+            "robot.json:2: stamped10b has a fixed size; remove 'msg_size', or choose "
             "stamped_vector\n");
   EXPECT_EQ(errors_of_publisher(
                 "\"msg_type\": \"stamped10b\", \"freq_hz\": 1,\n\"msg_pass_by\": \"copy\""),

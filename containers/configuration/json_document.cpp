@@ -12,7 +12,8 @@
 namespace takt::document {
 namespace {
 
-// The events come without lines, so the parser reads through this, which tells how far it is.
+// nlohmann's events have no lines, so the parser reads through this iterator, which gives the
+// position.
 class TrackingIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -76,13 +77,14 @@ class JsonHandler {
     std::string what = exception.what();
     what.erase(0, what.find("] ") + 2);
     if (what.starts_with("parse error at")) what.erase(0, what.find(": ") + 2);
-    // The semicolon is for what to do.
+    // A semicolon separates the problem from the advice, so the problem must not contain one.
     for (std::size_t at = 0; (at = what.find(';', at)) != std::string::npos;) what[at] = ',';
     errors_.fail(line(), what, "write valid JSON here");
   }
 
  private:
-  // Of what was read last. A number's end is known by one character more, which may end the line.
+  // The line of the last token. To find the end of a number, the parser reads one more character,
+  // which may be a line break.
   int line() {
     for (; counted_ + 1 < position_; ++counted_) {
       if (*counted_ == '\n') ++line_;
@@ -105,14 +107,14 @@ class JsonHandler {
   Errors& errors_;
   Builder builder_;
   const char* position_;
-  const char* counted_;  // up to here the lines are counted
+  const char* counted_;  // lines are counted up to here
   int line_ = 1;
 };
 
 }  // namespace
 
 Value parse_json(std::string_view text, Errors& errors) {
-  // A file that is cut off ends in its last line, not in the empty one after it.
+  // A truncated file ends in its last line, not in the empty one after it.
   text = text.substr(0, text.find_last_not_of(" \t\r\n") + 1);
   JsonHandler handler(text, errors);
   nlohmann::json::sax_parse(TrackingIterator(text.data(), handler.position()),

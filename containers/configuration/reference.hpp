@@ -1,4 +1,4 @@
-// The keys of configuration files, as the code that reads them tells them.
+// The reference of configuration keys, generated from the tables that the reader uses.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_REFERENCE_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_REFERENCE_HPP_
@@ -11,23 +11,23 @@ namespace takt {
 /// One key of a map. Texts are Markdown.
 struct ReferenceKey {
   std::string key;
-  std::string value;          // what may stand there; links lead to other sections
-  std::string default_value;  // empty: none that can be written
+  std::string value;          // the permitted values, with links to other sections
+  std::string default_value;  // empty: no default that could be written in a file
   std::string meaning;
   bool is_required = false;
 };
 
-/// The keys of one kind of map, by the name that errors call it: "a thread".
+/// The keys of one kind of map. Its title is its name in error messages: "a thread".
 struct ReferenceSection {
   std::string title;
   std::vector<ReferenceKey> keys;
 };
 
-/// What may stand in a configuration file, and in a workload in the iRobot format. A section comes
-/// before those that it leads to.
+/// Describe the keys of a configuration file, and of a workload in the iRobot format. A section
+/// precedes the sections that it links to.
 std::vector<ReferenceSection> describe_configuration();
 std::vector<ReferenceSection> describe_workload();
-/// Keys of the design that are refused as not built yet.
+/// Reserved keys of features that are not implemented yet. The reader refuses them.
 std::vector<std::string> planned_keys();
 
 }  // namespace takt

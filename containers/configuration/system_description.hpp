@@ -1,4 +1,4 @@
-// What a configuration file says, after it was read and checked.
+// The description of a system: the content of a configuration file after reading and checking.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_SYSTEM_DESCRIPTION_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_SYSTEM_DESCRIPTION_HPP_
@@ -19,7 +19,7 @@
 
 namespace takt {
 
-/// Where something stands: "robot.yaml:12".
+/// A position in a file: "robot.yaml:12".
 using SourceLine = std::string;
 
 /// One entry of `threads:`.
@@ -32,7 +32,7 @@ struct ThreadDescription {
 struct ExecutorDescription {
   std::string name;
   std::string type = "single_threaded";
-  std::string scheduler;             // empty: the executor's own
+  std::string scheduler;             // empty: the executor's default
   std::vector<std::string> threads;  // names in `threads:`; empty: none given
   std::string wait = "auto";         // or a wait back end
   Nanoseconds early_wake{0};         // see ExecutorOptions
@@ -58,25 +58,24 @@ struct CallbackDescription {
 /// One entry of `chains:`.
 struct ChainDescription {
   ChainOptions options;
-  /// Its callbacks by the full names of their nodes and their own; steps may be left out where
-  /// there is only one way.
+  /// Its callbacks: full node name and callback name. Steps may be omitted if they are unambiguous.
   std::vector<std::pair<std::string, std::string>> path;
   SourceLine where;
 };
 
-/// What an exception that leaves a callback of a component does.
+/// The container's reaction to an exception from a component's callback.
 enum class OnException {
-  terminate,    // ends the container
-  remove_node,  // takes the component's node from its executors
-  ignore,       // is told, and nothing else
+  terminate,    // the container stops
+  remove_node,  // the component's node is removed from its executors
+  ignore,       // the exception is only logged
 };
 
 /// One component of a container.
 struct ComponentDescription {
   std::string container = "takt";  // the container's name
   std::string type;                // the registered class: "demo::Lidar"
-  std::string library;             // that registers it; empty: the index, or the program, has it
-  std::string name;                // empty: the one the class gives itself
+  std::string library;             // registers the class; empty: see find_component()
+  std::string name;                // empty: the class names its node
   std::string name_space;
   std::string executor;  // a name in `executors:`; empty: "default"
   Parameters parameters;
@@ -84,57 +83,56 @@ struct ComponentDescription {
   std::map<std::string, CallbackGroupDescription, std::less<>> callback_groups;
   std::map<std::string, CallbackDescription, std::less<>> callbacks;
   OnException on_exception = OnException::terminate;
-  std::optional<LogLevel> log_level;  // of its node; nullopt: the process's
+  std::optional<LogLevel> log_level;  // of its node; nullopt: that of the process
   SourceLine where;
-  // For errors about names that only the constructor makes: parameters, remaps by key.
+  // Positions by key, for errors that are only found after construction.
   std::map<std::string, SourceLine, std::less<>> parameter_lines, remap_lines;
 };
 
-/// With its namespace: "/front/lidar"; empty when the class names itself.
+/// The node name with its namespace: "/front/lidar"; empty if the class names its node.
 std::string full_name(const ComponentDescription& component);
 
-/// When the process of a container is started again after its end.
+/// When `takt run` restarts the process of a container.
 struct RestartOptions {
   enum class Policy { never, on_failure, always };
   Policy policy = Policy::never;
   Nanoseconds delay = std::chrono::seconds(1);
-  int most = 5;  // how often in one run
+  int most = 5;  // restarts per run
 };
 
-/// The lifecycle nodes of a system that are brought up together.
+/// The lifecycle nodes of a system that a LifecycleManager manages.
 struct LifecycleDescription {
   struct ManagedNode {
     std::string name;                     // with its namespace: "/map_server"
-    std::vector<std::string> depends_on;  // nodes that are active while it is
+    std::vector<std::string> depends_on;  // nodes that must be active while this one is
   };
   enum class OnLoss {
-    deactivate_dependents,  // until the lost one is back, and active
-    shutdown,               // of all managed nodes
-    report,                 // and nothing else
+    deactivate_dependents,  // until the lost node is active again
+    shutdown,               // shut down all managed nodes
+    report,                 // only log the loss
   };
   std::vector<ManagedNode> bring_up;  // in this order
-  /// A process that has told nothing for so long is lost.
+  /// A node without heartbeats for this time is lost.
   Nanoseconds heartbeat = std::chrono::seconds(2);
   OnLoss on_loss = OnLoss::deactivate_dependents;
-  std::string manager;  // the name of the process that manages: see split
+  std::string manager;  // the name of the process that runs the manager: see split()
   SourceLine where;
 };
 
-/// A whole file, or the part of it that one process runs. Components that name no executor are
-/// under the one that Takt assigns to their chain, else under one called "default" (single_threaded
-/// unless the file describes it).
+/// The content of a file, or the part of it that one process runs. A component that names no
+/// executor goes to the one that Takt assigns to its chain, else to the executor "default", which
+/// is a single_threaded one unless the file describes it.
 struct SystemDescription {
   std::string file;
   std::string name = "takt";  // of the first container, or of the process
   Realtime realtime = Realtime::prefer;
   bool lock_memory = false;
-  bool is_split_off =
-      false;  // to be measured or compared: it answers no services but a lifecycle's
-  std::optional<int> cpu_dma_latency_us;  // held while running; nullopt: left alone
-  std::optional<DdsOptions> dds;          // nullopt: not asked for
+  bool is_split_off = false;  // for measurements: serves no requests except lifecycle services
+  std::optional<int> cpu_dma_latency_us;  // held while running; nullopt: unchanged
+  std::optional<DdsOptions> dds;          // nullopt: no DDS
   TopicQos topics;
   std::map<std::string, SourceLine, std::less<>> topic_lines;  // in a whole file only
-  std::map<std::string, SourceLine, std::less<>> must_match;   // the topics that need both sides
+  std::map<std::string, SourceLine, std::less<>> must_match;   // need publisher and subscription
   std::vector<ThreadDescription> threads;
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;
@@ -143,16 +141,17 @@ struct SystemDescription {
   std::vector<std::string> libraries;                           // named by the file, see LoadPolicy
   std::optional<LifecycleDescription> lifecycle;
   std::vector<ChainDescription> chains;
-  bool finds_chains = false;  // `chains: auto`: every way from a timer to where nothing follows
+  bool finds_chains = false;  // `chains: auto`: every path from a timer to its last callback
   SourceLine chains_where;
-  std::vector<std::string> notes;  // what the reader wants the user to know
+  std::vector<std::string> notes;  // remarks of the reader, for the user
 };
 
-/// What the process of this description loads on request: as its first container, which it is
-/// called after.
+/// The load policy of a process: that of its first container, which has the process's name.
 LoadPolicy load_policy(const SystemDescription& process);
 
 /// All errors of a file, each as `FILE:LINE: what; what to do`.
+/// Thread safety: none.
+/// Real-time: no.
 class ConfigurationError : public Error {
  public:
   explicit ConfigurationError(std::vector<std::string> errors);
@@ -162,9 +161,9 @@ class ConfigurationError : public Error {
   std::vector<std::string> errors_;
 };
 
-/// Reads a configuration file (YAML), or a workload in the iRobot JSON format (a name that ends in
-/// .json), which becomes a configuration of workload components. Constructs nothing. Throws
-/// ConfigurationError with everything that is wrong.
+/// Reads a configuration file (YAML), or a workload in the iRobot JSON format (file name ends in
+/// .json), which is converted to workload components. Constructs no component. Throws
+/// ConfigurationError with all errors.
 SystemDescription read_system(const std::string& path);
 
 /// Which components share a process.
@@ -173,9 +172,9 @@ enum class Composition {
   single,    // all
   per_node,  // none
 };
-/// The system as one description for each process, each with the executors that it uses. A process
-/// is called like its container, or its node. Several processes are on DDS, whether or not the file
-/// says so.
+/// Splits a system into one description per process, each with the executors that it uses. A
+/// process has the name of its container or its node. More than one process always use DDS, even if
+/// the file does not configure it.
 std::vector<SystemDescription> split(const SystemDescription& system, Composition composition);
 
 }  // namespace takt

@@ -42,7 +42,7 @@ std::string code(std::string_view text) {
 
 }  // namespace
 
-// They are no mistakes, so they deserve their own words.
+// Reserved keys get an error of their own, because they are not misspelt.
 std::vector<std::string> planned_keys() {
   return {"statistics"};
 }
@@ -236,7 +236,7 @@ SystemReader::Read SystemReader::into_checked(std::string& target, std::function
   };
 }
 
-// The rules for names are a node's, and a bare one does nothing.
+// Node implements the rules for names; constructing one has no side effects.
 
 SystemReader::Read SystemReader::into_node_name(std::string& target) {
   return into_checked(target, [&target] { check_node_name(target); });

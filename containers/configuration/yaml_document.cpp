@@ -21,7 +21,7 @@ namespace {
 
 using Content = decltype(Value::content);
 
-// The whole text as a number, if it is one. `how` is the base, or the format.
+// Converts the whole text to a number, if possible. `how` is the base or the format.
 template <class Number, class How>
 std::optional<Number> number(std::string_view text, How how) {
   Number value{};
@@ -34,7 +34,7 @@ std::optional<Number> number(std::string_view text, How how) {
   return value;
 }
 
-// What a text without quotes means: the rules of YAML 1.2's core schema.
+// Resolves text without quotes by the rules of YAML 1.2's core schema.
 Content resolve(const std::string& text) {
   const auto is_one_of = [](std::string_view word, std::initializer_list<std::string_view> words) {
     return std::find(words.begin(), words.end(), word) != words.end();
@@ -64,8 +64,8 @@ Content resolve(const std::string& text) {
   return text;
 }
 
-// Events, and not yaml-cpp's own tree, which would expand every alias, follow one into the very
-// container that it stands in, and not know the lines of keys.
+// Uses events, because yaml-cpp's own tree expands every alias, recurses endlessly into an alias of
+// its own container, and has no lines of keys.
 class YamlHandler : public YAML::EventHandler {
  public:
   using Mark = YAML::Mark;
@@ -74,7 +74,7 @@ class YamlHandler : public YAML::EventHandler {
   YamlHandler(std::string_view text, Errors& errors)
       : text_(text), errors_(errors), builder_(errors) {}
 
-  /// After the last document.
+  /// Call it after the last document.
   Value take_root() {
     if (key_error_) {
       errors_.fail(key_error_->first, key_error_->second, "write a word before the ':'");
@@ -83,28 +83,28 @@ class YamlHandler : public YAML::EventHandler {
   }
 
   void OnDocumentStart(const Mark& mark) override {
-    // What does not fit to the lines above, as a map that follows a list, begins a document too.
+    // yaml-cpp also starts a new document where a line does not fit the lines above.
     if (++documents_ == 2) {
-      errors_.fail(line(mark), "what stands above does not go on here",
-                   "mend the indentation, or leave out '---': a file is one document");
+      errors_.fail(line(mark), "this line does not continue the lines above",
+                   "correct the indentation, or remove '---': a file is one document");
     }
   }
   void OnDocumentEnd() override {}
 
   void OnNull(const Mark& mark, Anchor anchor) override {
     if (!is_value(mark, "a key is empty")) return;
-    // The mark of what is left empty is that of what follows, maybe lines below.
+    // yaml-cpp gives an empty value the position of the next token, maybe lines below.
     const std::string_view before = text_.substr(0, static_cast<std::size_t>(mark.pos));
     const std::string_view gap = before.substr(before.find_last_not_of(" \t\r\n") + 1);
     const auto lines_too_far = static_cast<int>(std::count(gap.begin(), gap.end(), '\n'));
     remember(anchor, builder_.add({.line = line(mark) - lines_too_far}));
   }
   void OnAlias(const Mark& mark, Anchor anchor) override {
-    if (!is_value(mark, "an alias stands for a key")) return;
+    if (!is_value(mark, "an alias is used as a key")) return;
     const auto target = anchors_.find(anchor);
     if (target == anchors_.end()) {
-      errors_.fail(line(mark), "this alias stands for something that it lies in itself",
-                   "write out what is meant");
+      errors_.fail(line(mark), "this alias refers to a value that contains it",
+                   "write the value instead");
     }
     Value value = target->second;
     value.line = line(mark);
@@ -136,18 +136,18 @@ class YamlHandler : public YAML::EventHandler {
  private:
   static int line(const Mark& mark) { return mark.line + 1; }
 
-  // Whether this is no key. A strange key is often only what the parser makes of an open bracket,
-  // about which it complains better later; until then no event counts.
+  // Whether the event is a value. An invalid key is often caused by an open bracket, for which the
+  // parser reports a better error later: so remember the error, and ignore events until then.
   bool is_value(const Mark& mark, const std::string& what) {
     if (!key_error_ && builder_.wants_key()) key_error_.emplace(line(mark), what);
     return !key_error_;
   }
   void check_tag(const Mark& mark, const std::string& tag) const {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    errors_.fail(line(mark), fmt::format("the tag '{}' means nothing here", tag), "leave it out");
+    errors_.fail(line(mark), fmt::format("the tag '{}' is not supported", tag), "remove it");
   }
   void open(const Mark& mark, const std::string& tag, Anchor anchor, Content content) {
-    if (!is_value(mark, "a list or a map stands for a key")) return;
+    if (!is_value(mark, "a list or a map is used as a key")) return;
     check_tag(mark, tag);
     builder_.open({.line = line(mark), .content = std::move(content)});
     open_anchors_.push_back(anchor);
@@ -173,7 +173,7 @@ class YamlHandler : public YAML::EventHandler {
   std::map<Anchor, Value> anchors_;                       // of what is complete
 };
 
-// What users do most often, in words that do not take yaml-cpp's parser for known.
+// The most frequent mistakes, in words for users who do not know yaml-cpp.
 struct Explanation {
   std::string_view message;  // yaml-cpp's
   const char* what;
@@ -181,25 +181,25 @@ struct Explanation {
 };
 const Explanation kExplanations[] = {
     {YAML::ErrorMsg::DOC_IN_SCALAR, "a text in quotes does not end", "close the quotes"},
-    {YAML::ErrorMsg::MAP_VALUE, "a ':' does not belong here",
-     "put the text in quotes, indent it as the line above, or give that line its ': '"},
-    {YAML::ErrorMsg::BLOCK_ENTRY, "a list cannot begin here", "begin it in a line of its own"},
+    {YAML::ErrorMsg::MAP_VALUE, "a ':' is not allowed here",
+     "put the text in quotes, indent it as the line above, or add ': ' to that line"},
+    {YAML::ErrorMsg::BLOCK_ENTRY, "a list cannot begin here", "begin it on a new line"},
     {YAML::ErrorMsg::UNKNOWN_TOKEN, "no text begins with this character", "put it in quotes"},
-    {YAML::ErrorMsg::END_OF_MAP, "this does not belong into the map above",
-     "mend the indentation, or write a key before it"},
-    {YAML::ErrorMsg::END_OF_SEQ, "this does not belong into the list above",
-     "mend the indentation, or write '- ' before it"},
+    {YAML::ErrorMsg::END_OF_MAP, "this does not continue the map above",
+     "correct the indentation, or write a key before it"},
+    {YAML::ErrorMsg::END_OF_SEQ, "this does not continue the list above",
+     "correct the indentation, or write '- ' before it"},
     {YAML::ErrorMsg::END_OF_MAP_FLOW, "a ',' or a '}' is missing",
-     "give every '{' its '}', and put ',' between what lies inside"},
+     "close every '{' with '}', and separate items with ','"},
     {YAML::ErrorMsg::END_OF_SEQ_FLOW, "a ',' or a ']' is missing",
-     "give every '[' its ']', and put ',' between what lies inside"},
-    {YAML::ErrorMsg::FLOW_END, "this bracket closes none that is open",
-     "give every '[' its ']', and every '{' its '}'"},
+     "close every '[' with ']', and separate items with ','"},
+    {YAML::ErrorMsg::FLOW_END, "this closing bracket has no opening one",
+     "close every '[' with ']', and every '{' with '}'"},
 };
 
 [[noreturn]] void fail(const YAML::Exception& exception, const std::string& text,
                        const Errors& errors) {
-  // Where the file ends too early, its last line is meant, not the empty ones after it.
+  // If the file ends too early, report its last line, not the empty ones after it.
   const auto end = text.begin() + static_cast<std::ptrdiff_t>(text.find_last_not_of(" \t\r\n"));
   const int last_line = 1 + static_cast<int>(std::count(text.begin(), end, '\n'));
   const int line = std::min(exception.mark.line + 1, last_line);
@@ -207,22 +207,22 @@ const Explanation kExplanations[] = {
   std::string content;
   for (int i = 0; i < line; ++i) std::getline(lines, content);
   if (content.substr(0, content.find_first_not_of(" \t")).find('\t') != std::string::npos) {
-    errors.fail(line, "a tab stands in the indentation", "indent with blanks");
+    errors.fail(line, "the indentation contains a tab", "indent with spaces");
   }
   for (const Explanation& known : kExplanations) {
     if (exception.msg == known.message) errors.fail(line, known.what, known.what_to_do);
   }
   if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
-    errors.fail(line, "this is nested too deeply", "nest less");
+    errors.fail(line, "this is nested too deeply", "use fewer levels");
   }
   errors.fail(line, exception.msg,
-              "write valid YAML here: look at indentation, brackets, quotes and anchors");
+              "write valid YAML here: check indentation, brackets, quotes and anchors");
 }
 
 }  // namespace
 
 Value parse_yaml(const std::string& text, Errors& errors) {
-  // Without a mark at the end, yaml-cpp takes a text in quotes that is cut off for complete.
+  // Without an end mark, yaml-cpp accepts a truncated text in quotes.
   const std::string ended = text + "\n...\n";
   std::istringstream stream(ended);
   YamlHandler handler(ended, errors);

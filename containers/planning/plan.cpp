@@ -12,11 +12,11 @@
 namespace takt {
 namespace {
 
-/// More chains than this are not a plan that anybody can read.
+/// More chains would make a plan that is too long to read.
 constexpr std::size_t kMostChains = 100;
 constexpr int kHighestPriority = 80;
 
-/// Who may cause whom: from a callback to the subscriptions of what its node publishes in it.
+/// Links each callback to the subscriptions of the topics that it publishes.
 class SystemGraph {
  public:
   explicit SystemGraph(const std::vector<std::shared_ptr<Node>>& nodes) {
@@ -38,25 +38,26 @@ class SystemGraph {
     }
   }
 
-  /// Ways from one callback to another, without loops: two of them, or all if there are fewer.
-  std::vector<std::vector<Chain::Step>> ways(const Chain::Step& from, const Chain::Step& to) const {
+  /// At most two paths from one callback to another, without loops: a second one is an error.
+  std::vector<std::vector<Chain::Step>> paths(const Chain::Step& from,
+                                              const Chain::Step& to) const {
     std::vector<std::vector<Chain::Step>> result;
     const std::size_t end = index(to);
-    walk({index(from)}, [&](const std::vector<std::size_t>& way, bool) {
-      if (way.back() != end) return result.size() < 2;
-      if (way.size() > 1) result.push_back(steps(way));
+    walk({index(from)}, [&](const std::vector<std::size_t>& path, bool) {
+      if (path.back() != end) return result.size() < 2;
+      if (path.size() > 1) result.push_back(steps(path));
       return false;
     });
     return result;
   }
 
-  /// Ways from every timer to where nothing follows; at most one more than kMostChains.
-  std::vector<std::vector<Chain::Step>> all_ways() const {
+  /// All paths from a timer to a last callback; at most kMostChains + 1.
+  std::vector<std::vector<Chain::Step>> all_paths() const {
     std::vector<std::vector<Chain::Step>> result;
     for (std::size_t i = 0; i < callbacks_.size(); ++i) {
       if (kinds_[i] != EntityKind::timer) continue;
-      walk({i}, [&](const std::vector<std::size_t>& way, bool is_end) {
-        if (is_end && way.size() > 1) result.push_back(steps(way));
+      walk({i}, [&](const std::vector<std::size_t>& path, bool is_end) {
+        if (is_end && path.size() > 1) result.push_back(steps(path));
         return result.size() <= kMostChains;
       });
     }
@@ -68,24 +69,24 @@ class SystemGraph {
     return static_cast<std::size_t>(std::find(callbacks_.begin(), callbacks_.end(), step) -
                                     callbacks_.begin());
   }
-  std::vector<Chain::Step> steps(const std::vector<std::size_t>& way) const {
+  std::vector<Chain::Step> steps(const std::vector<std::size_t>& path) const {
     std::vector<Chain::Step> result;
-    for (const std::size_t i : way) result.push_back(callbacks_[i]);
+    for (const std::size_t i : path) result.push_back(callbacks_[i]);
     return result;
   }
-  /// Calls goes_on(way, whether nothing follows) for the way and all that continue it, as long as
-  /// it says so.
+  /// Calls goes_on(path, whether the path ends here) for the path and for all its continuations,
+  /// while it returns true.
   template <class GoesOn>
-  void walk(std::vector<std::size_t> way, GoesOn&& goes_on) const {
+  void walk(std::vector<std::size_t> path, GoesOn&& goes_on) const {
     std::vector<std::size_t> next;
-    for (const std::size_t to : links_[way.back()]) {
-      if (std::find(way.begin(), way.end(), to) == way.end()) next.push_back(to);
+    for (const std::size_t to : links_[path.back()]) {
+      if (std::find(path.begin(), path.end(), to) == path.end()) next.push_back(to);
     }
-    if (!goes_on(way, next.empty())) return;
+    if (!goes_on(path, next.empty())) return;
     for (const std::size_t to : next) {
-      way.push_back(to);
-      walk(way, goes_on);
-      way.pop_back();
+      path.push_back(to);
+      walk(path, goes_on);
+      path.pop_back();
     }
   }
 
@@ -95,7 +96,7 @@ class SystemGraph {
   std::vector<std::vector<std::size_t>> links_;
 };
 
-/// The steps between those that are named, where there is only one way.
+/// Completes the steps between the named ones. Throws Error if there is more than one path.
 std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const SystemGraph& graph) {
   std::vector<Chain::Step> path{named.front()};
   for (std::size_t i = 1; i < named.size(); ++i) {
@@ -104,24 +105,24 @@ std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const Sys
       path.push_back(named[i]);
       continue;
     }
-    const auto ways = graph.ways(path.back(), named[i]);
-    if (ways.empty()) {
+    const auto paths = graph.paths(path.back(), named[i]);
+    if (paths.empty()) {
       throw Error(
           fmt::format("no messages go from {} to {}", to_string(path.back()), to_string(named[i])),
-          "name callbacks that follow each other, or mend the topics");
+          "name callbacks that follow each other, or correct the topics");
     }
-    if (ways.size() > 1) {
-      const auto text = [](const std::vector<Chain::Step>& way) {
+    if (paths.size() > 1) {
+      const auto text = [](const std::vector<Chain::Step>& candidate) {
         std::vector<std::string> names;
-        for (const Chain::Step& step : way) names.push_back(to_string(step));
+        for (const Chain::Step& step : candidate) names.push_back(to_string(step));
         return fmt::format("{}", fmt::join(names, " → "));
       };
       throw Error(
-          fmt::format("there are several ways from {} to {}: {}, and {}", to_string(path.back()),
-                      to_string(named[i]), text(ways[0]), text(ways[1])),
-          "name a callback between");
+          fmt::format("there are several paths from {} to {}: {}, and {}", to_string(path.back()),
+                      to_string(named[i]), text(paths[0]), text(paths[1])),
+          "name a callback between them");
     }
-    path.insert(path.end(), ways.front().begin() + 1, ways.front().end());
+    path.insert(path.end(), paths.front().begin() + 1, paths.front().end());
   }
   return path;
 }
@@ -132,21 +133,21 @@ Nanoseconds period_of(const std::vector<Chain::Step>& path) {
 
 std::vector<PlannedChain> found_chains(const SystemDescription& description,
                                        const SystemGraph& graph, std::vector<std::string>& errors) {
-  auto ways = graph.all_ways();
-  if (ways.size() > kMostChains) {
+  auto paths = graph.all_paths();
+  if (paths.size() > kMostChains) {
     errors.push_back(
-        fmt::format("{}: there are more than {} ways from a timer to an end; name the "
+        fmt::format("{}: there are more than {} paths from a timer to a last callback; name the "
                     "chains that matter",
                     description.chains_where, kMostChains));
     return {};
   }
-  std::stable_sort(ways.begin(), ways.end(),
+  std::stable_sort(paths.begin(), paths.end(),
                    [](const auto& a, const auto& b) { return period_of(a) < period_of(b); });
   std::vector<PlannedChain> chains;
-  for (std::size_t i = 0; i < ways.size(); ++i) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
     chains.push_back(
-        {{.name = fmt::format("chain_{}", i + 1), .priority = static_cast<int>(ways.size() - i)},
-         std::move(ways[i])});
+        {{.name = fmt::format("chain_{}", i + 1), .priority = static_cast<int>(paths.size() - i)},
+         std::move(paths[i])});
   }
   return chains;
 }
@@ -166,7 +167,7 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
   if (description.finds_chains) return found_chains(description, graph, errors);
   std::vector<PlannedChain> chains;
   for (const ChainDescription& described : description.chains) {
-    // What lies in this process, in pieces that follow each other here.
+    // Splits a chain into the pieces that lie in this process.
     std::vector<std::vector<Chain::Step>> pieces;
     bool follows = false;
     for (const auto& step : described.path) {  // clang 14 captures no structured bindings
@@ -240,7 +241,7 @@ std::vector<ChainBound> chain_bounds(
         if (is_less_urgent) blocking = std::max(blocking, work->budget);
         return is_less_urgent || work->period == Nanoseconds::zero();
       });
-      // The smallest time in which all that comes until then is done.
+      // The busy period: the smallest time in which all its releases are served.
       Nanoseconds busy = own + blocking * steps;
       for (Nanoseconds before{-1}; before != busy && busy <= 10 * chain.options.deadline;) {
         before = busy;

@@ -1,5 +1,4 @@
-// What Takt makes of the chains of a process: which callbacks they are, and what follows for
-// priorities, executors and CPUs.
+// Finds the chains of a process, and assigns priorities, executors and CPUs to them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_PLANNING_PLAN_HPP_
 #define TAKT_CONTAINERS_PLANNING_PLAN_HPP_
@@ -19,24 +18,25 @@ namespace takt {
 /// "/node/callback".
 std::string to_string(const Chain::Step& step);
 
-/// One chain, as far as it lies in this process.
+/// The part of a chain that runs in this process.
 struct PlannedChain {
   ChainOptions options;
   std::vector<Chain::Step> path;
 };
 
-/// All callbacks of a process, and what Takt assigns to them. What the file gives is not changed.
+/// All callbacks of a process, and the priorities and executors that Takt assigns to them. Values
+/// given in the file take precedence.
 struct Plan {
   struct Callback {
     std::shared_ptr<Node> node;
     std::shared_ptr<Entity> entity;
-    Nanoseconds period{0};  // its own, or that of the timer which its chain begins with; 0: unknown
+    Nanoseconds period{0};  // its own, or that of the first timer of its chain; 0: unknown
     int priority = 0;       // assigned
     std::string chain;      // the most critical one; empty: none
-    std::string executor;   // assigned; empty: none, or the file's
+    std::string executor;   // assigned; empty: none, or given in the file
   };
   struct Executor {
-    std::string name;  // that of its chain, for the thread too
+    std::string name;  // of the chain; also the thread's name
     ThreadAttributes thread;
     double utilisation = 0;
   };
@@ -45,14 +45,14 @@ struct Plan {
   std::vector<Executor> executors;  // the most critical first
 };
 
-/// Finds the chains of the description among the nodes of this process: steps that the file leaves
-/// out, and all chains where it says `auto`. Errors, with their lines, go to `errors`.
+/// Finds the chains of the description among the nodes of this process. It completes omitted steps,
+/// and finds all chains for `chains: auto`. Adds errors, with their lines, to `errors`.
 /// Thread safety: none. Real-time: no.
 std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       const std::vector<std::shared_ptr<Node>>& nodes,
                                       std::vector<std::string>& errors);
 
-/// A chain, and how long an instance of it may take.
+/// Upper bound of the latency of a chain.
 struct ChainBound {
   std::string chain;
   Nanoseconds bound, deadline;
@@ -60,17 +60,20 @@ struct ChainBound {
 /// Where a callback runs.
 struct Placement {
   std::string executor;
-  bool is_by_priority = false;  // the executor looks at priorities; else at nothing
+  bool is_by_priority = false;  // the executor uses callback priorities
 };
-/// A bound for each chain with a deadline, from budgets and periods; callbacks that have none count
-/// for nothing. On each executor of the chain, as if it had one thread that nobody preempts: the
-/// chain's own budgets; the longest less urgent callback, once for each of its steps; and the
-/// others as often as they can be released meanwhile (the busy-period argument of fixed priorities,
-/// see Casini et al., ECRTS 2019, for executors). More than ten deadlines are Nanoseconds::max().
+/// Computes a latency bound for each chain with a deadline from budgets and periods. Callbacks
+/// without a budget are ignored, so the bound holds only if all have one. For each executor of the
+/// chain, which is treated as one thread that is never preempted, the bound adds up:
+/// - the budgets of the chain's callbacks,
+/// - for each of these the longest callback of lower priority, which may be running already,
+/// - all other callbacks, as often as they can be released meanwhile (the busy period of fixed
+///   priorities; see Casini et al., ECRTS 2019, for executors).
+/// A bound above ten deadlines is returned as Nanoseconds::max().
 std::vector<ChainBound> chain_bounds(
     const Plan& plan, const std::function<Placement(const Plan::Callback&)>& placement);
 
-/// Assigns as picas::assign does. Thread priorities count down from 80.
+/// Makes the plan with picas::assign. Thread priorities start at 80 and decrease.
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes);
 
 }  // namespace takt

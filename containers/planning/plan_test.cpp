@@ -105,20 +105,20 @@ TEST(Chains, ThatDoNotConnectAreErrorsWithTheirLine) {
 
 TEST(Chains, ThatMayGoSeveralWaysAreErrorsThatTellThem) {
   EXPECT_THAT(making_errors(file_with("chains:\n  - {name: c, path: [source/timer, end/z]}\n")),
-              AllOf(HasSubstr("there are several ways"),
+              AllOf(HasSubstr("there are several paths"),
                     HasSubstr("/source/timer → /a/x → /both/y → /end/z"), HasSubstr("/b/x")));
 }
 
 TEST(Chains, WithNamesThatDoNotExistAreErrors) {
   EXPECT_THAT(reading_errors("chains:\n  - {name: c, path: [sorce/timer]}\n"),
-              HasSubstr("robot.yaml:11: 'sorce/timer' is no callback of a component"));
+              HasSubstr("robot.yaml:11: 'sorce/timer' names no component"));
   EXPECT_THAT(making_errors(file_with("chains:\n  - {name: c, path: [source/timr]}\n")),
               AllOf(HasSubstr("node '/source' has no callback 'timr'"), HasSubstr("timer")));
 }
 
 TEST(Chains, ThatComeBackAreErrors) {
   EXPECT_THAT(reading_errors("chains:\n  - {name: c, path: [a/x, both/y, a/x]}\n"),
-              HasSubstr("comes to 'a/x' twice"));
+              HasSubstr("contains 'a/x' twice"));
 }
 
 TEST(Chains, HaveNamesPrioritiesAndDeadlinesThatCanBe) {
@@ -126,9 +126,9 @@ TEST(Chains, HaveNamesPrioritiesAndDeadlinesThatCanBe) {
                            "  - {name: c, deadline: 0s, path: [a/x]}\n"
                            "  - {name: c, priority: high, path: [a/x]}\n"
                            "  - {path: [a/x]}\n"),
-            "robot.yaml:11: a deadline of 0 cannot be met; leave it out, or give it time\n"
+            "robot.yaml:11: a deadline of 0 cannot be met; remove it, or write a longer time\n"
             "robot.yaml:12: 'priority' is 'high'; write an integer\n"
-            "robot.yaml:12: two chains are called 'c'; give each its own name\n"
+            "robot.yaml:12: two chains have the name 'c'; rename one of them\n"
             "robot.yaml:13: a chain needs the key 'name'; add it\n");
   EXPECT_THAT(reading_errors("chains: automatic\n"), HasSubstr("a list of chains, or auto"));
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The three processes by shared memory: takt run starts RouDi with the memory that they need, says
-which way each topic goes, and leaves nothing behind.
+which transport each topic uses, and leaves nothing behind.
 
 usage: shared_memory_test.py TAKT PREFIX_OF_THE_INDEX
 """
@@ -38,7 +38,7 @@ skip_without_shared_memory()
 
 status, said, topics = run()
 check("without RouDi and without asking for it, topics go by UDP, and it is said",
-      status == 0 and {topic["way"] for topic in topics} == {"UDP: RouDi is not running"},
+      status == 0 and {topic["transport"] for topic in topics} == {"UDP: RouDi is not running"},
       status, said, topics)
 
 for options in [["--transport", "shm"], ["--transport", "shm", "--composition", "single"]]:
@@ -48,11 +48,11 @@ for options in [["--transport", "shm"], ["--transport", "shm", "--composition", 
     name = " ".join(options)
     check(f"{name}: all messages go by shared memory, and arrive",
           status == 0 and len(writers) == 2
-          and all(topic["way"] == "shared memory" for topic in topics)
+          and all(topic["transport"] == "shared memory" for topic in topics)
           and all(writers[topic]["messages"] == readers[topic]["messages"] > 0
                   and readers[topic]["lost"] == 0 for topic in writers), status, said, topics)
     # The process that sends to itself waited for messages that it had, and told a falsehood.
-    check(f"{name}: nothing was under way at the end", "still under way" not in said, said)
+    check(f"{name}: nothing was in transit at the end", "still in transit" not in said, said)
     check(f"{name}: what is lent is not copied, and read where it lies",
           all(topic["uncopied"] == topic["messages"]
               for topic in topics if topic["topic"] == "/raw"), topics)
@@ -68,7 +68,7 @@ while process.poll() is None and not roudi_runs():
 time.sleep(1.5)
 status, said, topics = run("--transport", "shm")
 check("a second run uses the RouDi of the first",
-      status == 0 and topics and all(topic["way"] == "shared memory" for topic in topics),
+      status == 0 and topics and all(topic["transport"] == "shared memory" for topic in topics),
       status, said)
 check("and leaves it alone", roudi_runs())
 process.send_signal(signal.SIGINT)
@@ -91,8 +91,8 @@ while not (unloaded := unloads()) and time.monotonic() < limit:
     time.sleep(0.02)
 process.send_signal(signal.SIGINT)
 said = process.communicate(timeout=60)[0]
-check("with a publisher unloaded, Ctrl-C ends a run and nothing was under way",
-      unloaded and process.returncode == 0 and "still under way" not in said, process.returncode, said)
+check("with a publisher unloaded, Ctrl-C ends a run and nothing was in transit",
+      unloaded and process.returncode == 0 and "still in transit" not in said, process.returncode, said)
 
 with tempfile.TemporaryDirectory() as empty:
     status, said, _ = run("--transport", "shm", PATH=empty)

@@ -105,19 +105,19 @@ TEST_P(ConformanceAction, AGoalIsCanceledWhenTheServerAgrees) {
   client_->async_send_goal({5}, noted("goal"));
   run(15);
   may_cancel_ = CancelResponse::reject;
-  const auto told = [this](const action_msgs::srv::CancelGoal::Response& answer) {
+  const auto note_code = [this](const action_msgs::srv::CancelGoal::Response& answer) {
     note(fmt::format("code {}, {} goals", answer.return_code, answer.goals_canceling.size()));
   };
-  client_->async_cancel_goal(goal_, told);
+  client_->async_cancel_goal(goal_, note_code);
   run(1);
   may_cancel_ = CancelResponse::accept;
-  client_->async_cancel_goal(goal_, told);
+  client_->async_cancel_goal(goal_, note_code);
   run(2);
   EXPECT_EQ(goal_->state(), GoalState::canceling);
   run(20);
-  client_->async_cancel_goal(goal_, told);  // it has ended
+  client_->async_cancel_goal(goal_, note_code);  // it has ended
   client_->async_cancel_goal(std::make_shared<ClientGoalHandle>(new_goal_id(), goal_->stamp()),
-                             told);
+                             note_code);
   run(1);
   EXPECT_THAT(trace_,
               ElementsAre("goal accepted", "goal 4 to go", "code 1, 0 goals", "code 0, 1 goals",

@@ -240,7 +240,7 @@ TEST_P(ConformanceFileDescriptors, ACallbackMayDropItsEntityAndCloseTheFile) {
   EXPECT_EQ(calls, 1);
 }
 
-// Workers that always have something to run never sleep, and so are told nothing.
+// Workers that always have something to run never sleep, so nothing notifies them.
 TEST_P(ConformanceFileDescriptors, IsNotStarvedByCallbacksThatAreAlwaysReady) {
   const auto executor = make();
   std::atomic<int> received{0}, loops{0};
@@ -287,7 +287,7 @@ TEST_P(ConformanceFileDescriptors, EveryWayOfSpinningServesThem) {
   executor->spin_all();
   EXPECT_EQ(calls, 3);
   std::thread later([&] { pipe_.send("abc"); });
-  executor->spin_once();  // it sleeps, or not, and is told
+  executor->spin_once();  // it sleeps or not, and is notified
   later.join();
   EXPECT_EQ(calls, 4);
   std::thread another([&] { executor->spin_once(); });  // on a thread of its own
@@ -323,16 +323,16 @@ TEST_P(ConformanceFileDescriptors, TwoCanWatchOneDescriptor) {
   const auto executor = make();
   std::atomic<int> a_calls{0}, b_calls{0};
   std::atomic<bool> is_read{false};
-  const auto reads_when_both_were_told = [&](std::atomic<int>& calls) {
+  const auto reads_when_both_were_notified = [&](std::atomic<int>& calls) {
     return [&](Events) {
       ++calls;
       if (a_calls > 0 && b_calls > 0) pipe_.receive(9), is_read = true;
     };
   };
   auto a = node_->create_file_descriptor("a", pipe_.reader(), Events::readable,
-                                         reads_when_both_were_told(a_calls));
+                                         reads_when_both_were_notified(a_calls));
   const auto b = node_->create_file_descriptor("b", pipe_.reader(), Events::readable,
-                                               reads_when_both_were_told(b_calls));
+                                               reads_when_both_were_notified(b_calls));
   executor->add_node(node_);
   SpinThread spin(*executor);
   pipe_.send("x");

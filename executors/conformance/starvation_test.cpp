@@ -48,8 +48,8 @@ TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
   }
 }
 
-// #2360 with one timer more: whoever is parked must come before those that were parked later, or
-// two of them run in turn for ever.
+// rclcpp #2360 with one more timer: a parked callback must come before those that were parked
+// later. Otherwise two of them take turns forever, and the others starve.
 TEST_P(ConformanceStarvation, TimersOfOneExclusiveGroupThatAreAlwaysReadyTakeTurns) {
   ManualClock clock;
   const auto executor = make(clock, 3);

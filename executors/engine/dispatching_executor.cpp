@@ -201,8 +201,8 @@ bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint 
     now = clock.now();
     if (now < early) return false;  // something else has ended the wait
   }
-  while (now < deadline && !has_news() && update_.load() == nullptr && !cancelled_.load() &&
-         (future == nullptr || !future->ready())) {
+  while (now < deadline && !has_announcements() && update_.load() == nullptr &&
+         !cancelled_.load() && (future == nullptr || !future->ready())) {
     now = clock.now();
   }
   return false;
@@ -219,7 +219,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
     deadline = std::min(deadline, release);
   }
   idle_.fetch_add(1);
-  const bool is_needed = has_news() || update_.load() != nullptr || stopping() ||
+  const bool is_needed = has_announcements() || update_.load() != nullptr || stopping() ||
                          (future != nullptr && future->ready());
   unlock();
   const bool was_woken = !is_needed && wait(index, deadline, release, future);
@@ -241,7 +241,7 @@ void DispatchingExecutor::pass_on() noexcept {
   const TimePoint release = ready_.next_release();
   const bool needs_timekeeper =
       release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  if (ready_.waiting() != 0 || ready_.has_news() || needs_timekeeper) wake();
+  if (ready_.waiting() != 0 || ready_.has_announcements() || needs_timekeeper) wake();
 }
 
 void DispatchingExecutor::cancel() noexcept {
@@ -354,7 +354,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
                       is_root ? slot.ready_time : slot.root_release,
-                      extend_way(slot.way, record.entity->mark()), outputs};
+                      extend_path(slot.path, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);

@@ -212,7 +212,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void wake_all() noexcept;
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
-  bool has_news() const noexcept { return let_ == nullptr && ready_.has_news(); }
+  bool has_announcements() const noexcept { return let_ == nullptr && ready_.has_announcements(); }
   bool stopping() const noexcept { return cancelled_.load() || exception_ != nullptr; }
   void rethrow();
 

@@ -171,9 +171,9 @@ struct ScheduleUpdate {
   ScheduleUpdate* inbox_next = nullptr;
 };
 
-/// Thread safety: announce, announce_change and has_news from any thread; all else is serialised
-/// by the executor ("at a dispatch point").
-/// Real-time: nothing blocks or allocates; O(log n) a callback for heap-ordered schedulers.
+/// Thread safety: announce, announce_change and has_announcements from any thread; all else is
+/// serialised by the executor ("at a dispatch point"). Real-time: nothing blocks or allocates;
+/// O(log n) a callback for heap-ordered schedulers.
 class ReadySet {
  public:
   /// `exact_time`: the clock is read at every dispatch, to look for due timers and to tell the
@@ -218,7 +218,7 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  bool has_news() const noexcept { return !inbox_.empty(); }
+  bool has_announcements() const noexcept { return !inbox_.empty(); }
 
   /// Takes the update over and leaves in it what it replaces.
   void install(ScheduleUpdate& update) noexcept;
@@ -328,7 +328,7 @@ inline void ReadySet::push(CallbackRecord& record) noexcept {
 
 inline void ReadySet::poll() noexcept {
   if (is_wait_set()) ++window_;
-  if (has_news()) drain_inbox();
+  if (has_announcements()) drain_inbox();
   if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
     release_due_timers();
   }

@@ -45,8 +45,8 @@ void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
   const bool is_aborted = is_bad && policy == OverrunPolicy::abort;
   if (is_aborted) AbortedInstances::add(dispatch.chain_instance);
   for (const ChainStep& step : record.entity->chain_steps()) {
-    const std::optional<TimePoint> root = root_release(dispatch, step.way);
-    if (!root) continue;  // it came another way
+    const std::optional<TimePoint> root = root_release(dispatch, step.path);
+    if (!root) continue;  // it came on another path
     if (step.is_last) {
       step.chain->finished(end - *root);
     } else if (is_aborted) {

@@ -141,7 +141,7 @@ void World::send_goal() {
     if (drops) let_go(client);
     act(client);
   };
-  const auto told = [this, client](const auto&, const Count::Feedback&) {
+  const auto feedback = [this, client](const auto&, const Count::Feedback&) {
     const Inside inside = enter(client);
     act(client);
   };
@@ -155,7 +155,7 @@ void World::send_goal() {
     act(client);
   };
   attempt([&] {
-    client->action_client->async_send_goal({goal->number}, {accepted, told, ended});
+    client->action_client->async_send_goal({goal->number}, {accepted, feedback, ended});
     goals_.push_back(goal);
   });
 }

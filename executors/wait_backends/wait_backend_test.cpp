@@ -154,7 +154,7 @@ TEST_P(EveryWaitBackend, WhoLooksTakesNoWakeUpFromWhoSleeps) {
   }
 }
 
-TEST_P(EveryWaitBackend, TellsNewsOfFileDescriptors) {
+TEST_P(EveryWaitBackend, ReportsEventsOfFileDescriptors) {
   if (!backend_->serves_file_descriptors()) GTEST_SKIP() << "serves none";
   Pipe pipe;
   CountingListener listener;
@@ -248,7 +248,7 @@ TEST_P(EveryWaitBackend, ServesMoreDescriptorsThanFitIntoOneCall) {
 }
 
 // A wait back end can be waited for by another one, as `isolated` does for its children.
-TEST_P(EveryWaitBackend, HasADescriptorThatTellsOfNews) {
+TEST_P(EveryWaitBackend, HasADescriptorThatReportsEvents) {
   if (!backend_->serves_file_descriptors()) GTEST_SKIP() << "serves none";
   Pipe pipe;
   CountingListener inner, outer;

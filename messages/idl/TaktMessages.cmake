@@ -2,7 +2,7 @@
 # takt_add_messages(robot_msgs msg/Scan.msg srv/Plan.srv drive.idl [PACKAGE name] [LIBRARIES …])
 #
 # C++ messages from interface files: IDL, and ROS 2's .msg, .srv and .action. robot_msgs is made as an
-# INTERFACE library, or may be any target that is there already; who links it includes
+# INTERFACE library, or may be any target that is there already; targets that link it include
 # <robot_msgs/msg/scan.hpp>. The first folder is the package's name, which is the target's own unless
 # PACKAGE gives another. LIBRARIES are targets with messages that these files use; those of ROS 2's own
 # packages are known without.

@@ -108,8 +108,8 @@ TEST_F(IdlcType, ReadsTheBytesOfOursAndWritesTheSame) {
 // ---- Clocks ----
 
 /// How old the first message of a plain Cyclone writer is to us, whose clock is ten seconds behind.
-/// `told`: the writer's user data.
-Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told) {
+/// `user_data`: the writer's user data.
+Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& user_data) {
   const int domain = test_domain();
   NodeOptions options;
   options.participant = Participant::create({.domain = domain,
@@ -130,7 +130,7 @@ Nanoseconds age_of_message(bool clocks_are_synchronized, const std::string& told
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(10));
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 5);
-  dds_qset_userdata(qos, told.data(), told.size());
+  dds_qset_userdata(qos, user_data.data(), user_data.size());
   const dds_entity_t writer = dds_create_writer(participant, topic, qos, nullptr);
   dds_delete_qos(qos);
   const test_msgs_msg_dds__Wire_ message{};

@@ -86,7 +86,7 @@ def write(path, text):
 # ---- ROS 2's interface files, in IDL's words ----
 
 class RosInterface:
-    """Translates one file. Every line of IDL is told the line that it comes from."""
+    """Translates one file. Each line of IDL names the line that it comes from."""
 
     FIELD = re.compile(r"(\S+)\s+([A-Za-z]\w*)\s*(?:(=)\s*)?(.*)")
     TYPE = re.compile(r"(?:([a-z]\w*)/)?([A-Za-z]\w*)(?:<=(\d+))?(\[(<=)?(\d*)\])?")

@@ -32,11 +32,11 @@ def test_bad_files(work):
         done = make(tree, file.name, "--idlc", idlc, "--plugin", plugin)
         check(f"{file.name}: is refused ({done.returncode})", done.returncode == 1)
         check(f"{file.name}: makes no header", not list(tree.rglob("*.hpp")))
-        told = file.with_name(file.name + ".txt")
+        expected = file.with_name(file.name + ".txt")
         if renew:
-            told.write_text(done.stderr)
-        check(f"{file.name}: tells what {told.name} says", done.stderr == told.read_text(),
-              f"it tells\n{done.stderr}and not\n{told.read_text()}")
+            expected.write_text(done.stderr)
+        check(f"{file.name}: prints what {expected.name} contains", done.stderr == expected.read_text(),
+              f"it prints\n{done.stderr}and not\n{expected.read_text()}")
 
 
 # idlc ends with 0 when it cannot load its back end; that must not pass for success.
@@ -66,13 +66,13 @@ def configure(work, call):
 def test_cmake(work):
     point = HERE / "testdata" / "msg" / "Point.msg"
     hidden = f"set(CMAKE_IGNORE_PATH {pathlib.Path(idlc).parent} /usr/bin /bin)"
-    for call, told in (
+    for call, message in (
             ("takt_add_messages(m)", "is what it takes"),
             ("takt_add_messages(m none.msg)", "there is no file"),
             (f"takt_add_messages(m {point} {point})", "another file of this target"),
             (f"{hidden}\ntakt_add_messages(m {point})", "apt-get install cyclonedds-tools")):
         text = configure(work, call)
-        check(f"{call}: '{told}'", told in text, text)
+        check(f"{call}: '{message}'", message in text, text)
 
 
 with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-// Memory that is there before it is needed: locked pages and touched stacks.
+// Prevents page faults: locks pages and touches stacks in advance.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_SCHED_THREADS_MEMORY_LOCK_HPP_
 #define TAKT_SCHED_THREADS_MEMORY_LOCK_HPP_

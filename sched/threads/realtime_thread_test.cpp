@@ -38,10 +38,10 @@ TEST(RealtimeThread, TellsWhatIsInForceAsSoonAsItExists) {
   });
   EXPECT_EQ(thread.state().name, "control");
   EXPECT_THAT(thread.state().affinity, ElementsAre(cpu));
-  const int told_tid = thread.state().tid;
+  const int reported_tid = thread.state().tid;
   go_on.count_down();
   thread.join();
-  EXPECT_EQ(told_tid, tid);
+  EXPECT_EQ(reported_tid, tid);
 }
 
 TEST(RealtimeThread, HasItsAttributesBeforeItsBodyBegins) {

@@ -13,7 +13,7 @@
 
 namespace takt {
 
-/// A Linux thread policy (sched(7)). Ours, which orders callbacks, is a Scheduler.
+/// A Linux scheduling policy of threads (sched(7)). The order of callbacks is that of a Scheduler.
 enum class ThreadPolicy { other, fifo, rr, batch, idle, deadline };
 
 /// What to do when the system refuses what a thread asks for.
@@ -23,7 +23,7 @@ enum class Realtime {
   require,  // ask; a refusal is an Error
 };
 
-/// What a thread asks for.
+/// Requested attributes of a thread.
 struct ThreadAttributes {
   std::string name;  // Linux shows 15 characters of it
   ThreadPolicy policy = ThreadPolicy::other;
@@ -46,7 +46,7 @@ struct ThreadAttributes {
   void check_affinity() const;
 };
 
-/// What a thread has, read back from the kernel.
+/// The attributes of a thread in force, read from the kernel.
 struct ThreadState {
   std::string name;
   int tid = 0;
@@ -55,16 +55,16 @@ struct ThreadState {
   int nice = 0;
   std::vector<int> affinity;
   Nanoseconds runtime{0}, deadline{0}, period{0};  // of deadline, else 0
-  std::string refused;  // what was asked for and not granted, with the reason; else empty
+  std::string refused;  // requested attributes that were refused, with the reason; else empty
 };
 
 /// Gives the calling thread these attributes and reads back what is in force.
 /// Throws Error when something is refused and `realtime` is require. Set-up only.
 ThreadState apply(const ThreadAttributes& attributes, Realtime realtime);
 
-/// Throws an Error when those of the threads that are SCHED_DEADLINE, each checked, reserve more
-/// than there is: of each CPU of this process `sched_rt_runtime_us` of each `sched_rt_period_us`.
-/// What passes may be refused nevertheless: other processes, and the kernel itself, reserve too.
+/// Throws Error if the SCHED_DEADLINE threads among these, which are valid each, reserve more than
+/// available: `sched_rt_runtime_us` of each `sched_rt_period_us`, on each CPU of this process. The
+/// kernel may still refuse them, because other processes and the kernel itself reserve time, too.
 /// Set-up only.
 void check_admission(std::span<const ThreadAttributes> threads);
 /// The same, where so much may be reserved, in CPUs.

@@ -1,4 +1,4 @@
-// Files of the project that are part of the program, so that it needs none beside it.
+// Files of the project that are embedded in the program, so that it works without them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_EMBEDDED_HPP_
 #define TAKT_TOOLS_TAKT_EMBEDDED_HPP_

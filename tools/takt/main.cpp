@@ -1,4 +1,4 @@
-// takt: runs systems that a file describes, and compares executors on them.
+// takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 #include <string>
@@ -52,7 +52,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
     return 0;
-  } catch (const CLI::RuntimeError& error) {  // not of usage: a command found something wrong
+  } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
     return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : tools::kBadUsage;

@@ -18,14 +18,14 @@
 namespace takt::tools {
 namespace {
 
-constexpr const char* kPython = "/usr/bin/python3";  // Debian's, which has Debian's matplotlib
+constexpr const char* kPython = "/usr/bin/python3";  // Debian's Python finds Debian's matplotlib
 
-/// Runs the script with the text as its input; its exit status.
+/// Runs the script with the text as its input, and returns its exit status.
 int run_python(const std::string& script, const std::string& argument, const std::string& input) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
+  if (pipe(ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
   const pid_t child = fork();
-  if (child < 0) throw Error("no process: " + errno_message(errno));
+  if (child < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (child == 0) {
     dup2(ends[0], STDIN_FILENO);
     close(ends[0]);
@@ -51,11 +51,11 @@ int run_python(const std::string& script, const std::string& argument, const std
 
 void check_report(const std::string& path) {
   if (run_python("import matplotlib", "", "") != 0) {
-    throw Error("a report is drawn with Python's matplotlib, which is not there",
-                "run `apt-get install python3-matplotlib`, or leave --report out");
+    throw Error("--report needs Python's matplotlib, which is not installed",
+                "run `apt-get install python3-matplotlib`, or omit --report");
   }
   if (!std::ofstream(path, std::ios::app)) {
-    throw Error("the report cannot be written", "choose a place that can be", path);
+    throw Error("the report cannot be written", "choose a writable file", path);
   }
 }
 

@@ -1,4 +1,4 @@
-// Results as a page to look at.
+// Writes results as an HTML page.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_REPORT_HPP_
 #define TAKT_TOOLS_TAKT_REPORT_HPP_
@@ -9,13 +9,13 @@
 
 namespace takt::tools {
 
-/// One HTML page, without any outside reference, of the figures that the document has data for:
-/// "runs" of `takt compare`, "experiments" of `takt bench`. Drawn by bench/report.py, which is part
-/// of this program, with Python's matplotlib. Throws Error when that is missing, or the file cannot
-/// be written.
+/// Writes a self-contained HTML page with figures of the document: "runs" of `takt compare`,
+/// "experiments" of `takt bench`. The embedded script bench/report.py draws them with Python's
+/// matplotlib. Throws Error if matplotlib is missing, or if the file cannot be written.
 void write_report(const nlohmann::json& document, const std::string& path);
 
-/// Throws the same Error when a report could not be drawn, before anything is measured for it.
+/// Throws the same Error if a report cannot be written. Call it before the measurement, so that no
+/// results are lost.
 void check_report(const std::string& path);
 
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// Aligned columns for people.
+// Prints tables with aligned columns.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_TABLE_HPP_
 #define TAKT_TOOLS_TAKT_TABLE_HPP_
@@ -10,19 +10,19 @@
 
 namespace takt::tools {
 
-/// Words stand left, numbers (cells that begin with a digit, '-' or '.') right.
+/// Text is left-aligned; numbers (cells that begin with a digit, '-' or '.') are right-aligned.
 class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
-  /// To stdout, under a title; nothing when there are no rows.
+  /// Prints to stdout, with a title; prints nothing if there are no rows.
   void print(const std::string& title) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;
 };
 
-/// A duration in µs with as many digits as matter: "0.85", "12.3", "1042".
+/// Formats a duration in µs with about three significant digits: "0.85", "12.3", "1042".
 std::string microseconds(Nanoseconds duration);
 
 }  // namespace takt::tools

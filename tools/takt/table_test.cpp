@@ -1,4 +1,4 @@
-// Tests of the columns that people read.
+// Tests of tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "table.hpp"
 

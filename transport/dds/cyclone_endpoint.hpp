@@ -42,7 +42,7 @@ class CycloneEndpoint {
             .reliability = endpoint_.qos.reliability,
             .matched = matched(),
             .messages = messages_.load(std::memory_order_relaxed),
-            .way = is_shared() ? "shared memory" : "UDP: " + why_udp_,
+            .transport = is_shared() ? "shared memory" : "UDP: " + why_udp_,
             .uncopied = uncopied_.load(std::memory_order_relaxed),
             .lost = lost_.load(std::memory_order_relaxed),
             .id = number_};

@@ -106,7 +106,7 @@ std::string user_data(const Endpoint& endpoint, RosGraph form) {
   return endpoint.node.empty() ? text : text + "node=" + endpoint.node + ";";
 }
 
-std::string told_in(const dds_qos_t& qos, std::string_view key) {
+std::string user_data_value(const dds_qos_t& qos, std::string_view key) {
   void* data = nullptr;
   std::size_t size = 0;
   if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};

@@ -33,7 +33,7 @@ std::string_view policy_name(std::uint32_t id) noexcept;
 /// "serviceid=...;". Takt: "node=/...;", and see clock_identity.
 std::string user_data(const Endpoint& endpoint, RosGraph form);
 /// What `user_data` says under the key; empty: nothing.
-std::string told_in(const dds_qos_t& qos, std::string_view key);
+std::string user_data_value(const dds_qos_t& qos, std::string_view key);
 
 /// A topic of the participant for as long as one of its ends lives.
 class Topic {

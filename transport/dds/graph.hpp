@@ -1,4 +1,4 @@
-// ROS 2's graph: which nodes there are on a domain, and what they send and receive.
+// ROS 2's graph: the nodes on a domain, with their topics and services.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_GRAPH_HPP_
 #define TAKT_TRANSPORT_DDS_GRAPH_HPP_
@@ -18,7 +18,7 @@ enum class RosGraph {
   jazzy,   // since Iron
 };
 
-/// One end of a topic or of a service, of any process on the domain.
+/// A publisher, subscription, client or service of any process on the domain.
 struct GraphEndpoint {
   std::string name;       // "/scan"; a service's too: "/add"
   std::string type;       // "sensor_msgs/msg/LaserScan", "example_interfaces/srv/AddTwoInts"
@@ -27,7 +27,7 @@ struct GraphEndpoint {
   QoS qos;                // of publishers and subscriptions
 };
 
-/// What is known by now. Sorted by name.
+/// The discovered graph, sorted by name.
 struct Graph {
   std::vector<std::string> nodes;
   std::vector<GraphEndpoint> publishers, subscriptions, services, clients;

@@ -20,8 +20,8 @@ dds_entity_t make_reader(dds_entity_t participant, const Topic* topic, const End
   // There are no keys: so it is the history of all processes together.
   constexpr std::int32_t kMostUnread = 1000;
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kMostUnread);
-  const std::string told = user_data(endpoint, form);
-  dds_qset_userdata(qos.get(), told.data(), told.size());
+  const std::string text = user_data(endpoint, form);
+  dds_qset_userdata(qos.get(), text.data(), text.size());
   return dds_check(dds_create_reader(participant, topic->handle(), qos.get(), nullptr),
                    "the nodes of others cannot be read");
 }
@@ -106,7 +106,7 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
       [&](const dds_builtintopic_endpoint_t& found) {
         GraphEndpoint endpoint{.name = found.topic_name,
                                .type = ros_type_name(found.type_name),
-                               .type_hash = told_in(*found.qos, "typehash"),
+                               .type_hash = user_data_value(*found.qos, "typehash"),
                                .qos = qos_of(*found.qos)};
         // The endpoints that serve discovery itself are not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||

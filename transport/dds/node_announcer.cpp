@@ -25,8 +25,8 @@ void set(Gid& gid, const dds_guid_t& guid) {
 dds_entity_t make_writer(dds_entity_t participant, const Topic& topic, const Endpoint& endpoint,
                          RosGraph form) {
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
-  const std::string told = user_data(endpoint, form);
-  dds_qset_userdata(qos.get(), told.data(), told.size());
+  const std::string text = user_data(endpoint, form);
+  dds_qset_userdata(qos.get(), text.data(), text.size());
   return dds_check(dds_create_writer(participant, topic.handle(), qos.get(), nullptr),
                    "nodes cannot be announced to others",
                    "permit the topic ros_discovery_info, or say `dds: {ros_graph: off}`");
@@ -90,14 +90,14 @@ void NodeAnnouncer::send() const {
   set(info.gid, participant_);
   for (const auto& [name, node] : nodes_) {
     const std::size_t slash = name.rfind('/');
-    auto& told = info.node_entities_info_seq.emplace_back();
-    told.node_namespace = slash == 0 ? "/" : name.substr(0, slash);
-    told.node_name = name.substr(slash + 1);
+    auto& announced = info.node_entities_info_seq.emplace_back();
+    announced.node_namespace = slash == 0 ? "/" : name.substr(0, slash);
+    announced.node_name = name.substr(slash + 1);
     for (const auto& [endpoint, guid] : node.readers) {
-      set(told.reader_gid_seq.emplace_back(), guid);
+      set(announced.reader_gid_seq.emplace_back(), guid);
     }
     for (const auto& [endpoint, guid] : node.writers) {
-      set(told.writer_gid_seq.emplace_back(), guid);
+      set(announced.writer_gid_seq.emplace_back(), guid);
     }
   }
   ddsi_serdata* data = encode(topic_.type(), &info);

@@ -1,4 +1,4 @@
-// Messages between processes: this process on a DDS domain.
+// Participant: connects this process to a DDS domain.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_PARTICIPANT_HPP_
 #define TAKT_TRANSPORT_DDS_PARTICIPANT_HPP_
@@ -35,8 +35,8 @@ struct DdsSecurity {
 
 struct DdsOptions {
   int domain = default_domain();  // 0 to 230: only processes of the same domain see each other
-  /// Talk over the loopback interface only; the kernel drops what comes by another. Without it, the
-  /// sockets receive from all interfaces, though Cyclone chooses one to talk by.
+  /// Use only the loopback interface; the kernel drops packets from all others. Otherwise, the
+  /// sockets receive from all interfaces, although Cyclone sends by one.
   bool loopback_only = true;
   /// Policy, priority and CPUs of all of Cyclone's threads; they keep Cyclone's names. Not
   /// SCHED_DEADLINE, which they cannot inherit.
@@ -66,7 +66,7 @@ struct DdsOptions {
   void check() const;
 };
 
-/// The sending end outside the process.
+/// Sends messages to other processes.
 /// Thread safety and real-time: as Participant.
 class RemoteWriter {
  public:
@@ -83,11 +83,11 @@ class RemoteWriter {
   virtual MessageBlock* lend(const void* prototype) noexcept = 0;
   /// Sends what `lend` gave, and takes it over.
   virtual void write_lent(MessageBlock& message) noexcept = 0;
-  /// Where liveliness is manual: the publisher is alive, though it sends nothing.
+  /// With manual liveliness: asserts that the publisher is alive without a message.
   virtual void assert_liveliness() noexcept = 0;
 };
 
-/// The receiving end outside the process. When it is destroyed, nothing arrives any more.
+/// Receives messages from other processes until it is destroyed.
 /// Thread safety and real-time: as Participant.
 class RemoteReader {
  public:
@@ -127,29 +127,29 @@ class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> 
   std::size_t copied_bytes_ = 0;  // of an encoded message; 0: the copy is the payload
 };
 
-/// One end of a topic as its participant sees it.
+/// The state of a publisher or subscription on the domain.
 struct EndpointState {
   std::string topic;
   std::string type;
   bool is_writer = false;
   Reliability reliability = Reliability::reliable;
-  std::size_t matched = 0;     // ends outside the process
-  std::uint64_t messages = 0;  // written to, or received from, outside
-  /// "shared memory", where the other end can use it too, or "UDP: why".
-  std::string way;
-  std::uint64_t uncopied = 0;  // of these, lent by shared memory, or read where they lay
-  std::uint64_t lost = 0;      // written: there was no room; received: overwritten in shared memory
-  std::uint64_t id = 0;        // another number for each end of the process
+  std::size_t matched = 0;     // endpoints in other processes
+  std::uint64_t messages = 0;  // sent to, or received from, other processes
+  /// "shared memory" (used if the other endpoint can use it, too), or "UDP: " and the reason.
+  std::string transport;
+  std::uint64_t uncopied = 0;  // messages sent or read in shared memory without a copy
+  std::uint64_t lost = 0;      // sent: no memory was left; received: overwritten in shared memory
+  std::uint64_t id = 0;        // unique in the process
 };
 
 /// Topics have ROS 2's names on the wire: "/scan" is "rt/scan", "sensor_msgs/msg/LaserScan" is
 /// "sensor_msgs::msg::dds_::LaserScan_".
 ///
-/// By shared memory go messages of fixed size, aligned to 8 bytes at the most, between processes of
-/// Takt that found the same RouDi when they started. They are written and read where they lie, or
-/// copied once where the publisher or a callback does not hold them so. All else goes by UDP.
-/// When RouDi ends, endpoints that are made later use UDP, or are rejected where shared memory is
-/// required; existing ones continue.
+/// Shared memory carries messages of fixed size, with an alignment of at most 8 bytes, between
+/// processes of Takt that found the same RouDi when they started. Such a message is written and
+/// read in place, or copied once if the publisher or a callback does not use it in place. All other
+/// messages use UDP. After RouDi has ended, existing endpoints continue; new ones use UDP, or are
+/// rejected if shared memory is required.
 ///
 /// Thread safety: every method from any thread. A message may be held for longer than the reader,
 /// or the writer, that it came from.

@@ -24,9 +24,9 @@ std::string_view kind(bool is_writer) {
 
 TopicWatch::TopicWatch(dds_entity_t participant) {
   dds_get_instance_handle(participant, &own_);
-  const auto watch = [&](dds_entity_t topic, dds_on_data_available_fn told) {
+  const auto watch = [&](dds_entity_t topic, dds_on_data_available_fn on_data) {
     const Listener listener(dds_create_listener(this), &dds_delete_listener);
-    dds_lset_data_available(listener.get(), told);
+    dds_lset_data_available(listener.get(), on_data);
     return dds_check(dds_create_reader(participant, topic, nullptr, listener.get()),
                      "what is on the domain cannot be watched");
   };
@@ -78,7 +78,7 @@ void TopicWatch::discover(dds_entity_t reader, bool writers) noexcept {
         }
       } else if (infos[i].valid_data && found.participant_instance_handle != own_ &&
                  !names_.contains(gid)) {
-        const End other{ros_type_name(found.type_name), told_in(*found.qos, "node"),
+        const End other{ros_type_name(found.type_name), user_data_value(*found.qos, "node"),
                         qos_of(*found.qos), writers};
         Ends& topic = topics_[found.topic_name];
         names_.emplace(gid, found.topic_name);

@@ -30,9 +30,9 @@ bool WriterClocks::is_ours(dds_entity_t reader, dds_instance_handle_t writer) {
     void* bytes = nullptr;
     std::size_t size = 0;
     if (dds_qget_userdata(data->qos, &bytes, &size) && bytes != nullptr) {
-      const std::string_view told(static_cast<const char*>(bytes), size);
+      const std::string_view text(static_cast<const char*>(bytes), size);
       const std::string ours = clock_identity();
-      is_ours = !ours.empty() && told.find(ours) != std::string_view::npos;
+      is_ours = !ours.empty() && text.find(ours) != std::string_view::npos;
       dds_free(bytes);
     }
     dds_builtintopic_free_endpoint(data);

@@ -100,12 +100,12 @@ class Probe {
     const sockaddr_un address = address_of(kRoudiSocket);
     const std::string text = fmt::format("{},{},", static_cast<int>(type), words);
     pollfd room{socket, POLLOUT, 0};
-    const bool is_told =
+    const bool is_sent =
         connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
         poll(&room, 1, milliseconds_to(limit)) == 1 &&
         send(socket, text.c_str(), text.size() + 1, MSG_NOSIGNAL) > 0;
     close(socket);
-    return is_told;
+    return is_sent;
   }
 
   bool is_answered(SteadyTime limit) {

@@ -31,37 +31,37 @@ void ConfigurationReader::read_chain(const Value& value) {
   read_map(
       value, "a chain",
       {{"name",
-        "Also of the executor and thread that Takt assigns; entries of that name in `executors` "
-        "and `threads` take their place.",
+        "Also the name of the executor and the thread that Takt assigns to the chain. An entry "
+        "with this name in `executors` or `threads` replaces the assigned one.",
         into_node_name(chain.options.name), true},
        {"priority", "Larger is more critical.", into(chain.options.priority)},
-       {"deadline", "Not 0. From end to end.",
+       {"deadline", "Longest permitted end-to-end latency. Not 0.",
         into_duration(chain.options.deadline,
                       [&] {
                         if (chain.options.deadline == Nanoseconds::zero()) {
                           throw Error("a deadline of 0 cannot be met",
-                                      "leave it out, or give it time");
+                                      "remove it, or write a longer time");
                         }
                       })},
        {"path",
-        "`node/callback`. Steps may be left out where there is only one way between two that "
-        "are named. A topic's first slash may be left out.",
+        "Its callbacks, as `node/callback`. You can omit steps between two callbacks if only one "
+        "path connects them, and the first slash of a topic.",
         each_in_list([&](const Value& step) { read_step(step, chain, steps); }), true}});
   const auto is_namesake = [&](const ChainDescription& other) {
     return other.options.name == chain.options.name;
   };
   if (std::any_of(system_.chains.begin(), system_.chains.end(), is_namesake)) {
-    errors_.add(value.line, fmt::format("two chains are called '{}'", chain.options.name),
-                "give each its own name");
+    errors_.add(value.line, fmt::format("two chains have the name '{}'", chain.options.name),
+                "rename one of them");
   }
   if (const Value* path = document::find(value, "path"); document::is_empty_list(path)) {
     errors_.add(path->line, fmt::format("the path of chain '{}' is empty", chain.options.name),
-                "list the callbacks that it goes through");
+                "list its callbacks");
   }
   if (!chain.path.empty()) system_.chains.push_back(std::move(chain));
 }
 
-// "node/callback". A callback may be called by a topic with slashes, and a node has a namespace.
+// "node/callback". Namespaces and topics contain slashes, too: so compare with the node names.
 void ConfigurationReader::read_step(const Value& value, ChainDescription& chain,
                                     std::set<std::pair<std::string, std::string>>& steps) {
   std::string text;
@@ -74,15 +74,15 @@ void ConfigurationReader::read_step(const Value& value, ChainDescription& chain,
     }
     std::pair<std::string, std::string> step{name, full.substr(name.size() + 1)};
     if (!steps.insert(step).second) {
-      errors_.add(value.line, fmt::format("the chain comes to '{}' twice", text),
-                  "a chain ends where it would begin again");
+      errors_.add(value.line, fmt::format("the chain contains '{}' twice", text),
+                  "end the chain before the second one");
     }
     chain.path.push_back(std::move(step));
     return;
   }
   std::vector<std::string> nodes;
   for (const std::string& name : component_names()) nodes.push_back(name.substr(1));
-  errors_.add(value.line, fmt::format("'{}' is no callback of a component of this file", text),
+  errors_.add(value.line, fmt::format("'{}' names no component of this file", text),
               fmt::format("write node/callback; the nodes are {}", fmt::join(nodes, ", ")));
 }
 

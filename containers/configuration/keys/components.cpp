@@ -13,41 +13,41 @@ void ConfigurationReader::read_component(const Value& value) {
   read_map(
       value, "a component",
       {{"library",
-        "The shared library that registers the class, as for a scheduler. Without it, the "
-        "component index tells which, or `takt` itself has the class.",
+        "The shared library that registers the class, as for a scheduler. Without it, the class "
+        "must be in the component index or in `takt` itself.",
         [&](const Value& library) { read_library(library, component.library); }},
-       {"component", "The class, see `takt list components`.",
+       {"component", "The component class, see `takt list components`.",
         into_checked(component.type, [&] { find_component(component.type, component.library); }),
         true},
-       {"name",
-        "The node's name. Without it, the class's own. No two components have the same full "
-        "name.",
+       {"name", "The node's name. By default, the class names it. The full name must be unique.",
         into_node_name(component.name)},
-       {"namespace", "Such as `/front`. Without it, the root.",
+       {"namespace", "The node's namespace, for example `/front`. By default, the root.",
         into_name_space(component.name_space)},
        {"executor",
-        "A name in `executors`, or `default`. Without it, that of its chain, else `default`.",
+        "A name in `executors`, or `default`. By default, the executor of its chain, else "
+        "`default`.",
         into_executor(component.executor)},
        {"parameters",
-        "Its node's parameters. Items of a list are of one type. A map in it is a prefix: `{a: "
-        "{b: 1}}` is the parameter `a.b`.",
+        "The node's parameters. All items of a list have one type. A nested map is a prefix: `{a: "
+        "{b: 1}}` sets the parameter `a.b`.",
         [&](const Value& parameters) { read_parameters(parameters, "", component); }},
-       {"remap", "The topic or service as the code names it → the one to use.",
+       {"remap", "Topic or service name in the code → the name to use instead.",
         each_in_map([&](const Value& topic) { read_remap(topic, component); })},
-       {"callback_groups", "By name. Each node has a group `default`; others are made by its code.",
+       {"callback_groups",
+        "Settings by name of the group. Each node has a group `default`; its code creates others.",
         each_in_map([&](const Value& group) { read_group(group, component); })},
        {"callbacks",
-        "By name. A timer is called as in the code, a subscription, service or client as its "
-        "topic or service there. What a callback has of its own comes before what its group has.",
+        "Settings by name of the callback: a timer's name, or the topic or service in the code. "
+        "They take precedence over those of the group.",
         each_in_map([&](const Value& callback) { read_callback(callback, component); })},
        {"on_exception",
-        "What follows an exception of a callback. `terminate`: ends the container. "
-        "`remove_node`: takes the component's node from its executors. `ignore`: it is told, "
-        "and nothing else.",
+        "Reaction to an exception from a callback. `terminate`: the container stops. "
+        "`remove_node`: the component's node is removed from its executors. `ignore`: the "
+        "exception is only logged.",
         into(component.on_exception, {{"terminate", OnException::terminate},
                                       {"remove_node", OnException::remove_node},
                                       {"ignore", OnException::ignore}})},
-       {"log_level", "Of its node: what is below is not logged. Without it, the process's.",
+       {"log_level", "Lowest level that the node logs. By default, that of the process.",
         into(component.log_level, Words<LogLevel>{{"debug", LogLevel::debug},
                                                   {"info", LogLevel::info},
                                                   {"warn", LogLevel::warn},
@@ -55,7 +55,8 @@ void ConfigurationReader::read_component(const Value& value) {
   add(std::move(component), value.line);
 }
 
-// dlopen itself would look for a path in the current directory, and for a name in the system.
+// dlopen resolves a path from the current directory and a bare name in system folders only; the
+// file's own folder comes first here.
 void ConfigurationReader::read_library(const Value& value, std::string& library) {
   into(library)(value);
   if (library.empty()) return;
@@ -71,7 +72,7 @@ void ConfigurationReader::read_library(const Value& value, std::string& library)
   }
 }
 
-// A path as this file means it.
+// Paths in the file are relative to the file's folder.
 std::string ConfigurationReader::beside(const std::string& path) const {
   return std::filesystem::absolute(errors_.file()).parent_path() / path;
 }
@@ -87,8 +88,8 @@ void ConfigurationReader::read_parameters(const Value& map, const std::string& p
     if (!parameter) return;
     component.parameter_lines.try_emplace(name, errors_.where(value.line));
     if (!component.parameters.try_emplace(name, *parameter).second) {  // "a.b", and "b" in "a"
-      errors_.add(value.line, fmt::format("the parameter '{}' has a value already", name),
-                  "leave out one of the two");
+      errors_.add(value.line, fmt::format("the parameter '{}' has two values", name),
+                  "remove one of them");
     }
   })(map);
 }
@@ -103,7 +104,8 @@ void ConfigurationReader::read_remap(const Value& value, ComponentDescription& c
 void ConfigurationReader::read_group(const Value& value, ComponentDescription& component) {
   CallbackGroupDescription group{.where = errors_.where(value.line)};
   std::vector<Field> fields = parameter_fields(group.parameters);
-  fields.push_back({"executor", "A name in `executors`, or `default`. Without it, the component's.",
+  fields.push_back({"executor",
+                    "A name in `executors`, or `default`. By default, the component's executor.",
                     into_executor(group.executor)});
   read_callback_map(value, "a callback group", fields, group.parameters);
   component.callback_groups.try_emplace(value.name, std::move(group));
@@ -131,30 +133,30 @@ std::vector<SystemReader::Field> ConfigurationReader::parameter_fields(
     return [this, &target](const Value& value) { into_duration(target.emplace(), [] {})(value); };
   };
   return {{"priority",
-           "Larger is more urgent. Without it, that of its chain, else 0. For the schedulers "
-           "`fixed_priority` and `chain_priority`.",
+           "A larger number is more urgent. By default, the priority of its chain, else 0. For the "
+           "schedulers `fixed_priority` and `chain_priority`.",
            into(parameters.priority)},
           {"deadline",
-           "Not 0. From publication or due time to the end of the callback. For the schedulers "
-           "`edf` and `least_laxity`; what is missed is counted, and told.",
+           "Relative deadline of the callback's end, from the publication or a timer's due time. "
+           "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
            time(parameters.deadline)},
-          {"period", "Not 0. The least time between two messages. Without it, a timer's own.",
+          {"period", "Minimum time between two messages. Not 0. By default, the period of a timer.",
            time(parameters.period)},
           {"budget",
-           "Not 0, and not above deadline or period. How long an execution takes at the most, "
-           "by the clock. More is an overrun.",
+           "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "
+           "deadline and period. A longer execution is an overrun.",
            time(parameters.budget)},
           {"criticality",
-           "Larger matters more. Without it, the priority of its chain, or 0. For "
+           "A larger number is more important. By default, the priority of its chain, else 0. For "
            "`chain_priority`.",
            into(parameters.criticality)},
           {"overrun",
-           "What follows when a callback misses its deadline, runs longer than its budget, or "
-           "is a timer that still runs at its next release; without it, `catch_up`. `catch_up`: "
-           "of the releases that came meanwhile one is served at once. `skip`: none of them is; "
-           "the timer goes on in phase. `abort`: the chain instance ends, and nobody receives "
-           "what it has sent. `demote`: it runs after all others until it has ended once "
-           "without. It is counted whatever follows.",
+           "Reaction when the callback misses its deadline, exceeds its budget, or is a timer that "
+           "still runs at its next release; by default `catch_up`. `catch_up`: one of the missed "
+           "releases is served at once. `skip`: missed releases are dropped, and the timer keeps "
+           "its phase. `abort`: the chain instance ends, and its messages are not delivered. "
+           "`demote`: the callback runs after all others until one execution stays in time. Every "
+           "overrun is counted.",
            into(parameters.overrun, overrun_policies())}};
 }
 

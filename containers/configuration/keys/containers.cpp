@@ -15,11 +15,11 @@ void ConfigurationReader::read_containers(const Value& value) {
     const auto [known, is_new] = lines.try_emplace(name, container.line);
     if (is_new) return;
     errors_.add(container.line,
-                fmt::format("the container of line {} is called '{}' too", known->second, name),
-                "give each its own 'name'");
+                fmt::format("the container in line {} has the name '{}', too", known->second, name),
+                "give each container its own 'name'");
   })(value);
   if (lines.empty() && std::holds_alternative<document::List>(value.content)) {
-    errors_.add(value.line, "the list of containers is empty", "describe one");
+    errors_.add(value.line, "the list of containers is empty", "add a container");
   }
 }
 
@@ -32,7 +32,7 @@ void ConfigurationReader::check_number_of_containers(const Value& root) {
                 "add the key 'containers' with a list of components");
   } else if (one != nullptr && several != nullptr) {
     errors_.add(std::max(one->line, several->line),
-                "the file has both 'container' and 'containers'", "leave out one of the two");
+                "the file has both 'container' and 'containers'", "remove one of them");
   }
 }
 
@@ -44,8 +44,8 @@ void ConfigurationReader::check_that_loading_can_be_asked_for(const Value& root)
   }
   const Value* load = only != nullptr ? document::find(*only, "load") : nullptr;
   if (load == nullptr || document::find(root, "dds") != nullptr) return;
-  errors_.add(load->line, "nobody can ask a container to load anything that is not on DDS",
-              "leave out 'load', or add the key 'dds'");
+  errors_.add(load->line, "a container receives load requests over DDS, which this file lacks",
+              "remove 'load', or add the key 'dds'");
 }
 
 std::string ConfigurationReader::read_container(const Value& value) {
@@ -56,15 +56,15 @@ std::string ConfigurationReader::read_container(const Value& value) {
   LoadPolicy load;
   read_map(
       value, "a container",
-      {{"name", "The process in results.", into(name)},
-       {"restart", "When its process is started again after its end.", into_restart(restart)},
+      {{"name", "Also the name of its process in results.", into(name)},
+       {"restart", "When `takt run` restarts its process.", into_restart(restart)},
        {"load",
-        "Which libraries it loads when it is asked to while it runs, by `takt component load` or "
-        "ROS 2. `off`: none, and no component either. `index`: those that the component index "
-        "and the keys `library` of this file name. `any`: every file, for everybody on the "
-        "domain. See [security](../explanation/security.md).",
+        "Which libraries it may load at run time, on request of `takt component load` or ROS 2. "
+        "`off`: none, and no component of a loaded library either. `index`: those in the component "
+        "index and in the keys `library` of this file. `any`: every file, on request of any "
+        "process on the domain. See [security](../explanation/security.md).",
         into_load(load)},
-       {"components", "Not empty.",
+       {"components", "At least one.",
         each_in_list([this](const Value& item) { read_component(item); }), true}});
   if (place != nullptr && std::holds_alternative<document::List>(place->content) &&
       system_.components.size() == before) {
@@ -87,8 +87,8 @@ SystemReader::Read ConfigurationReader::into_load(LoadPolicy& load) {
     read_map(
         value, "a load policy",
         {{"libraries",
-          "Folders: with `index`, the libraries in them and below. A relative path begins "
-          "in the folder of this file.",
+          "Folders, with their subfolders, from which libraries may be loaded in addition to "
+          "`index`. Relative paths start at the folder of this file.",
           each_in_list([this, &load](const Value& folder) { read_folder(folder, load); }), true}});
     const Value* libraries = document::find(value, "libraries");
     if (document::is_empty_list(libraries)) {
@@ -109,9 +109,9 @@ SystemReader::Read ConfigurationReader::into_restart(RestartOptions& restart) {
                                             {"always", RestartOptions::Policy::always}});
   return either(policy, [this, policy, &restart](const Value& value) {
     read_map(value, "a restart",
-             {{"policy", "Never, after a failure, or after every end.", policy, true},
-              {"delay", "How long after the end.", into_duration(restart.delay, [] {})},
-              {"most", "How often in one run.", into(restart.most, 1)}});
+             {{"policy", "Never, after a failure, or always.", policy, true},
+              {"delay", "Time between end and restart.", into_duration(restart.delay, [] {})},
+              {"most", "Maximum number of restarts in one run.", into(restart.most, 1)}});
   });
 }
 

@@ -14,67 +14,72 @@ void ConfigurationReader::read_dds(const Value& value) {
   read_map(
       value, "dds",
       {{"domain",
-        "Only processes of one domain see each other. Without it, that of the environment "
-        "variable `ROS_DOMAIN_ID`, else 0.",
+        "Only processes on the same domain discover each other. By default, the value of the "
+        "environment variable `ROS_DOMAIN_ID`, else 0.",
         into_domain(dds.domain)},
        {"loopback_only",
-        "Talk over the loopback interface only; what comes by another is dropped. Without it, "
-        "Cyclone's sockets receive from all interfaces.",
+        "Use only the loopback interface, and drop packets from all others. Otherwise, Cyclone's "
+        "sockets receive from all interfaces.",
         into(dds.loopback_only)},
-       {"parameter_services", "Containers answer ROS 2's parameter services: six for each node.",
+       {"parameter_services", "Offer ROS 2's six parameter services for each node.",
         into(dds.parameter_services)},
        {"ros_graph",
-        "In whose form ROS 2 is told of the nodes here: `jazzy` (since Iron) or `humble` (and "
-        "before). `off`: others see topics and services, but no nodes.",
+        "Format in which nodes are announced to ROS 2: `jazzy` (Iron and later) or `humble` (and "
+        "earlier). `off`: other processes see topics and services, but no nodes.",
         into(dds.ros_graph,
              {{"jazzy", RosGraph::jazzy}, {"humble", RosGraph::humble}, {"off", RosGraph::off}})},
-       {"rosout", "What is logged goes to ROS 2's topic `/rosout` too.", into(dds.rosout)},
+       {"rosout", "Publish log lines on ROS 2's topic `/rosout`, too.", into(dds.rosout)},
        {"shared_memory",
-        "Whether messages of fixed size go to other processes by shared memory. `auto`: when an "
-        "iox-roudi runs that this user can use, else by UDP. `require`: `takt run` starts one "
-        "when none runs, and what cannot be had is an error. See "
+        "Whether messages of fixed size go to other processes by shared memory. `auto`: if an "
+        "iox-roudi runs that this user may use, else by UDP. `require`: `takt run` starts an "
+        "iox-roudi if none runs, and fails without shared memory. See "
         "[zero copy](../how_to/zero_copy.md).",
         into(dds.shared_memory, {{"auto", SharedMemory::automatic},
                                  {"require", SharedMemory::require},
                                  {"off", SharedMemory::off}})},
        {"synchronized_clocks",
-        "Other hosts keep the same time as this one, by PTP: latencies and deadlines of their "
-        "messages begin when they were sent. Otherwise they begin on arrival.",
+        "The clocks of all hosts are synchronised, for example by PTP. Then latencies and "
+        "deadlines "
+        "of messages from other hosts start at publication, otherwise at arrival.",
         into(dds.synchronized_clocks)},
        {"threads",
-        "Name in `threads`: policy, priority and CPUs of all of Cyclone's threads; without it, "
-        "SCHED_OTHER. They keep Cyclone's names; the result shows what is in force. Not "
-        "SCHED_DEADLINE, which they cannot inherit.",
+        "Name in `threads`: policy, priority and CPUs of all Cyclone threads; by default "
+        "SCHED_OTHER. They keep Cyclone's names; results show the attributes in force. "
+        "SCHED_DEADLINE is an error, because threads cannot inherit it.",
         [&](const Value& name) {
           into(threads)(name);
           if (!threads.empty()) dds.threads = find_thread(name.line, threads);
           errors_.passes(name.line, [&] { dds.check(); });
         }},
        {"security",
-        "DDS Security: who this process is, what it may do, and what is encrypted. Without it, "
-        "whoever is on the domain may read and write everything.",
+        "DDS Security: identity and permissions of this process, and encryption. Without it, every "
+        "process on the domain may read and write everything.",
         [&](const Value& security) { read_security(security, dds.security.emplace()); }}});
 }
 
 void ConfigurationReader::read_security(const Value& value, DdsSecurity& security) {
   const PemFile certificate{"BEGIN CERTIFICATE", "a certificate in PEM form"};
   const PemFile key{"PRIVATE KEY", "a private key in PEM form, without a password"};
-  const PemFile document{"multipart/signed", "a document that `openssl smime -sign` has signed"};
+  const PemFile document{"multipart/signed", "a document signed by `openssl smime -sign`"};
   read_map(
       value, "security",
-      {{"identity_ca", "The certificate of who has signed those of all processes.",
+      {{"identity_ca",
+        "Certificate of the authority that signed the certificates of all processes.",
         into_file(security.identity_ca, certificate), true},
-       {"certificate", "That of this process.", into_file(security.certificate, certificate), true},
-       {"private_key", "Of that certificate, without a password, and not for every user to read.",
+       {"certificate", "Certificate of this process.", into_file(security.certificate, certificate),
+        true},
+       {"private_key",
+        "Private key of this certificate, without a password. Other users must not be able to read "
+        "it.",
         into_file(security.private_key, key), true},
        {"permissions_ca",
-        "The certificate of who has signed the next two. Without it, `identity_ca`.",
+        "Certificate of the authority that signed the next two files. By default, `identity_ca`.",
         into_file(security.permissions_ca, certificate)},
-       {"governance", "What is protected, and how: the same for all of a domain. Signed.",
+       {"governance",
+        "What is protected, and how. Signed, and the same for all processes of a domain.",
         into_file(security.governance, document), true},
        {"permissions",
-        "What may be written and read by whom, told by the subject of the certificate. "
-        "Signed.",
+        "What each process may write and read, by the subject of its certificate. Signed.",
         into_file(security.permissions, document), true}});
   if (security.permissions_ca.empty()) security.permissions_ca = security.identity_ca;
   if (!security.certificate.empty() && !security.private_key.empty()) {
@@ -82,8 +87,7 @@ void ConfigurationReader::read_security(const Value& value, DdsSecurity& securit
   }
 }
 
-// A file of this kind; a relative path begins in the folder of this file. Cyclone refuses a wrong
-// one too, but does not tell which.
+// Checks the kind of the file here, because Cyclone's error does not name the wrong file.
 SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wanted) {
   return into_checked(path, [this, &path, wanted] {
     const std::string file = beside(path);
@@ -91,7 +95,7 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
     std::ifstream stream;
     if (std::filesystem::is_regular_file(file, none)) stream.open(file, std::ios::binary);
     if (!stream.is_open()) {
-      throw Error(fmt::format("there is no file '{}' that can be read", path),
+      throw Error(fmt::format("'{}' is no readable file", path),
                   fmt::format("name {}", wanted.kind));
     }
     std::string begin(1 << 16, '\0');
@@ -104,7 +108,7 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
   });
 }
 
-// Its default is the environment's, which is no part of the reference.
+// The default depends on the environment, so the reference must not show it.
 SystemReader::Read ConfigurationReader::into_domain(int& domain) {
   return without_default([this, &domain] { return into(domain, 0, 230); });
 }

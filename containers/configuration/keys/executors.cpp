@@ -20,17 +20,67 @@ void ConfigurationReader::read_scheduler(const Value& value) {
   };
   read_map(value, "a scheduler",
            {{"library",
-             "A shared library. With a slash: a path, from the folder of this file if it is "
-             "relative. Without one: a file beside this file, or else a library of the system, as "
-             "the dynamic linker finds it.",
+             "A shared library. A relative path starts at the folder of this file. A name without "
+             "a slash is a file in this folder, else a library that the dynamic linker finds.",
              load, true}});
 }
 
 SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
   return into_checked(target, [this, &target] {
-    if (broken_schedulers_.contains(target)) return target.clear();  // an error has told
+    if (broken_schedulers_.contains(target)) return target.clear();  // already reported
     schedulers().check(target);
   });
+}
+
+std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDescription& executor,
+                                                                      ExecutorOptions& options,
+                                                                      bool& is_sound) {
+  return {
+      {"type", "The executor type, see `takt list executors`.",
+       noting(is_sound, into_checked(executor.type, [&] { executors().check(executor.type); }))},
+      {"scheduler",
+       "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
+       "type.",
+       noting(is_sound, into_scheduler(executor.scheduler))},
+      {"wait",
+       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
+       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
+       "descriptors and `io_uring` with several threads are errors.",
+       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
+      {"early_wake",
+       "At most `1ms`. A thread that waits for a timer wakes up this much earlier and polls the "
+       "clock until the release. This hides the wake-up latency, but uses that much CPU time for "
+       "each wait.",
+       into_duration(executor.early_wake, [] {})},
+      {"per",
+       "For `isolated`: whether each node or each callback group gets its own executor and "
+       "thread. With `group`, the thread takes over parameters of the callback group: the "
+       "priority with SCHED_FIFO or SCHED_RR; budget, deadline and period with SCHED_DEADLINE.",
+       into(executor.per, {{"node", Isolation::node}, {"group", Isolation::group}})},
+      {"trigger", "For `triggered`: the condition for serving ready callbacks.",
+       noting(is_sound, into_trigger(executor.trigger))},
+      {"let", "For `triggered`: the period of the logical execution time (LET). Not 0.",
+       into_duration(executor.trigger.let_period,
+                     [&] {
+                       if (executor.trigger.let_period != Nanoseconds::zero()) return;
+                       throw Error("a period of 0 cannot be kept",
+                                   "remove it, or write a longer time");
+                     })},
+      {"order",
+       "Callbacks, as `node/callback`, that precede all others in the order of registration. For "
+       "the scheduler `listed`, and for `ros` among callbacks of the same kind.",
+       each_in_list([&](const Value& callback) { into(executor.order.emplace_back())(callback); })},
+      {"threads",
+       "Names in `threads`, one for each thread of the executor. By default, the type decides. "
+       "More threads than the type supports are an error.",
+       each_in_list([&](const Value& thread) {
+         std::string name;
+         into(name)(thread);
+         if (name.empty()) return;
+         executor.threads.push_back(name);
+         options.threads.push_back(find_thread(thread.line, name));
+         executors_threads_.push_back(options.threads.back());
+       })}};
 }
 
 void ConfigurationReader::read_executor(const Value& value) {
@@ -39,59 +89,14 @@ void ConfigurationReader::read_executor(const Value& value) {
   executor.where = errors_.where(value.line);
   ExecutorOptions options{.name = value.name};
   bool is_sound = true;
-  read_map(
-      value, "an executor",
-      {{"type", "See `takt list executors`.",
-        noting(is_sound, into_checked(executor.type, [&] { executors().check(executor.type); }))},
-       {"scheduler",
-        "See `takt list schedulers`, or a name in `schedulers`. Without it, the type's own.",
-        noting(is_sound, into_scheduler(executor.scheduler))},
-       {"wait",
-        "How its threads sleep: `auto`, or see `takt list wait_backends`. `auto`: `futex`, or "
-        "`epoll` if there are file descriptors when it first spins. `futex` serves no file "
-        "descriptors, and `io_uring` one thread only: both are refused where they cannot serve.",
-        noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
-       {"early_wake",
-        "Up to `1ms`. A thread that sleeps until a timer wakes so much earlier and looks at the "
-        "clock until the release: no wake-up latency, for that much of a CPU at each sleep.",
-        into_duration(executor.early_wake, [] {})},
-       {"per",
-        "For `isolated`: what gets an executor and a thread of its own. With `group`, the "
-        "thread of a callback group takes over its parameters: the priority if its policy is "
-        "SCHED_FIFO or SCHED_RR; budget, deadline and period if it is SCHED_DEADLINE.",
-        into(executor.per, {{"node", Isolation::node}, {"group", Isolation::group}})},
-       {"trigger", "For `triggered`: when what is ready is served.",
-        noting(is_sound, into_trigger(executor.trigger))},
-       {"let", "For `triggered`: the period of its logical execution time; not 0.",
-        into_duration(executor.trigger.let_period,
-                      [&] {
-                        if (executor.trigger.let_period != Nanoseconds::zero()) return;
-                        throw Error("a period of 0 cannot be kept",
-                                    "leave it out, or give it time");
-                      })},
-       {"order",
-        "`node/callback`: those that come first in the order of registration, for the "
-        "schedulers `listed` and, inside a kind, `ros`.",
-        each_in_list(
-            [&](const Value& callback) { into(executor.order.emplace_back())(callback); })},
-       {"threads",
-        "Names in `threads`, one for each thread of the executor. Without them, the type's own. "
-        "More than the type takes are an error.",
-        each_in_list([&](const Value& thread) {
-          std::string name;
-          into(name)(thread);
-          if (name.empty()) return;
-          executor.threads.push_back(name);
-          options.threads.push_back(find_thread(thread.line, name));
-          executors_threads_.push_back(options.threads.back());
-        })}});
+  read_map(value, "an executor", executor_fields(executor, options, is_sound));
   options.scheduler = executor.scheduler;
   options.wait = executor.wait;
   options.early_wake = executor.early_wake;
   options.per = executor.per;
   options.trigger = executor.trigger;
-  // Only the type itself knows how many threads it can take, and the wait back end whether it
-  // serves so many. Making them starts none.
+  // Only the executor type and the wait back end know how many threads they support. Constructing
+  // an executor starts no thread.
   if (is_sound) errors_.passes(value.line, [&] { executors().make(executor.type, options); });
   executors_.insert(executor.name);
   system_.executors.push_back(std::move(executor));
@@ -111,11 +116,12 @@ SystemReader::Read ConfigurationReader::into_trigger(TriggerOptions& trigger) {
       [this, &trigger](const Value& value) {
         trigger.kind = TriggerOptions::Kind::one;
         read_map(value, "a trigger",
-                 {{"one", "`node/callback`: when this one is ready.", into(trigger.one), true}});
+                 {{"one", "`node/callback`: serve when this callback is ready.", into(trigger.one),
+                   true}});
       });
 }
 
-// The attributes of what is called so; those of a plain thread, and an error, when nothing is.
+// If no thread has this name, adds an error and returns default attributes.
 ThreadAttributes ConfigurationReader::find_thread(int line, const std::string& name) {
   if (const auto found = threads_.find(name); found != threads_.end()) return found->second;
   std::vector<std::string> names;

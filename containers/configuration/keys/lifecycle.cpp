@@ -12,7 +12,7 @@ void ConfigurationReader::read_lifecycle(const Value& value) {
   lifecycle.where = errors_.where(value.line);
   read_map(
       value, "the lifecycle",
-      {{"bring_up", "Nodes by their full names, in the order in which they come up.",
+      {{"bring_up", "Full names of the nodes, in the order in which they are brought up.",
         each_in_list([&](const Value& node) {
           const std::string name = find_node(node);
           if (name.empty()) return;
@@ -25,19 +25,19 @@ void ConfigurationReader::read_lifecycle(const Value& value) {
         }),
         true},
        {"depends_on",
-        "By the name of a node, those that are active while it is. They come before it in "
+        "For a node, the nodes that must be active while it is active. They must precede it in "
         "`bring_up`.",
         each_in_map([&](const Value& nodes) { read_dependencies(nodes, lifecycle); })},
-       {"heartbeat", "From `10ms`. A process that has told nothing for so long is lost.",
+       {"heartbeat", "At least `10ms`. A node without heartbeats for this time is lost.",
         into_duration(lifecycle.heartbeat,
                       [&] {
                         if (lifecycle.heartbeat >= std::chrono::milliseconds(10)) return;
-                        throw Error("a heartbeat is 10ms or more", "give it more time");
+                        throw Error("a heartbeat must be at least 10ms", "write a longer time");
                       })},
        {"on_loss",
-        "What follows when a node is lost. `deactivate_dependents`: those that depend on it are "
-        "inactive until it is back, and active. `shutdown`: all of them are shut down. "
-        "`report`: nothing else.",
+        "Reaction to the loss of a node. `deactivate_dependents`: nodes that depend on it are "
+        "deactivated until it is active again. `shutdown`: all nodes are shut down. `report`: the "
+        "loss is only logged.",
         into(lifecycle.on_loss,
              {{"deactivate_dependents", LifecycleDescription::OnLoss::deactivate_dependents},
               {"shutdown", LifecycleDescription::OnLoss::shutdown},
@@ -54,7 +54,7 @@ LifecycleDescription::ManagedNode* ConfigurationReader::find_managed(
   return found != lifecycle.bring_up.end() ? &*found : nullptr;
 }
 
-// The full name of the component's node; "" and an error when there is none.
+// The full name of the component's node; adds an error and returns "" if there is none.
 std::string ConfigurationReader::find_node(const Value& value) {
   std::string name;
   into(name)(value);
@@ -89,11 +89,11 @@ void ConfigurationReader::read_dependencies(const Value& value, LifecycleDescrip
     const auto* before = managed(item.line, needed);
     if (before == nullptr) return;
     if (before == node) {
-      errors_.add(item.line, fmt::format("'{}' depends on itself", name), "leave it out");
+      errors_.add(item.line, fmt::format("'{}' depends on itself", name), "remove it");
     } else if (before > node) {
       errors_.add(item.line,
                   fmt::format("'{}' comes up before '{}', which it depends on", name, needed),
-                  "turn them round in 'bring_up'");
+                  "swap them in 'bring_up'");
     }
     node->depends_on.push_back(needed);
   })(value);

@@ -10,43 +10,45 @@ void ConfigurationReader::read_thread(const Value& value) {
   bool is_sound = true;
   const bool fits = read_map(
       value, "a thread",
-      {{"policy", "The Linux policy.", noting(is_sound, into_policy(asked.policy))},
+      {{"policy", "The Linux scheduling policy.", noting(is_sound, into_policy(asked.policy))},
        {"priority",
-        "1 to 99 for SCHED_FIFO and SCHED_RR, and needed there; for the others it must be 0.",
+        "1 to 99, required for SCHED_FIFO and SCHED_RR. For all other policies it must be 0.",
         noting(is_sound, into(asked.priority))},
        {"nice", "-20 to 19. Not for SCHED_FIFO, SCHED_RR and SCHED_DEADLINE.",
         noting(is_sound, into(asked.nice))},
        {"affinity",
-        "CPUs that this process may use; without it, all. Not for SCHED_DEADLINE: the kernel "
-        "refuses it. To keep such threads on some CPUs, run the process in an exclusive cpuset.",
+        "CPUs on which the thread may run; by default, all CPUs of the process. Not for "
+        "SCHED_DEADLINE: the kernel refuses it. To restrict such threads, run the process in an "
+        "exclusive cpuset.",
         each_in_list([&](const Value& cpu) { read_cpu(cpu, asked.affinity); })},
        {"runtime",
-        "From `1024ns`. For SCHED_DEADLINE, and needed there, as is `period`: in every period "
-        "the thread gets this much CPU time, and then no more.",
+        "CPU time that a SCHED_DEADLINE thread gets in every period, and cannot exceed. At least "
+        "`1024ns`. Required with this policy, as is `period`.",
         noting(is_sound, into_duration(asked.runtime, [] {}))},
        {"deadline",
-        "From the runtime to the period; without it, the period. For SCHED_DEADLINE: it gets "
-        "its time by then. Shorter than the period, it is for threads that wake once a period: "
-        "the kernel lets one that wakes again, later than its deadline, wait for the next "
-        "period.",
+        "Relative deadline by which a SCHED_DEADLINE thread gets its runtime. At least the "
+        "runtime, at most the period, which is the default. A deadline shorter than the period "
+        "suits threads that wake once per period: if one wakes again after its deadline, the "
+        "kernel lets it wait for the next period.",
         noting(is_sound, into_duration(asked.deadline, [] {}))},
-       {"period", "For SCHED_DEADLINE. The kernel takes `100us` to about `4.19s`.",
+       {"period", "For SCHED_DEADLINE. The kernel accepts `100us` to about `4.19s`.",
         noting(is_sound, into_duration(asked.period, [] {}))}});
-  // An unknown key may be a wrong word for the one that the checks would miss.
+  // Skip the checks after an unknown key: it may be a misspelt key that a check would report as
+  // missing.
   is_sound &= fits;
   if (is_sound) {
-    // Each by itself, so that each error has its own line and none hides another.
+    // Separate checks: so each error has its own line, and none hides another.
     is_sound &= passes(value, "priority", [&] { asked.check_priority(); });
     is_sound &= passes(value, "nice", [&] { asked.check_nice(); });
     is_sound &= passes(value, "runtime", [&] { asked.check_reservation(); });
     is_sound &= passes(value, "affinity", [&] { asked.check_affinity(); });
   }
-  if (!is_sound) asked = {.name = asked.name};  // or its executors would complain again
+  if (!is_sound) asked = {.name = asked.name};  // so that its executors do not report it again
   threads_.try_emplace(asked.name, asked);
   system_.threads.push_back({std::move(asked), errors_.where(value.line)});
 }
 
-// An error is one of the key's line, or of the thread's when it has none.
+// Reports an error in the line of the key, or of the thread if the key is missing.
 bool ConfigurationReader::passes(const Value& thread, std::string_view key,
                                  const std::function<void()>& check) {
   const Value* place = document::find(thread, key);

@@ -10,7 +10,7 @@ void ConfigurationReader::read_topic(const Value& value) {
   std::string name;
   into_topic(name)({value.name, value.line, value.name});
   if (!name.empty() && !name.starts_with('/')) {
-    errors_.add(value.line, fmt::format("'{}' is no full name of a topic", name),
+    errors_.add(value.line, fmt::format("'{}' is not the full name of a topic", name),
                 fmt::format("write '/{}', with its namespaces", name));
   }
   QosOverrides qos;
@@ -28,38 +28,38 @@ void ConfigurationReader::read_topic(const Value& value) {
   };
   read_map(
       value, "a topic",
-      {{"profile", "rclcpp's, by name; the other keys come on top.",
+      {{"profile", "A QoS profile of rclcpp; the other keys override it.",
         into(qos.profile, std::move(profiles))},
-       {"depth", "How many messages are kept.",
+       {"depth", "Number of messages kept.",
         without_default([&] { return into(depth.emplace(), 1, most_kept); })},
-       {"history", "`keep_all`: as `depth: 16384`, whatever `depth` is.",
+       {"history", "`keep_all`: equal to `depth: 16384`; `depth` is ignored.",
         [&](const Value& history) {
           if (choose(history, {"keep_last", "keep_all"}) == 1) depth = most_kept;
         }},
-       {"reliability", "`best_effort` does not serve who asks for `reliable`.",
+       {"reliability", "A `reliable` subscription does not match a `best_effort` publisher.",
         into(qos.reliability, Words<Reliability>{{"reliable", Reliability::reliable},
                                                  {"best_effort", Reliability::best_effort}})},
        {"durability",
-        "`transient_local`: who comes late gets the last `depth` messages; `volatile` does "
-        "not serve who asks for it.",
+        "`transient_local`: late subscriptions receive the last `depth` messages; they do not "
+        "match a `volatile` publisher.",
         into(qos.durability, Words<Durability>{{"volatile", Durability::volatile_},
                                                {"transient_local", Durability::transient_local}})},
        {"deadline",
-        "There is a message at least so often. An offer that is longer, or none, does not "
-        "serve who asks for one.",
+        "Maximum time between two messages. A subscription with a deadline does not match a "
+        "publisher with a longer one or none.",
         duration(qos.deadline)},
-       {"lifespan", "Messages that are older are not delivered, but counted as dropped.",
+       {"lifespan", "Older messages are not delivered; they count as dropped.",
         duration(qos.lifespan)},
        {"liveliness",
-        "`automatic`: a publisher is alive while its process is. `manual_by_topic`: while "
-        "it publishes, or asserts that it is.",
+        "`automatic`: a publisher is alive while its process is. `manual_by_topic`: it must "
+        "publish or assert its liveliness.",
         into(qos.liveliness, Words<Liveliness>{{"automatic", Liveliness::automatic},
                                                {"manual_by_topic", Liveliness::manual_by_topic}})},
-       {"lease_duration", "Who is not heard of for so long is not alive.",
+       {"lease_duration", "A publisher without a sign of life for this time is not alive.",
         duration(qos.lease_duration)},
        {"must_match",
-        "`true`: the run has failed if only publishers, or only subscriptions, are known 10 s "
-        "after its start, or at its end if that comes before.",
+        "`true`: the run fails if the topic has only publishers or only subscriptions 10 s after "
+        "the start, or at the end of a shorter run.",
         into(must_match)}});
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
   if (depth) qos.depth = static_cast<std::size_t>(*depth);

@@ -49,7 +49,7 @@ std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int su
 
 namespace {
 
-/// A publisher that lends shared memory, and a subscriber in another process.
+/// A publisher of loaned messages in shared memory, and a subscriber in another process.
 std::string publish_subscribe_loaned(std::int64_t bytes, std::int64_t period_us,
                                      std::int64_t fill_bytes = 0) {
   return fmt::format(
@@ -67,7 +67,7 @@ std::string why_no_loans() {
              : "iox-roudi is missing: apt-get install iceoryx";
 }
 
-/// So many nodes, each of which publishes 1 KB at 10 Hz and listens to its neighbour.
+/// Nodes in a ring: each publishes 1 KB at 10 Hz and subscribes to its neighbour.
 std::string ring_of_nodes(int count) {
   std::string text = "container:\n  name: bench\n  components:\n";
   for (int i = 0; i < count; ++i) {
@@ -112,7 +112,7 @@ std::vector<Variant> latency_by_size(const BenchOptions&) {
 std::vector<Variant> goodput(const BenchOptions&) {
   std::vector<Variant> variants;
   for (const std::int64_t kb : {50, 100, 500, 1000, 5000}) {
-    // Always due: as much as the publisher can write.
+    // A period shorter than the work: so the publisher writes as fast as it can.
     const std::string system = publish_subscribe(kb * 1000, 1, 1, 0, kb * 1000);
     const auto x = static_cast<double>(kb);
     variants.push_back({"multi_process", x, system, kManyProcesses, kb * 1000, {}});
@@ -146,7 +146,7 @@ std::vector<Variant> executors_by_subscribers(const BenchOptions&) {
 }
 
 std::vector<Variant> robot(const std::string& system) {
-  // Whoever is in a process of its own has one thread, whatever the file says of all together.
+  // A node in a separate process has one thread, whatever the file configures for a shared process.
   std::vector<Variant> variants{
       {"multi_process", 0, system, joined(kManyProcesses, {"--executor", "single_threaded"})}};
   const auto add = [&](const char* series, const std::string& text,
@@ -158,7 +158,7 @@ std::vector<Variant> robot(const std::string& system) {
     }
   };
   add("manual", system, kOneProcess, {"single_threaded", "isolated", "multi_threaded", "events"});
-  // Whoever loads comes over DDS; so beside what is loaded stands what is not, with the same.
+  // Loading needs DDS; so the variant to compare with is the same system, not loaded, with DDS.
   add("manual with DDS", "dds: {parameter_services: false}\n" + system, kOneProcess,
       {"isolated", "multi_threaded"});
   add("dynamic", system, kLoaded, {"isolated", "multi_threaded"});
@@ -173,7 +173,7 @@ std::vector<Variant> reference_system(const BenchOptions&) {
                         .words = joined(kOneProcess, {"--executor", executor}),
                         .is_reference_system = true});
   }
-  // As the file says: chain_aware, with Takt's assignment from the hot path.
+  // With the executor of the file: chain_aware, with Takt's assignment from the hot path.
   variants.push_back({.series = "takt plan",
                       .system = kReferenceSystem,
                       .words = kOneProcess,
@@ -184,7 +184,7 @@ std::vector<Variant> reference_system(const BenchOptions&) {
 std::vector<Variant> topologies(const BenchOptions& options) {
   if (options.files.empty()) {
     throw Error("takt bench topologies needs files",
-                "give workloads of irobot-ros/ros2-performance, or configuration files: takt bench "
+                "name workloads of irobot-ros/ros2-performance, or configuration files: takt bench "
                 "topologies sierra_nevada.json");
   }
   std::vector<Variant> variants;

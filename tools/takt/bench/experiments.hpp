@@ -1,4 +1,4 @@
-// The experiments of takt bench: what each runs, and which figures matter.
+// The experiments of takt bench: their systems and their metrics.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_EXPERIMENTS_HPP_
 #define TAKT_TOOLS_TAKT_EXPERIMENTS_HPP_
@@ -20,23 +20,23 @@ struct BenchOptions {
 struct Variant {
   std::string series;
   double x = 0;
-  std::string system;                // the text of a configuration file, or the path of one
-  std::vector<std::string> words;    // more of the command line
+  std::string system;                // the text or the path of a configuration file
+  std::vector<std::string> words;    // additional arguments
   std::int64_t message_bytes = 0;    // for goodput
-  std::string missing;               // why it cannot be run here
+  std::string missing;               // why it cannot run on this machine; empty: it can
   bool is_reference_system = false;  // its key figures come from a trace
-  bool is_ddsperf = false;           // not Takt at all
+  bool is_ddsperf = false;           // runs ddsperf instead of Takt
 };
 
 struct Experiment {
   std::string name, title, x_label;  // no label: a table, not curves
-  std::vector<std::string> metrics;  // the keys that matter, in this order
+  std::vector<std::string> metrics;  // keys of the results, in this order
   std::function<std::vector<Variant>(const BenchOptions&)> variants;
 };
 
 const std::vector<Experiment>& experiments();
 
-/// A publisher, and so many subscribers in nodes of their own.
+/// A system of one publisher, and subscribers in separate nodes.
 std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int subscribers,
                               int work_us, std::int64_t fill_bytes = 0);
 

@@ -1,4 +1,4 @@
-// What the runs of takt bench are worth.
+// Computes the metrics of takt bench.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_FIGURES_HPP_
 #define TAKT_TOOLS_TAKT_FIGURES_HPP_
@@ -15,7 +15,7 @@
 
 namespace takt::tools {
 
-/// What one run is worth, by metric, and its histogram.
+/// The metrics of one run, and its histogram.
 struct Figures {
   std::map<std::string, double> values;
   Histogram latency;
@@ -23,10 +23,10 @@ struct Figures {
 
 Figures figures_of(const nlohmann::json& run, const Variant& variant);
 
-/// The key figures of ros-realtime/reference-system, from a timeline. Hot path: from the start of a
-/// lidar's timer to the start of the collision estimator on what came of it, and what was
-/// overwritten on the way. Planner: how far the distance of its cycles is from 100 ms, on the
-/// average.
+/// The key figures of ros-realtime/reference-system, computed from a timeline:
+/// - hot path: latency from the start of a lidar's timer to the start of the collision estimator
+/// for the same chain instance, and the messages overwritten on the path
+/// - planner: mean deviation of its period from 100 ms
 std::map<std::string, double> key_figures(const nlohmann::json& timeline);
 
 }  // namespace takt::tools

@@ -25,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// What the publisher of Cyclone DDS's own ddsperf makes arrive, on loopback as ours does: the
-/// median of its subscriber's seconds.
+/// Throughput of Cyclone DDS's ddsperf on loopback, for comparison: the median of the values that
+/// its subscriber prints every second.
 Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
   const auto children_cpu_s = [] {
     rusage usage{};
@@ -55,7 +55,7 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
           mb_s.push_back(rate_mbit_s / 8);
         }
       });
-  if (mb_s.empty()) throw Error("ddsperf has received nothing");
+  if (mb_s.empty()) throw Error("ddsperf received nothing");
   const double wall_s = rt::us(Clock::steady().now() - start) / 1e6;
   return {{{"goodput_mb_s", rt::median(mb_s)},
            {"cpu_percent", 100 * (children_cpu_s() - cpu_before_s) / wall_s},
@@ -64,7 +64,7 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
           {}};
 }
 
-/// The system as a file that `takt run` can read; removed at the end.
+/// A temporary file with the system, for `takt run`.
 class SystemFile {
  public:
   explicit SystemFile(const std::string& system) {

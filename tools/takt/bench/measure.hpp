@@ -13,10 +13,10 @@ namespace takt::tools {
 
 Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals);
 
-/// Timers under each executor, beside the bare loop: what `takt latency` prints, for the report.
+/// The results of `takt latency`, for the report: timers of each executor and the bare loop.
 nlohmann::json jitter(const BenchOptions& options, const EndSignals& signals);
 
-/// What ran when on the threads of a pool, for the report.
+/// A timeline of the threads of a pool, for the report.
 nlohmann::json timeline(const EndSignals& signals);
 
 }  // namespace takt::tools

@@ -1,5 +1,5 @@
-// takt bench: the experiments of the paper "Impact of ROS 2 Node Composition in Robotic Systems"
-// and the robots that it names, each with one command.
+// takt bench: repeats the experiments of the paper "Impact of ROS 2 Node Composition in Robotic
+// Systems", each with one command.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdlib>
@@ -39,20 +39,20 @@ json spread(std::vector<double> values) {
   return result;
 }
 
-/// All runs of all experiments.
+/// Progress through all runs of all experiments.
 struct Course {
   const EndSignals& signals;
   std::size_t done = 0, total = 0;
-  std::string interrupted;  // why it ends before its end; empty: it does not
+  std::string interrupted;  // why it stopped early; empty: it did not
 };
 
-/// What one variant has shown in all its runs.
+/// The measurements of one variant in all its runs.
 struct Measured {
   std::map<std::string, std::vector<double>> values;  // by metric
   Histogram latency;
 };
 
-/// Runs all variants in turn, as often as asked, or until a signal comes.
+/// Runs the variants in turn for each repeat, until all are done or a signal arrives.
 std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Variant>& variants,
                               const BenchOptions& options, Course& course) {
   std::vector<Measured> measured(variants.size());
@@ -83,7 +83,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
   return measured;
 }
 
-/// Every figure with its spread.
+/// All metrics with their spread.
 json run(const Experiment& experiment, const BenchOptions& options, Course& course) {
   const std::vector<Variant> variants = experiment.variants(options);
   const std::vector<Measured> measured = run_all(experiment, variants, options, course);
@@ -166,7 +166,7 @@ void bench(const BenchOptions& options) {
   check_writable(options.json);
   unsetenv("TAKT_EXECUTOR");
   unsetenv("TAKT_SCHEDULER");
-  // Whoever else is on the default domain would be measured, and would answer.
+  // Use another domain: processes on the default domain would distort the measurement.
   setenv("ROS_DOMAIN_ID", fmt::format("{}", 100 + getpid() % 100).c_str(), /*overwrite=*/0);
   const fs::path folder = options.report;
   if (!options.report.empty()) {
@@ -217,18 +217,17 @@ void set_up(CLI::App* command) {
   command->add_option("NAME", options->name, fmt::format("{}", fmt::join(names, ", ")))
       ->required()
       ->check(CLI::IsMember(names));
-  command->add_option("FILE", options->files, "For topologies: the systems to run");
-  command->add_option("--duration", options->duration, "Of each run (2s)");
+  command->add_option("FILE", options->files, "Systems to run, for 'topologies' only");
+  command->add_option("--duration", options->duration, "Duration of each run (2s)");
   command->add_option("--repeat", options->repeat, "Runs of each variant (3)")
       ->check(CLI::Range(1, 1000));
   command->add_option("--report", options->report,
                       "Write report.html and results.json into this folder");
-  command->add_option("--json", options->json, "Write the figures as JSON too; - for stdout");
+  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer("Example:\n  takt bench latency --repeat 5 --report bench_report\n");
   command->callback([options] { bench(*options); });
 }
-const Command registered("bench",
-                         "The experiments of the paper on node composition, and its robots",
+const Command registered("bench", "Repeats the experiments of the paper on node composition",
                          set_up);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// takt check: is the file right? Nothing is constructed or run.
+// takt check: validates files without constructing components.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ void set_up(CLI::App* command) {
   });
 }
 const Command registered(
-    "check", "Validates files without running them; every error as FILE:LINE: what; what to do",
+    "check", "Validates files without running them; reports errors as FILE:LINE: what; what to do",
     set_up);
 
 }  // namespace

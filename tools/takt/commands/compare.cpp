@@ -1,4 +1,4 @@
-// takt compare: the same system under each executor and scheduler, interleaved, in one table.
+// takt compare: runs a system under several executors and schedulers, and prints one table.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -29,7 +29,7 @@ struct Options {
   int repeat = 1;
 };
 
-/// All repeats of one chain, over all processes that it goes through.
+/// All repeats of one chain, in all processes that it passes through.
 struct ChainComparison {
   std::uint64_t instances = 0, misses = 0, aborted = 0;
   Histogram latency;
@@ -42,14 +42,14 @@ struct Comparison {
   Histogram timer_latency;  // due → start
   std::uint64_t received = 0, lost = 0, dropped = 0, late = 0, too_late = 0, deadline_misses = 0;
   std::map<std::string, ChainComparison> chains;  // by name
-  // One value a repeat; tables show the median.
+  // One value for each repeat; tables show the median.
   std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
 };
 
-/// As the file says, and nothing else.
+/// The word for the executor or scheduler given in the file.
 constexpr std::string_view kFile = "file";
 
-/// "all", or a list with commas, every word of which must be registered, or kFile.
+/// Reads "all", or a list separated by commas of registered names and kFile.
 template <class AnyRegistry>
 std::vector<std::string> selection(const std::string& text, const AnyRegistry& registry) {
   if (text == "all") return registry.names();
@@ -100,7 +100,7 @@ void add_run(Comparison& row, const json& run) {
   row.pss_mb.push_back(pss_kb / 1024);
 }
 
-/// What tells the rows apart.
+/// The cells that identify a row.
 class Names {
  public:
   explicit Names(const std::vector<Comparison>& rows)
@@ -146,7 +146,7 @@ void print(const std::vector<Comparison>& rows, int repeats) {
     Table table(
         names.header({"received", "lost", "dropped", "late", "too_late", "misses", "p50", "p90",
                       "p99", "p99.9", "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
-    // By chain, so that what is compared stands together.
+    // Sort by chain, so that compared rows are next to each other.
     std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
     for (; first < rows.size() && rows[first].file == file; ++first) {
       const Comparison& row = rows[first];
@@ -192,11 +192,11 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
   return words;
 }
 
-/// Runs all rows in turn, as often as asked. Returns every run, and why there are not all: empty
-/// text when there are.
+/// Runs all rows in turn for each repeat. Returns the runs, and the reason if some are missing
+/// (empty otherwise).
 std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Options& options) {
   const EndSignals signals;
-  // The runs get theirs from us, and nothing from the environment.
+  // The command line gives executor and scheduler; clear the environment's.
   unsetenv("TAKT_EXECUTOR");
   unsetenv("TAKT_SCHEDULER");
   json runs = json::array();
@@ -227,7 +227,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
 }
 
 void compare(const Options& options) {
-  for (const std::string& file : options.files) read_system(file);  // may bring schedulers
+  for (const std::string& file : options.files) read_system(file);  // may load schedulers
   const std::vector<std::string> executor_names = selection(options.executors, executors());
   const std::vector<std::string> scheduler_names =
       options.schedulers.empty() ? std::vector<std::string>{""}
@@ -271,22 +271,23 @@ void set_up(CLI::App* command) {
   command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads")
       ->required();
   command->add_option("--executors", options->executors,
-                      "all, or a list: events,single_threaded; file: as the file says");
+                      "all, or a list: events,single_threaded; file: as in the file");
   command->add_option("--schedulers", options->schedulers,
-                      "all, or a list; without it each executor has its own");
+                      "all, or a list (default: that of each executor)");
   command->add_option("--compositions", options->compositions,
                       "file, single, per-node, or a list; all: single,per-node");
-  command->add_option("--duration", options->duration, "Of each run: 5s");
-  command->add_option("--repeat", options->repeat, "Runs of each")->check(CLI::Range(1, 1000));
-  command->add_option("--report", options->report, "Write an HTML page too");
-  command->add_option("--json", options->json, "Write every run as JSON too; - for stdout");
+  command->add_option("--duration", options->duration, "Duration of each run (5s)");
+  command->add_option("--repeat", options->repeat, "Runs of each row")->check(CLI::Range(1, 1000));
+  command->add_option("--report", options->report, "Also write an HTML page");
+  command->add_option("--json", options->json, "Also write every run as JSON; - for stdout");
   command->footer(
       "Example:\n  takt compare robot.yaml --executors all --duration 5s --repeat 3 "
       "--report robot.html\n");
   command->callback([options] { compare(*options); });
 }
 const Command registered("compare",
-                         "The same system under each executor, interleaved, in one table", set_up);
+                         "Runs a system under several executors, interleaved, and prints one table",
+                         set_up);
 
 }  // namespace
 }  // namespace takt::tools

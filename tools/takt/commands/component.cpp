@@ -1,4 +1,4 @@
-// takt component: what can be loaded, and loading into containers that run.
+// takt component: lists component classes, and loads them into running containers.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
 
@@ -81,7 +81,7 @@ void list(const Options& options) {
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
 
-// The type is that of the text: 1, 1.0, true, [1, 2], word.
+// The notation gives the type: 1, 1.0, true, [1, 2], word.
 rcl_interfaces::msg::Parameter parameter(const std::string& text) {
   const std::size_t middle = text.find(":=");
   if (middle == std::string::npos || middle == 0) {
@@ -131,24 +131,26 @@ void set_up(CLI::App* command) {
                        bool has_domain = true) {
     CLI::App* sub = command->add_subcommand(name, what);
     if (has_domain) {
-      sub->add_option("--domain", options->domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+      sub->add_option("--domain", options->domain,
+                      "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
     }
     sub->callback([options, function] { function(*options); });
     return sub;
   };
   const auto add_json = [&](CLI::App* sub) {
-    sub->add_option("--json", options->json_path, "Write the table as JSON too; - for stdout");
+    sub->add_option("--json", options->json_path, "Also write the table as JSON; - for stdout");
   };
 
   add_json(add(
-      "types", "The component classes of this machine's index", [](Options& o) { types(o); },
+      "types", "Lists the component classes of the component index", [](Options& o) { types(o); },
       false));
   CLI::App* list_command =
-      add("list", "The components of one container, or of all", [](Options& o) { list(o); });
-  list_command->add_option("CONTAINER", options->container, "Its name; else all that run");
+      add("list", "Lists the components of one container, or of all", [](Options& o) { list(o); });
+  list_command->add_option("CONTAINER", options->container,
+                           "The container's name (default: all containers)");
   add_json(list_command);
 
-  CLI::App* load_command = add("load", "Loads a component; prints its number and its node's name",
+  CLI::App* load_command = add("load", "Loads a component; prints its ID and its node's name",
                                [](Options& o) { load(o); });
   load_command->add_option("CONTAINER", options->container, "The container's name")->required();
   load_command
@@ -159,10 +161,9 @@ void set_up(CLI::App* command) {
   load_command->add_option("--namespace", options->request.node_namespace, "The node's namespace");
   load_command->add_option(
       "--library", options->library,
-      "The library that has the class, when the index has not; the container must "
-      "allow it (see: load in the configuration, takt run --load)");
-  load_command->add_option("--executor", options->executor,
-                           "A name of an executor in the container");
+      "The library of a class that is not in the index; the container must allow it "
+      "(see: load in the configuration, takt run --load)");
+  load_command->add_option("--executor", options->executor, "Name of an executor in the container");
   load_command->add_option("-p,--param", options->parameters, "name:=value; may be repeated")
       ->allow_extra_args(false);
   load_command->add_option("-r,--remap", options->request.remap_rules, "from:=to; may be repeated")
@@ -174,7 +175,7 @@ void set_up(CLI::App* command) {
 
   CLI::App* unload_command = add("unload", "Unloads a component", [](Options& o) { unload(o); });
   unload_command->add_option("CONTAINER", options->container, "The container's name")->required();
-  unload_command->add_option("ID", options->id, "The component's number (see: takt component list)")
+  unload_command->add_option("ID", options->id, "The component's ID (see: takt component list)")
       ->required();
   command->footer(
       "Example:\n"
@@ -183,7 +184,7 @@ void set_up(CLI::App* command) {
       "  takt component list robot\n"
       "  takt component unload robot 1\n");
 }
-const Command registered("component", "What can be loaded, and loading into containers that run",
+const Command registered("component", "Lists components, and loads them into running containers",
                          set_up);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// takt doctor: what this machine grants for real-time work, and what it lacks.
+// takt doctor: checks whether this machine is set up for real-time work.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -45,25 +45,26 @@ const char* word(Verdict verdict) {
   return "";
 }
 
-/// One question, and what this machine says.
+/// The result of one check.
 struct Finding {
   std::string what, source, found;
   Verdict verdict;
   std::string why;
-  std::string mend;  // a command; only where the verdict is not good
+  std::string fix;  // a command; shown unless the verdict is good
 };
 
 std::string limit_text(rlim_t limit, rlim_t unit = 1) {
   return limit == RLIM_INFINITY ? "unlimited" : std::to_string(limit / unit);
 }
 
-/// The word in brackets of "always [madvise] never".
+/// The selected word of "always [madvise] never".
 std::string chosen(const std::string& line) {
   const auto open = line.find('['), close = line.find(']');
   return open == line.npos || close == line.npos ? line : line.substr(open + 1, close - open - 1);
 }
 
-/// A thread of this process that really asks; the answer is the kernel's, not a guess from rights.
+/// Tries the policy instead of deriving the answer from privileges: only the kernel knows all
+/// rules.
 bool grants(int policy, int priority) {
   sched_param parameters{};
   parameters.sched_priority = priority;
@@ -84,7 +85,7 @@ Finding realtime_policy() {
           granted ? "granted"
                   : fmt::format("refused (RLIMIT_RTPRIO is {})", limit_text(limit.rlim_cur)),
           granted ? Verdict::good : Verdict::bad,
-          "without it every other process can delay a callback",
+          "without it, every other process can delay a callback",
           "groupadd -f realtime; usermod -aG realtime $USER; echo '@realtime - rtprio 95' >> "
           "/etc/security/limits.conf; log in again"};
 }
@@ -102,8 +103,8 @@ Finding reservations() {
           "sched_setattr(2)",
           refused.empty() ? "granted" : refused,
           refused.empty() ? Verdict::good : Verdict::note,
-          "a thread with a reservation gets its time whatever others do, and takes no more",
-          "setcap cap_sys_nice+ep on the program; leave it all CPUs (taskset, cpuset)"};
+          "a thread with a reservation gets its CPU time whatever other threads do, and no more",
+          "setcap cap_sys_nice+ep on the program; do not restrict its CPUs (taskset, cpuset)"};
 }
 
 Finding locked_memory() {
@@ -114,7 +115,7 @@ Finding locked_memory() {
           "getrlimit(2) RLIMIT_MEMLOCK",
           limit.rlim_cur == RLIM_INFINITY ? "unlimited" : limit_text(limit.rlim_cur, 1024) + " KiB",
           may ? Verdict::good : Verdict::bad,
-          "memory that is not locked is read from disk in the middle of a callback",
+          "a page fault on unlocked memory can read from disk in the middle of a callback",
           "echo '@realtime - memlock unlimited' >> /etc/security/limits.conf; log in again"};
 }
 
@@ -150,12 +151,12 @@ Finding throttling() {
           "/proc/sys/kernel/sched_rt_runtime_us",
           off ? "off" : fmt::format("{} of {} µs", runtime, period),
           off ? Verdict::good : Verdict::note,
-          "real-time threads that need more of a period are stopped until it ends; off, one that "
-          "never sleeps hangs its CPU",
+          "the kernel stops real-time threads that use more than this share; without throttling, a "
+          "real-time thread that never sleeps blocks its CPU",
           "sysctl -w kernel.sched_rt_runtime_us=-1"};
 }
 
-/// The path of our cgroup under the controller, in either version; empty when there is none.
+/// The path of this process's cgroup for the controller, version 1 or 2; empty if there is none.
 std::string cgroup_of(const std::string& controller) {
   std::ifstream file("/proc/self/cgroup");
   for (std::string line; std::getline(file, line);) {
@@ -188,8 +189,8 @@ Finding cgroup_quota() {
           no_runtime ? Verdict::bad
           : limited  ? Verdict::note
                      : Verdict::good,
-          "with a quota SCHED_OTHER threads are stopped when it is used up; with rt_runtime_us 0 "
-          "the group gets no SCHED_FIFO",
+          "SCHED_OTHER threads stop when the quota is used up; with rt_runtime_us 0 the group "
+          "cannot use SCHED_FIFO",
           no_runtime ? fmt::format("echo 950000 > {}/cpu.rt_runtime_us", folder)
                      : fmt::format("echo {} > {}", fs::exists(v2) ? "max" : "-1",
                                    fs::exists(v2) ? v2 : v1)};
@@ -208,7 +209,7 @@ Finding governor() {
           governors.empty() ? "none (the machine or its host decides)"
                             : fmt::format("{}", fmt::join(governors, ", ")),
           fast ? Verdict::good : Verdict::note,
-          "a CPU that was idle begins slowly, so execution times vary",
+          "an idle CPU starts at a low frequency, so execution times vary",
           "cpupower frequency-set -g performance"};
 }
 
@@ -231,7 +232,7 @@ Finding idle_states() {
           deepest.empty() ? "none visible (a virtual machine halts through its host)"
                           : fmt::format("deepest {}, {} µs to leave", deepest, latency_us),
           deepest.empty() || latency_us > 10 ? Verdict::note : Verdict::good,
-          "the time to leave the state comes on top of every wake-up",
+          "the exit latency adds to every wake-up latency",
           "write `cpu_dma_latency_us: 0` in the configuration file, or boot with "
           "processor.max_cstate=1"};
 }
@@ -241,11 +242,11 @@ Finding dma_latency() {
   const bool exists = fs::exists("/dev/cpu_dma_latency");
   return {"cpu_dma_latency",
           "/dev/cpu_dma_latency",
-          may      ? "may be held"
-          : exists ? "may not be written"
-                   : "not there",
+          may      ? "writable"
+          : exists ? "not writable"
+                   : "missing",
           may ? Verdict::good : Verdict::note,
-          "held at 0 it keeps CPUs out of slow idle states while Takt runs",
+          "with value 0 it keeps CPUs out of slow idle states while Takt runs",
           exists ? "groupadd -f realtime; chgrp realtime /dev/cpu_dma_latency; chmod g+w "
                    "/dev/cpu_dma_latency"
                  : "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"};
@@ -257,8 +258,8 @@ Finding isolated_cpus() {
           "/sys/devices/system/cpu/isolated",
           isolated.empty() ? "none" : isolated,
           isolated.empty() ? Verdict::note : Verdict::good,
-          "on an isolated CPU runs only what was put there",
-          available_cpus().size() < 2 ? "there is but one CPU"
+          "only threads with an explicit affinity run on an isolated CPU",
+          available_cpus().size() < 2 ? "not possible: there is only one CPU"
                                       : fmt::format("boot with isolcpus={0} nohz_full={0} "
                                                     "rcu_nocbs={0}",
                                                     available_cpus().back())};
@@ -288,9 +289,9 @@ Finding huge_pages() {
   const std::string mode = chosen(read_line("/sys/kernel/mm/transparent_hugepage/enabled"));
   return {"transparent huge pages",
           "/sys/kernel/mm/transparent_hugepage/enabled",
-          mode.empty() ? "not there" : mode,
+          mode.empty() ? "not available" : mode,
           mode == "always" ? Verdict::note : Verdict::good,
-          "the kernel moves pages together in the background, and threads wait for it",
+          "the kernel compacts memory in the background, and threads wait for it",
           "echo madvise > /sys/kernel/mm/transparent_hugepage/enabled"};
 }
 
@@ -304,7 +305,7 @@ Finding swap() {
           "/proc/swaps",
           areas == 0 ? "none" : fmt::format("{} areas", areas),
           areas == 0 ? Verdict::good : Verdict::note,
-          "what is not locked may lie on a disk",
+          "unlocked memory may be swapped to disk",
           "swapoff -a, or write `memory: {lock: true}` in the configuration file"};
 }
 
@@ -317,8 +318,8 @@ Finding clock_source() {
           folder + "current_clocksource",
           source,
           quick.count(source) != 0 ? Verdict::good : Verdict::bad,
-          "others need a system call to read, some a microsecond: and the clock is read at every "
-          "callback",
+          "other sources need a system call for each reading, some a microsecond; Takt reads the "
+          "clock at every callback",
           fmt::format("echo tsc > {}current_clocksource (offered: {})", folder,
                       read_line(folder + "available_clocksource"))};
 }
@@ -329,7 +330,7 @@ Finding timer_slack() {
           "prctl(2) PR_GET_TIMERSLACK",
           fmt::format("{} ns", slack_ns),
           slack_ns > 50'000 ? Verdict::note : Verdict::good,
-          "SCHED_OTHER threads wake so much later; real-time threads have none",
+          "SCHED_OTHER threads may wake up this much later; real-time threads have no slack",
           "run the thread under SCHED_FIFO"};
 }
 
@@ -338,7 +339,7 @@ Finding io_uring() {
   const bool off = !disabled.empty() && disabled != "0";
   return {"io_uring",
           "/proc/sys/kernel/io_uring_disabled",
-          disabled.empty() ? "no switch"
+          disabled.empty() ? "enabled (this kernel has no switch)"
           : off            ? "disabled (" + disabled + ")"
                            : "enabled",
           off ? Verdict::note : Verdict::good,
@@ -355,7 +356,7 @@ Finding multicast() {
           "/sys/class/net/lo/flags",
           up ? "up" : "down",
           up ? Verdict::good : Verdict::bad,
-          "Cyclone DDS finds the processes of one machine there",
+          "Cyclone DDS discovers processes on the same machine through it",
           "ip link set lo up"};
 }
 
@@ -363,17 +364,17 @@ Finding receive_buffer() {
   long bytes = 0;
   std::istringstream(read_line("/proc/sys/net/core/rmem_max")) >> bytes;
   const bool enough = bytes >= 4'194'304;
-  return {"socket receive buffer",
-          "/proc/sys/net/core/rmem_max",
-          fmt::format("{} KiB", bytes / 1024),
-          enough ? Verdict::good : Verdict::note,
-          "messages over some 100 KB lose fragments on the way between processes, and are sent "
-          "again",
-          "sysctl -w net.core.rmem_max=8388608"};
+  return {
+      "socket receive buffer",
+      "/proc/sys/net/core/rmem_max",
+      fmt::format("{} KiB", bytes / 1024),
+      enough ? Verdict::good : Verdict::note,
+      "large messages (above about 100 KB) between processes lose fragments, and are sent again",
+      "sysctl -w net.core.rmem_max=8388608"};
 }
 
 Finding domain_participant() {
-  std::string found = "a participant can be made";
+  std::string found = "a participant can be created";
   Verdict verdict = Verdict::good;
   try {
     Participant::create({});
@@ -385,7 +386,7 @@ Finding domain_participant() {
           "dds_create_participant(3)",
           found,
           verdict,
-          "several processes talk through it",
+          "processes communicate through it",
           "see ROS_DOMAIN_ID and the loopback interface"};
 }
 
@@ -404,7 +405,7 @@ Finding shared_memory() {
                                : RoudiProcess::is_installed() ? roudi.unusable
                                                               : "iox-roudi is not installed"),
           enough ? Verdict::good : Verdict::note,
-          "messages of fixed size go between processes without a copy",
+          "it carries messages of fixed size between processes without a copy",
           "mount -o remount,size=1G /dev/shm"};
 }
 
@@ -421,7 +422,7 @@ Finding neighbours() {
           "/proc/*/task/*/schedstat, for 0.2 s",
           names.empty() ? "none ran" : fmt::format("{}", fmt::join(names, ", ")),
           names.empty() ? Verdict::good : Verdict::note,
-          "one that is more urgent, on the same CPU, comes first",
+          "a thread with a higher priority on the same CPU delays Takt's threads",
           "give Takt's threads higher priorities, or other CPUs"};
 }
 
@@ -432,7 +433,7 @@ void write(const std::vector<Finding>& findings, const std::string& json_file) {
                     {"found", finding.found},
                     {"verdict", finding.verdict == Verdict::bad ? "bad" : word(finding.verdict)},
                     {"why", finding.why},
-                    {"mend", finding.verdict == Verdict::good ? "" : finding.mend},
+                    {"fix", finding.verdict == Verdict::good ? "" : finding.fix},
                     {"source", finding.source}});
   }
   write_json({{"takt", {{"version", TAKT_VERSION}}},
@@ -457,10 +458,10 @@ void doctor(const std::string& json_file) {
       fmt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
       if (finding.verdict == Verdict::good) continue;
       fmt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
-      fmt::print("      {:<{}}  mend: {}\n", "", width, finding.mend);
+      fmt::print("      {:<{}}  fix:  {}\n", "", width, finding.fix);
       fmt::print("      {:<{}}  from: {}\n", "", width, finding.source);
     }
-    fmt::print("\n{} good, {} to know of, {} bad\n", counts[0], counts[1], counts[2]);
+    fmt::print("\n{} good, {} notes, {} bad\n", counts[0], counts[1], counts[2]);
   }
   const bool is_bad = std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
     return finding.verdict == Verdict::bad;
@@ -475,9 +476,9 @@ void set_up(CLI::App* command) {
   command->footer("Example:\n  takt doctor --json doctor.json\n");
   command->callback([json] { doctor(*json); });
 }
-const Command registered("doctor",
-                         "What this machine grants for real-time work, and what mends the rest",
-                         set_up);
+const Command registered(
+    "doctor", "Checks whether this machine is set up for real-time work, and how to fix it",
+    set_up);
 
 }  // namespace
 }  // namespace takt::tools

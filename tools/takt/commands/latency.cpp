@@ -1,4 +1,5 @@
-// takt latency: cyclictest's question, asked of the bare system call and of executors in turn.
+// takt latency: measures wake-up latency as cyclictest does, of the bare system call and of
+// executors in turn.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <atomic>
@@ -31,7 +32,7 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 constexpr std::uint64_t kRounds = 10;
-constexpr Nanoseconds kGapSearch = 100ms;  // a round
+constexpr Nanoseconds kGapSearch = 100ms;  // in each round
 
 struct Options {
   int priority = 0;
@@ -77,7 +78,7 @@ rt::CyclicOptions cyclic_options(const Options& options) {
     if (cpu.empty()) continue;
     if (cpu.find_first_not_of("0123456789") != std::string::npos || cpu.size() > 4) {
       throw Error(fmt::format("-a {}: '{}' is no CPU", options.affinity, cpu),
-                  fmt::format("write one or several of {}", fmt::join(available_cpus(), ",")));
+                  fmt::format("use one or several of {}", fmt::join(available_cpus(), ",")));
     }
     cyclic.thread.affinity.push_back(std::stoi(cpu));
   }
@@ -95,7 +96,7 @@ std::int64_t in_unit(Nanoseconds duration, const rt::CyclicOptions& cyclic) {
   return duration / cyclic.bin;
 }
 
-/// cyclictest's summary, one line a thread. Ours alternate, so each is a row of its own.
+/// cyclictest's summary, one line per thread. Takt's rows alternate in time; each is one line.
 void print_summary(const Rows& rows, const rt::CyclicOptions& cyclic, std::FILE* file) {
   int number = 0;
   for (const auto& row : rows) {
@@ -114,7 +115,7 @@ std::string each(const Rows& rows, const std::function<std::string(const rt::Cyc
   return line;
 }
 
-/// cyclictest's histogram: a line for each unit, a column for each thread.
+/// cyclictest's histogram: one line per µs, one column per row.
 void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, std::FILE* file) {
   fmt::print(file, "# Histogram\n");
   for (std::size_t bin = 0; bin < cyclic.bins; ++bin) {
@@ -143,7 +144,7 @@ void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, std::FIL
   }
 }
 
-/// What cyclictest does not say; scripts skip lines that begin with '#'.
+/// Results that cyclictest does not have. Scripts for its output skip lines that begin with '#'.
 void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outcome& outcome) {
   fmt::print("#\n# {:<3}{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}{:>7}{:>8}{:>7}  {}\n", "T", "in µs",
              "p50", "p99", "p99.9", "p50/T0", "p99/T0", "early", "missed", "cpu_%", "faults",
@@ -237,7 +238,7 @@ std::string utc(std::time_t value) {
   return text.data();
 }
 
-/// The shape of rt-tests 2.4; what is ours stands beside it.
+/// The JSON format of rt-tests 2.4, with additional keys.
 json to_json(const Rows& rows, const rt::CyclicOptions& cyclic, const Options& options,
              const Outcome& outcome) {
   utsname name{};
@@ -275,7 +276,7 @@ json to_json(const Rows& rows, const rt::CyclicOptions& cyclic, const Options& o
           {"notes", outcome.notes}};
 }
 
-/// Rounds until the cycles are done, or for ever when there is no number of them.
+/// Runs rounds until the number of cycles is reached; without a number, until a signal.
 void measure(const Rows& rows, const rt::CyclicOptions& cyclic, std::uint64_t cycles,
              const Options& options, Outcome& outcome) {
   const std::uint64_t a_second = std::max<std::int64_t>(1s / cyclic.interval, 1);
@@ -319,7 +320,7 @@ void latency(const Options& options) {
   }
   std::uint64_t cycles = options.loops;
   if (!options.duration.empty()) {
-    // As cyclictest has it: a number without a unit is seconds.
+    // A number without a unit is in seconds, as in cyclictest.
     const bool has_unit = options.duration.find_first_not_of("0123456789.") != std::string::npos;
     cycles = std::max<std::int64_t>(
         parse_run_time(options.duration + (has_unit ? "" : "s")) / cyclic.interval, 1);
@@ -328,7 +329,7 @@ void latency(const Options& options) {
   const auto note = [&](const std::string& refused) {
     if (!refused.empty()) outcome.notes.push_back(refused);
   };
-  const rt::Load load(options.load);  // its processes must not inherit locked memory
+  const rt::Load load(options.load);  // start before mlockall: its processes must not inherit it
   note(lock_memory(cyclic.realtime));
   const CpuDmaLatency dma_latency(options.dma_latency_us,
                                   options.leaves_dma_latency ? Realtime::off : cyclic.realtime);
@@ -351,7 +352,7 @@ void latency(const Options& options) {
   if (!options.histogram_file.empty()) {
     std::FILE* file = std::fopen(options.histogram_file.c_str(), "w");
     if (file == nullptr) {
-      throw Error("the histogram could not be written", "choose a place that can be",
+      throw Error("the histogram could not be written", "choose a writable file",
                   options.histogram_file);
     }
     print_histogram(rows, cyclic, file);
@@ -372,43 +373,49 @@ void set_up(CLI::App* command) {
                       "Instead: SCHED_FIFO, SCHED_RR, SCHED_OTHER, SCHED_BATCH or SCHED_IDLE");
   command->add_option("-i,--interval", options->interval_us, "Period in µs (1000)")
       ->check(CLI::Range(20, 10'000'000));
-  auto* loops =
-      command->add_option("-l,--loops", options->loops, "Cycles of each row; without: to Ctrl-C");
-  command->add_option("-D,--duration", options->duration, "Of each row, instead of -l: 10s")
+  auto* loops = command->add_option("-l,--loops", options->loops,
+                                    "Cycles of each row (default: until Ctrl-C)");
+  command
+      ->add_option("-D,--duration", options->duration, "Duration of each row, instead of -l: 10s")
       ->excludes(loops);
   command->add_option("-a,--affinity", options->affinity, "CPUs of the measured thread: 1 or 0,1");
   auto* histogram = command
                         ->add_option("-h,--histogram", options->histogram,
-                                     "Print a histogram of so many µs after the run")
+                                     "Print a histogram of this many µs after the run")
                         ->check(CLI::Range(1, 1'000'000));
   command->add_option("--histfile", options->histogram_file, "Write the histogram there instead")
       ->needs(histogram);
   command->add_flag_function(
-      "-m,--mlockall", [](std::int64_t) {}, "As in cyclictest; here memory is always locked");
+      "-m,--mlockall", [](std::int64_t) {}, "Accepted as in cyclictest; memory is always locked");
   command->add_flag("-q,--quiet", options->quiet, "Print a summary only on exit");
   command->add_flag("-N,--nsecs", options->nanoseconds, "Print in ns instead of µs");
-  command->add_option("-b,--breaktrace", options->break_us, "End when a latency is longer (µs)")
+  command
+      ->add_option("-b,--breaktrace", options->break_us,
+                   "Stop when a latency exceeds this value (µs)")
       ->check(CLI::PositiveNumber);
   command->add_option("--executor", options->executors, "all, or a list: events,single_threaded");
   command
       ->add_option("--early-wake", options->early_wake_us,
-                   "A second row of each executor, which wakes so many µs early")
+                   "Add a row for each executor that wakes up this many µs early")
       ->check(CLI::Range(1, static_cast<int>(kMostEarlyWake / 1us)));
-  command->add_option("--load", options->load, "cpu, io or none: what disturbs meanwhile")
+  command->add_option("--load", options->load, "Background load: cpu, io or none")
       ->check(CLI::IsMember(rt::load_names()));
-  command->add_option("--cpu-dma-latency", options->dma_latency_us, "Held meanwhile, in µs (0)")
+  command
+      ->add_option("--cpu-dma-latency", options->dma_latency_us,
+                   "Value of /dev/cpu_dma_latency during the run, in µs (0)")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--default-system", options->leaves_dma_latency,
-                    "Leave /dev/cpu_dma_latency alone");
-  command->add_flag("--require", options->require, "End with an error when rights are refused");
+                    "Do not use /dev/cpu_dma_latency");
+  command->add_flag("--require", options->require,
+                    "Fail if the system refuses real-time privileges");
   command->add_option("--json", options->json, "Write rt-tests' JSON; - for stdout");
   command->footer(
       "Example:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50\n");
   command->callback([options] { latency(*options); });
 }
-const Command registered("latency",
-                         "cyclictest through an executor, the bare clock_nanosleep loop beside it",
-                         set_up);
+const Command registered(
+    "latency", "Measures wake-up latency as cyclictest does, of executors and of clock_nanosleep",
+    set_up);
 
 }  // namespace
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// takt lifecycle: asks lifecycle nodes for their state, and changes it.
+// takt lifecycle: shows and changes the state of lifecycle nodes.
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 
@@ -73,7 +73,7 @@ void set(const Options& options) {
   lm::ChangeState::Request request;
   request.transition.label = options.transition;
   if (std::find(can.begin(), can.end(), options.transition) == can.end()) {
-    throw Error(fmt::format("'{}' is '{}' and cannot be asked to {}", options.node,
+    throw Error(fmt::format("'{}' is '{}' and cannot {}", options.node,
                             state_of(caller, options.node), options.transition),
                 suggest(options.transition, can));
   }
@@ -82,8 +82,8 @@ void set(const Options& options) {
   const std::string state = state_of(caller, options.node);
   if (!answer.success) {
     throw Error(
-        fmt::format("'{}' has failed to {}; it is '{}'", options.node, options.transition, state),
-        "its log says why");
+        fmt::format("'{}' failed to {}; it is '{}'", options.node, options.transition, state),
+        "see its log for the reason");
   }
   fmt::print("{}\n", state);
 }
@@ -93,16 +93,16 @@ void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   const auto add = [&](const char* name, const char* what, void (*function)(const Options&)) {
     CLI::App* sub = command->add_subcommand(name, what);
-    sub->add_option("--domain", options->domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+    sub->add_option("--domain", options->domain, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
     sub->callback([options, function] { function(*options); });
     return sub;
   };
-  add("list", "All lifecycle nodes on the domain, with their states", list)
-      ->add_option("--json", options->json_path, "Write the table as JSON too; - for stdout");
-  add("get", "The state of a node", get)
+  add("list", "Lists all lifecycle nodes on the domain, with their states", list)
+      ->add_option("--json", options->json_path, "Also write the table as JSON; - for stdout");
+  add("get", "Prints the state of a node", get)
       ->add_option("NODE", options->node, "Its name, with its namespace")
       ->required();
-  CLI::App* set_command = add("set", "Asks for a transition; prints the state afterwards", set);
+  CLI::App* set_command = add("set", "Requests a transition, and prints the new state", set);
   set_command->add_option("NODE", options->node, "Its name, with its namespace")->required();
   set_command
       ->add_option("TRANSITION", options->transition,
@@ -113,8 +113,7 @@ void set_up(CLI::App* command) {
       "  takt lifecycle list\n"
       "  takt lifecycle set map_server activate\n");
 }
-const Command registered("lifecycle", "Asks lifecycle nodes for their state, and changes it",
-                         set_up);
+const Command registered("lifecycle", "Shows and changes the state of lifecycle nodes", set_up);
 
 }  // namespace
 }  // namespace takt::tools

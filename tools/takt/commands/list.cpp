@@ -1,4 +1,4 @@
-// takt list: what can be chosen by name.
+// takt list: lists everything that is chosen by name.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ void print(const AnyRegistry& registry) {
   }
 }
 
-// Whether this kernel grants one is known when it is made.
+// Construct each back end to find out whether this kernel supports it.
 void print_wait_backends() {
   const WaitBackendRegistry& registry = wait_backends();
   for (const std::string& name : registry.names()) {
@@ -54,11 +54,11 @@ void set_up(CLI::App* command) {
       fmt::print(
           "intra  by pointer inside one process\n"
           "dds    through Cyclone DDS, between processes and inside one\n"
-          "shm    dds, with messages of fixed size by shared memory\n");
+          "shm    as dds, but messages of fixed size use shared memory\n");
     }
   });
 }
-const Command registered("list", "What can be chosen by name, one a line", set_up);
+const Command registered("list", "Lists executors, schedulers, components and more", set_up);
 
 }  // namespace
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// takt node: who is on the domain.
+// takt node: shows the nodes on the domain.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <memory>
@@ -52,7 +52,7 @@ void info(const Options& options) {
   const Graph graph = Observer(options).graph();
   if (std::find(graph.nodes.begin(), graph.nodes.end(), name) == graph.nodes.end()) {
     throw Error(fmt::format("there is no node '{}'", name),
-                graph.nodes.empty() ? "no node is heard of on this DDS domain"
+                graph.nodes.empty() ? "no node was discovered on this DDS domain"
                                     : suggest(name, graph.nodes));
   }
   json result = {{"node", name}};
@@ -76,12 +76,13 @@ void info(const Options& options) {
 void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
-  CLI::App* list_command = command->add_subcommand("list", "All nodes");
+  CLI::App* list_command = command->add_subcommand("list", "Lists all nodes");
   add_observer_options(*list_command, *options);
-  list_command->add_flag("-a,--all", options->all, "Hidden ones too, whose names begin with '_'");
+  list_command->add_flag("-a,--all", options->all,
+                         "Include hidden nodes, whose names begin with '_'");
   list_command->callback([options] { list(*options); });
   CLI::App* info_command =
-      command->add_subcommand("info", "What a node sends, receives and serves");
+      command->add_subcommand("info", "Shows the topics and services of a node");
   add_observer_options(*info_command, *options);
   info_command->add_option("NODE", options->node, "Its name, with its namespace")->required();
   info_command->callback([options] { info(*options); });
@@ -90,7 +91,7 @@ void set_up(CLI::App* command) {
       "  takt node list\n"
       "  takt node info /front/lidar\n");
 }
-const Command registered("node", "The nodes of a DDS domain, ROS 2's too", set_up);
+const Command registered("node", "Shows the nodes on a DDS domain, including ROS 2's", set_up);
 
 }  // namespace
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// takt plan: the priorities, executors and CPUs that Takt derives from the chains of a file.
+// takt plan: shows the priorities, executors and CPUs that Takt derives from the chains of a file.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -73,7 +73,7 @@ void print(const json& plan) {
          time(chain.at("deadline_us")),
          fmt::format("{}", fmt::join(chain.at("path").get<std::vector<std::string>>(), " → "))});
   }
-  chains.print("chains, as they were found");
+  chains.print("chains");
   Table callbacks(
       {"node", "callback", "group", "chain", "priority", "period_ms", "budget_ms", "executor"});
   for (const json& callback : plan.at("callbacks")) {
@@ -103,7 +103,7 @@ void print(const json& plan) {
       executors.add(std::move(cells));
     }
   }
-  executors.print("executors (used: by callbacks with a budget and a period)");
+  executors.print("executors (used: share of a CPU, by callbacks with a budget and a period)");
 }
 
 void plan(const std::string& file, const std::string& json_path) {
@@ -127,14 +127,16 @@ void plan(const std::string& file, const std::string& json_path) {
 
 void set_up(CLI::App* command) {
   const auto file = std::make_shared<std::string>(), json_path = std::make_shared<std::string>();
-  command->add_option("FILE", *file, "A configuration file; its components are made, none runs")
+  command
+      ->add_option("FILE", *file,
+                   "A configuration file; its components are constructed, but do not run")
       ->required();
-  command->add_option("--json", *json_path, "Write the plan as JSON too; - for stdout");
+  command->add_option("--json", *json_path, "Also write the plan as JSON; - for stdout");
   command->footer("Example:\n  takt plan robot.yaml\n");
   command->callback([file, json_path] { plan(*file, *json_path); });
 }
 const Command registered(
-    "plan", "What Takt assigns from the chains of a file: priorities, executors, CPUs (PiCAS)",
+    "plan", "Shows priorities, executors and CPUs assigned from the chains of a file (PiCAS)",
     set_up);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// takt reference: pages of the documentation that the code itself writes.
+// takt reference: generates pages of the documentation from the code.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/configuration/reference.hpp"
 
@@ -19,10 +19,10 @@ namespace {
 
 using Row = std::array<std::string, 4>;
 
-// What is wider than this stands out, and does not widen its column.
+// Wider cells stick out instead of widening their column.
 constexpr std::size_t kWidest = 70;
 
-// How many columns UTF-8 fills, as far as this page goes.
+// Display width of UTF-8 text, good enough for this page.
 std::size_t width(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char byte) { return (byte & 0xc0) != 0x80; }));
@@ -58,7 +58,7 @@ void replace(std::string& page, const std::string& name, std::string_view text) 
   const std::string place = "{{" + name + "}}";
   const std::size_t at = page.find(place);
   if (at == std::string::npos) {
-    throw Error(fmt::format("the page has no place for '{}'", name),
+    throw Error(fmt::format("the page has no placeholder for '{}'", name),
                 fmt::format("write {} into docs/reference/configuration.md.in", place));
   }
   page.replace(at, place.size(), text);
@@ -73,7 +73,7 @@ void add_tables(std::string& page, const std::string& prefix,
   }
 }
 
-// Headings as links call them, "#a-thread": all letters are small, other signs left out.
+// The anchor of a heading, "#a-thread": lower case, without other characters.
 std::string anchor(std::string_view heading) {
   std::string result;
   for (const unsigned char sign : heading) {
@@ -106,9 +106,9 @@ std::string configuration_reference() {
   add_tables(page, "workload: ", describe_workload());
   replace(page, "planned keys", fmt::format("`{}`", fmt::join(planned_keys(), "`, `")));
   if (const std::size_t left = page.find("{{"); left != std::string::npos) {
-    throw Error(
-        fmt::format("nothing is called '{}'", page.substr(left, page.find("}}", left) - left + 2)),
-        "take it out of docs/reference/configuration.md.in");
+    throw Error(fmt::format("the placeholder '{}' is unknown",
+                            page.substr(left, page.find("}}", left) - left + 2)),
+                "remove it from docs/reference/configuration.md.in");
   }
   check_links(page);
   return page;
@@ -122,8 +122,7 @@ void set_up(CLI::App* command) {
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
   command->callback([page] { fmt::print("{}", configuration_reference()); });
 }
-const Command registered("reference", "Pages of the documentation that the code itself writes",
-                         set_up);
+const Command registered("reference", "Generates pages of the documentation from the code", set_up);
 
 }  // namespace
 }  // namespace takt::tools

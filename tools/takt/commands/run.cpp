@@ -1,4 +1,4 @@
-// takt run: starts the system that a file describes, and tells what it did.
+// takt run: runs the system described by a file, and reports measurements.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A thread remembers so many executions; they take 4 MB.
+/// Executions kept for each thread; they take 4 MB.
 constexpr std::size_t kTraceEvents = 65'536;
 
 struct Options {
@@ -42,7 +42,7 @@ std::string text(const json& value) {
   return fmt::format("{}", value.get<T>());
 }
 
-/// A table of which the first column says the process, when there are several.
+/// A table whose first column is the process, if there are several.
 class ProcessTable {
  public:
   ProcessTable(const json& run, std::vector<std::string> header)
@@ -113,15 +113,15 @@ void print_chains(const json& run) {
 
 void print_topics(const json& run) {
   if (run.at("topics").empty()) return;
-  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "way"});
+  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "transport"});
   for (const json& row : run.at("topics")) {
     table.add(row.at("process"),
               {row.at("topic"), row.at("is_writer") ? "publisher" : "subscription",
                text<std::uint64_t>(row.at("matched")), text<std::uint64_t>(row.at("messages")),
                text<std::uint64_t>(row.at("uncopied")), text<std::uint64_t>(row.at("lost")),
-               row.at("way")});
+               row.at("transport")});
   }
-  table.print("topics between processes (uncopied: lent by shared memory, or read where they lay)");
+  table.print("topics between processes (uncopied: sent or received without a copy)");
 }
 
 void print_threads(const json& run) {
@@ -153,7 +153,7 @@ void print_processes(const json& run) {
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
-/// A container that waits for components to be loaded.
+/// An empty container for components that are loaded later.
 SystemDescription empty_container(const Options& options) {
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
   SystemDescription system;
@@ -166,11 +166,11 @@ SystemDescription empty_container(const Options& options) {
   return system;
 }
 
-/// Whatever the components that are loaded later need from the start.
+/// Checks that all components of the system can be loaded later.
 void prepare_for_loading(SystemDescription& system) {
   if (system.finds_chains || !system.chains.empty()) {
-    throw Error("--composition dynamic: chains are of components that are there from the start",
-                "use single, or take the chains out of the file");
+    throw Error("--composition dynamic: chains need their components from the start",
+                "use single, or remove the chains from the file");
   }
   const auto is_default = [](const auto& executor) { return executor.name == "default"; };
   if (std::none_of(system.executors.begin(), system.executors.end(), is_default)) {
@@ -178,13 +178,13 @@ void prepare_for_loading(SystemDescription& system) {
   }
 }
 
-/// The processes that the options ask for, on the transport that they ask for.
+/// The processes of the system, with the composition and transport of the options.
 std::vector<SystemDescription> processes(const Options& options) {
   if (!options.name.empty()) return {empty_container(options)};
-  SystemDescription system = read_system(options.file);  // may bring schedulers
+  SystemDescription system = read_system(options.file);  // may load schedulers
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
   const bool loads = options.composition == "dynamic";
-  // Who has not asked for DDS measures, or compares: nobody will ask for parameters.
+  // Without DDS in the file, this is a measurement: parameter services would only distort it.
   const bool needs_dds = options.transport == "dds" || options.transport == "shm";
   if ((loads || needs_dds) && !system.dds) system.dds.emplace().parameter_services = false;
   if (needs_dds) system.dds->serves_own_process = true;
@@ -196,9 +196,9 @@ std::vector<SystemDescription> processes(const Options& options) {
                     : loads || options.composition == "single" ? Composition::single
                                                                : Composition::file);
   if (options.transport == "intra" && result.size() > 1) {
-    throw Error(
-        fmt::format("--transport intra ends at the process, and here are {}", result.size()),
-        "use auto, dds or shm, or --composition single");
+    throw Error(fmt::format("--transport intra works in one process only, but this system has {}",
+                            result.size()),
+                "use auto, dds or shm, or --composition single");
   }
   return result;
 }
@@ -232,7 +232,7 @@ void run(const Options& options) {
     }
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
-  // First the file: a closed stdout must not lose it.
+  // Write the file first: a closed stdout must not lose it.
   if (!options.json.empty()) write_json(result_document({run}), options.json);
   if (options.json != "-") {
     print_callbacks(run);
@@ -251,43 +251,43 @@ void set_up(CLI::App* command) {
   CLI::Option* name =
       command
           ->add_option("--name", options->name,
-                       "Instead of FILE: an empty container of this name, on DDS, that waits for "
-                       "components to be loaded (see: takt component)")
+                       "Instead of FILE: run an empty container with this name on DDS, into which "
+                       "you load components (see: takt component)")
           ->excludes(file);
   command
       ->add_option("--load", options->load,
-                   "With --name, what it loads when it is asked to: off, index (the default), any, "
-                   "or a folder of libraries beside the index; folders may be repeated")
+                   "With --name: the libraries it may load on request: off, index (default), any, "
+                   "or a folder in addition to the index; may be repeated for folders")
       ->allow_extra_args(false)
       ->needs(name);
   command
       ->add_option("--executor", options->executor,
-                   "Every component under one executor of this type (see: takt list executors)")
+                   "Run all components under one executor of this type (see: takt list executors)")
       ->envname("TAKT_EXECUTOR");
   command
       ->add_option("--scheduler", options->scheduler,
-                   "The scheduler of every executor (see: takt list schedulers)")
+                   "Scheduler of every executor (see: takt list schedulers)")
       ->envname("TAKT_SCHEDULER");
   command->add_option("--composition", options->composition, "file, single, per-node or dynamic")
       ->check(CLI::IsMember({"file", "single", "per-node", "dynamic"}));
   command->add_option("--transport", options->transport, "auto, intra, dds or shm")
       ->check(CLI::IsMember({"auto", "intra", "dds", "shm"}));
   command->add_option("--duration", options->duration,
-                      "For how long: 10s, 500ms; else until Ctrl-C");
-  command->add_option("--json", options->json, "Write the results as JSON too; - for stdout");
-  command->add_flag("--histograms", options->histograms, "Histograms in the JSON");
+                      "Duration of the run: 10s, 500ms (default: until Ctrl-C)");
+  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
+  command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
   command->add_option("--trace", options->trace,
                       "Write a timeline for ui.perfetto.dev or chrome://tracing");
   command->footer("Example:\n  takt run robot.yaml --executor events --duration 10s\n");
   command->callback([options] {
     if (options->file.empty() && options->name.empty()) {
-      throw Error("nothing to run is given", "name a FILE, or an empty container by --name");
+      throw Error("nothing to run", "give a FILE, or --name for an empty container");
     }
     if (!options->executor.empty()) executors().check(options->executor);
     run(*options);
   });
 }
-const Command registered("run", "Starts the system that the file describes; Ctrl-C ends it cleanly",
+const Command registered("run", "Runs the system described by a file; Ctrl-C ends it cleanly",
                          set_up);
 
 }  // namespace

@@ -1,4 +1,4 @@
-// takt service: what can be called on the domain, and calling it.
+// takt service: lists and calls the services on the domain.
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cstring>
@@ -63,7 +63,7 @@ void call(const Options& options) {
   std::memcpy(header.data(), &id, sizeof id);
   const ByteBuffer message = write_message(request, options.request, header);
 
-  // Its ends have names that no node may give; what is answered comes to a wait set.
+  // Node rejects the names of the client's topics, so create the endpoints without it.
   const std::string node = observer.node().fully_qualified_name();
   const ServiceIdentity identity{new_service_id("clientid"), &request, &response};
   bool is_answered = false;
@@ -86,8 +86,8 @@ void call(const Options& options) {
   const TimePoint end = Clock::steady().now() + limit;
   while (requests.subscription_count() == 0 || answers->outside_publisher_count() == 0) {
     if (Clock::steady().now() > end) {
-      throw Error(fmt::format("nobody serves '{}'", name),
-                  "does it run, on the same DDS domain (--domain, ROS_DOMAIN_ID)?");
+      throw Error(fmt::format("service '{}' has no server", name),
+                  "check that the server runs on the same DDS domain (--domain, ROS_DOMAIN_ID)");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -99,31 +99,36 @@ void call(const Options& options) {
     for (Slot slot; answers->take(slot);) answers->execute(slot);
   }
   if (!is_answered) {
-    throw Error(fmt::format("'{}' has not answered within {}", name, to_string(limit)),
-                "is it busy, or stopped?");
+    throw Error(fmt::format("no response from '{}' within {}", name, to_string(limit)),
+                "check that the server is not busy or stopped");
   }
 }
 
 void set_up(CLI::App* command) {
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
-  CLI::App* list_command = command->add_subcommand("list", "All services");
+  CLI::App* list_command = command->add_subcommand("list", "Lists all services");
   add_observer_options(*list_command, *options);
-  list_command->add_flag("-a,--all", options->all, "Hidden ones too, as those of actions");
+  list_command->add_flag("-a,--all", options->all,
+                         "Include hidden services, for example those of actions");
   list_command->callback([options] { list(*options); });
-  CLI::App* call_command = command->add_subcommand("call", "Calls a service, and shows its answer");
+  CLI::App* call_command =
+      command->add_subcommand("call", "Calls a service, and prints the response");
   add_observer_options(*call_command, *options);
   call_command->add_option("SERVICE", options->service, "Its name")->required();
-  call_command->add_option("REQUEST", options->request, "YAML; what it leaves out is zero");
-  call_command->add_option("--type", options->type, "When its server does not tell");
-  call_command->add_option("--timeout", options->timeout_s, "Seconds")->check(CLI::PositiveNumber);
+  call_command->add_option("REQUEST", options->request,
+                           "The request as YAML; missing fields are zero");
+  call_command->add_option("--type", options->type, "The type, if discovery does not report it");
+  call_command->add_option("--timeout", options->timeout_s, "Time limit in seconds")
+      ->check(CLI::PositiveNumber);
   call_command->callback([options] { call(*options); });
   command->footer(
       "Example:\n"
       "  takt service list\n"
       "  takt service call /lidar/get_parameters '{names: [rate_hz]}'\n");
 }
-const Command registered("service", "The services of a DDS domain, ROS 2's too", set_up);
+const Command registered("service", "Lists and calls services on a DDS domain, including ROS 2's",
+                         set_up);
 
 }  // namespace
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// takt topic: what is sent on the domain, and sending.
+// takt topic: shows the topics on the domain, receives from them and publishes to them.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
@@ -46,7 +46,7 @@ std::string text_of(const QoS& qos) {
   return text;
 }
 
-// ---- What there is ----
+// ---- list, info ----
 
 void list(const Options& options) {
   const Graph graph = Observer(options).graph();
@@ -105,9 +105,9 @@ void info(const Options& options) {
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
 
-// ---- Looking at messages ----
+// ---- echo, hz, bw ----
 
-/// A subscription that gets what the publishers offer, whatever that is.
+/// A subscription whose QoS matches all publishers.
 class Listener {
  public:
   Listener(Observer& observer, const Options& options, SerializedCallback callback)
@@ -118,8 +118,8 @@ class Listener {
     });
     type_ = options.type.empty() ? type_of(graph.publishers, graph.subscriptions, topic_, "topic")
                                  : options.type;
-    // Best effort, so that no publisher waits for who looks on; but what is kept for those who come
-    // late, only reliable readers get.
+    // Best effort, so that a publisher never waits for this observer. But only a reliable
+    // subscription gets the messages kept for late ones (transient local).
     bool is_kept = true, is_offered = false;
     for (const GraphEndpoint& publisher : graph.publishers) {
       if (publisher.name != topic_) continue;
@@ -127,7 +127,7 @@ class Listener {
       is_kept = is_kept && publisher.qos.durability == Durability::transient_local &&
                 publisher.qos.reliability == Reliability::reliable;
     }
-    if (!is_offered) rt::to_stderr("nobody publishes on '{}' yet\n", topic_);
+    if (!is_offered) rt::to_stderr("'{}' has no publisher yet\n", topic_);
     QoS qos(10'000);
     is_offered&& is_kept ? qos.transient_local() : qos.best_effort();
     subscription_ =
@@ -178,7 +178,7 @@ void echo(const Options& options) {
   if (file.is_open() && !file.flush()) throw not_written("messages", options.json_path);
 }
 
-/// Of the last messages.
+/// Statistics of the last messages.
 class Window {
  public:
   explicit Window(std::size_t size) : size_(size) {}
@@ -211,7 +211,7 @@ class Window {
   std::size_t next_ = 0;
 };
 
-/// Calls `show` every second, and the last row becomes the JSON.
+/// Calls `show` every second, and writes the last row as JSON.
 template <class Show>
 void watch(Observer& observer, const Options& options, Show show) {
   json last = json::object();
@@ -290,7 +290,7 @@ void bw(const Options& options) {
   });
 }
 
-// ---- Sending ----
+// ---- pub ----
 
 void pub(const Options& options) {
   const ByteBuffer message = write_message(require_type(options.type), options.message);
@@ -300,9 +300,9 @@ void pub(const Options& options) {
   const TimePoint end = Clock::steady().now() + std::chrono::seconds(3);
   while (publisher->subscription_count() == 0) {
     if (Clock::steady().now() > end) {
-      if (options.rate_hz != 0) break;  // somebody may come
-      throw Error(fmt::format("nobody listens on '{}'", publisher->topic()),
-                  "look at: takt topic list; or send again and again, with --rate");
+      if (options.rate_hz != 0) break;  // a subscription may appear later
+      throw Error(fmt::format("'{}' has no subscription", publisher->topic()),
+                  "check the name with takt topic list, or publish repeatedly with --rate");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -318,7 +318,8 @@ void pub(const Options& options) {
     observer.add(timer);
     observer.run(options.duration());
   }
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // what is under way arrives
+  std::this_thread::sleep_for(
+      std::chrono::milliseconds(100));  // so that messages in transit arrive
 }
 
 void set_up(CLI::App* command) {
@@ -333,32 +334,37 @@ void set_up(CLI::App* command) {
     return sub;
   };
   const auto add_listening = [&](CLI::App* sub) {
-    sub->add_option("--duration", options->duration_s, "Seconds; without it, until Ctrl-C")
+    sub->add_option("--duration", options->duration_s, "Seconds (default: until Ctrl-C)")
         ->check(CLI::PositiveNumber);
-    sub->add_option("--type", options->type, "When several, or none, are told");
+    sub->add_option("--type", options->type, "The type, if discovery reports several or none");
     return sub;
   };
-  add("list", "All topics", list, false)
-      ->add_flag("-a,--all", options->all, "Hidden ones too, whose names begin with '_'");
-  add("info", "Who sends and receives, in what QoS", info);
+  add("list", "Lists all topics", list, false)
+      ->add_flag("-a,--all", options->all, "Include hidden topics, whose names begin with '_'");
+  add("info", "Shows publishers and subscriptions, with their QoS", info);
   for (const auto& [name, what, function] :
-       {std::tuple("hz", "How often messages come, each second", &hz),
-        std::tuple("bw", "How many bytes come, each second", &bw)}) {
+       {std::tuple("hz", "Prints the message rate every second", &hz),
+        std::tuple("bw", "Prints the bandwidth every second", &bw)}) {
     add_listening(add(name, what, function))
-        ->add_option("--window", options->window, "Messages that are looked back at")
+        ->add_option("--window", options->window, "Number of last messages that are evaluated")
         ->check(CLI::PositiveNumber);
   }
-  CLI::App* echo_command = add_listening(add("echo", "Shows each message", echo));
-  echo_command->add_option("-n,--count", options->count, "So many, and no more");
-  echo_command->add_flag("--full", options->full, "All elements of long arrays");
-  echo_command->add_flag("--raw", options->raw, "Bytes, for types that takt does not know");
-  CLI::App* pub_command = add("pub", "Sends a message, once or again and again", pub, true, false);
-  pub_command->add_option("TYPE", options->type, "Such as std_msgs/msg/String")->required();
-  pub_command->add_option("MESSAGE", options->message, "YAML; what it leaves out is zero");
-  pub_command->add_option("-r,--rate", options->rate_hz, "Times a second; without it, once")
+  CLI::App* echo_command = add_listening(add("echo", "Prints each message", echo));
+  echo_command->add_option("-n,--count", options->count, "Stop after this many messages");
+  echo_command->add_flag("--full", options->full, "Print all elements of long arrays");
+  echo_command->add_flag("--raw", options->raw, "Print bytes, for types that takt does not know");
+  CLI::App* pub_command = add("pub", "Publishes a message, once or repeatedly", pub, true, false);
+  pub_command->add_option("TYPE", options->type, "The type, for example std_msgs/msg/String")
+      ->required();
+  pub_command->add_option("MESSAGE", options->message,
+                          "The message as YAML; missing fields are zero");
+  pub_command
+      ->add_option("-r,--rate", options->rate_hz, "Messages per second (default: only one message)")
       ->check(CLI::PositiveNumber);
-  pub_command->add_option("-n,--count", options->count, "So many, with --rate");
-  pub_command->add_option("--duration", options->duration_s, "Seconds, with --rate")
+  pub_command->add_option("-n,--count", options->count,
+                          "With --rate: stop after this many messages");
+  pub_command
+      ->add_option("--duration", options->duration_s, "With --rate: stop after this many seconds")
       ->check(CLI::PositiveNumber);
   command->footer(
       "Example:\n"
@@ -367,7 +373,8 @@ void set_up(CLI::App* command) {
       "  takt topic echo /odom -n 1\n"
       "  takt topic pub /cmd_vel geometry_msgs/msg/Twist '{linear: {x: 0.2}}' --rate 10\n");
 }
-const Command registered("topic", "The topics of a DDS domain, ROS 2's too", set_up);
+const Command registered("topic", "Shows and uses topics on a DDS domain, including ROS 2's",
+                         set_up);
 
 }  // namespace
 }  // namespace takt::tools

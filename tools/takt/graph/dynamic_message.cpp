@@ -42,7 +42,7 @@ const Types& types() {
   return known;
 }
 
-/// How many bytes an element of an array takes; 0: that depends.
+/// Size of an array element in bytes; 0: variable.
 std::size_t size_of(FieldShape::Id id) {
   switch (id) {
     case FieldShape::int8:
@@ -67,7 +67,7 @@ std::size_t size_of(FieldShape::Id id) {
   }
 }
 
-// How the text begins that stands for the rest of an array.
+// Begins the text that replaces the rest of a long array.
 constexpr std::string_view kCut = "... (";
 
 // ---- Bytes → fields ----
@@ -92,7 +92,7 @@ class Reader {
   json of(const FieldShape& shape) {
     if (!shape.is_array() && !shape.is_sequence()) return one(shape);
     const std::size_t count = shape.is_array() ? shape.capacity : number<std::uint32_t>();
-    if (count > body_.size()) throw_short();  // each takes a byte at the least
+    if (count > body_.size()) throw_short();  // each element has at least one byte
     json result = json::array();
     for (std::size_t i = 0; i < std::min(count, most_); ++i) result.push_back(one(shape));
     if (count <= most_) return result;
@@ -157,7 +157,7 @@ class Reader {
     return from;
   }
   [[noreturn]] static void throw_short() {
-    throw Error("the bytes end before the message does", "is its type another one?");
+    throw Error("the bytes end before the message does", "check the type of the message");
   }
 
   const std::span<const std::byte> body_;
@@ -171,7 +171,7 @@ class Writer {
  public:
   Writer(ByteBuffer& bytes, document::Errors& errors) : bytes_(bytes), errors_(errors) {}
 
-  /// `given`: nullptr is a message of zeros.
+  /// `given`: nullptr for a message of zeros.
   void message(const MessageType& type, const document::Value* given) {
     const auto* map = given != nullptr ? std::get_if<document::Map>(&given->content) : nullptr;
     if (given != nullptr && map == nullptr &&
@@ -327,7 +327,7 @@ void write_yaml(const json& value, std::size_t indent, std::string& text) {
         write_yaml(element, indent + 2, fields);
         fields.replace(indent, 1, "-");
         text += fields;
-      } else if (is_nested) {  // what stands for the rest
+      } else if (is_nested) {  // the text that replaces the rest
         text += spaces + element.get<std::string>() + "\n";
       } else {
         text += separator;

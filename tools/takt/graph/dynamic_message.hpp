@@ -1,4 +1,4 @@
-// Messages of types that the program's code does not name: read, shown, and made from text.
+// Messages of types that are only known at run time: decodes, prints and encodes them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_DYNAMIC_MESSAGE_HPP_
 #define TAKT_TOOLS_TAKT_DYNAMIC_MESSAGE_HPP_
@@ -15,23 +15,23 @@
 
 namespace takt::tools {
 
-/// ROS 2's types that Takt has, by name; nullptr: it does not know this one.
+/// The ROS 2 type with this name; nullptr if Takt does not know it.
 const MessageType* known_type(std::string_view name);
-/// The same, or the Error that tells what is known.
+/// The same, but throws an Error that lists the known types.
 const MessageType& require_type(std::string_view name);
 
 struct ReadOptions {
-  std::size_t skipped = 0;      // bytes of header that come first, as in requests and replies
-  std::size_t most = SIZE_MAX;  // elements of an array; then a text says how many there are
+  std::size_t skipped = 0;      // bytes before the fields: the header of requests and replies
+  std::size_t most = SIZE_MAX;  // array elements to decode; a text replaces the rest
 };
-/// The fields of a message in their order. Throws Error when the bytes are no such message.
+/// Decodes the fields of a message. Throws Error if the bytes are no message of this type.
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
                                     const ReadOptions& options = {});
-/// As YAML, indented.
+/// Formats fields as indented YAML.
 std::string to_yaml(const nlohmann::ordered_json& message);
 
-/// A message from text like "{linear: {x: 1.0}}"; what it leaves out is zero. `header`: comes
-/// before the fields. Throws ConfigurationError, or Error, that says which field.
+/// Encodes a message from text like "{linear: {x: 1.0}}"; missing fields are zero. `header`
+/// precedes the fields. Throws ConfigurationError or Error, which names the invalid field.
 ByteBuffer write_message(const MessageType& type, const std::string& text,
                          std::span<const std::byte> header = {});
 

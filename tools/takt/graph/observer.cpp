@@ -19,22 +19,22 @@ std::shared_ptr<Participant> join(const ObserverOptions& observer) {
   DdsOptions options;
   options.domain = observer.domain;
   options.ros_graph = observer.form;
-  options.shared_memory = SharedMemory::off;  // whoever looks on is not worth a chunk
+  options.shared_memory = SharedMemory::off;  // an observer must not use up the system's chunks
   return Participant::create(options);
 }
 
 }  // namespace
 
 void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json) {
-  command.add_option("--domain", options.domain, "The DDS domain; else ROS_DOMAIN_ID, else 0");
+  command.add_option("--domain", options.domain, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
   command
       .add_option("--ros", options.form,
-                  "The form in which nodes are told: jazzy (since Iron) or "
-                  "humble (and before)")
+                  "Format of node announcements: jazzy (Iron and later) or "
+                  "humble (and earlier)")
       ->transform(CLI::CheckedTransformer(std::map<std::string, RosGraph>{
           {"jazzy", RosGraph::jazzy}, {"humble", RosGraph::humble}}));
   if (has_json) {
-    command.add_option("--json", options.json_path, "Write the table as JSON too; - for stdout");
+    command.add_option("--json", options.json_path, "Also write the table as JSON; - for stdout");
   }
 }
 
@@ -53,7 +53,7 @@ Observer::Observer(const ObserverOptions& options)
 }
 
 Graph Observer::graph() const {
-  participant_->graph();  // from now on it hears
+  participant_->graph();  // starts to listen to node announcements
   std::this_thread::sleep_for(std::chrono::milliseconds(800));
   return participant_->graph();
 }
@@ -103,11 +103,11 @@ std::string type_of(const std::vector<GraphEndpoint>& some,
   if (types.size() == 1) return *types.begin();
   if (!types.empty()) {
     throw Error(fmt::format("{} '{}' has several types: {}", what, name, fmt::join(types, ", ")),
-                "give one of them");
+                "choose one with --type");
   }
   const std::vector<std::string> known(names.begin(), names.end());
-  throw Error(fmt::format("nobody has the {} '{}'", what, name),
-              known.empty() ? "nothing is heard of on this DDS domain (--domain, ROS_DOMAIN_ID)"
+  throw Error(fmt::format("there is no {} '{}'", what, name),
+              known.empty() ? "nothing was discovered on this DDS domain (--domain, ROS_DOMAIN_ID)"
                             : suggest(name, known));
 }
 

@@ -1,4 +1,4 @@
-// A process on the domain that looks on: who is there, and what they send.
+// An observer of the domain: discovers nodes and topics, and receives messages.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_OBSERVER_HPP_
 #define TAKT_TOOLS_TAKT_OBSERVER_HPP_
@@ -15,11 +15,11 @@
 
 namespace takt::tools {
 
-/// What all commands about the graph can be told.
+/// Options of all commands about the graph.
 struct ObserverOptions {
   int domain = default_domain();
   RosGraph form = RosGraph::jazzy;
-  bool all = false;  // hidden names too: those with a part that begins with '_'
+  bool all = false;  // include hidden names: those with a part that begins with '_'
   std::string json_path;
 };
 void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json = true);
@@ -32,15 +32,15 @@ class Observer {
 
   const std::shared_ptr<Participant>& participant() const noexcept { return participant_; }
   Node& node() const noexcept { return *node_; }
-  /// After the time in which others are usually heard of.
+  /// Waits for the time that discovery usually takes.
   Graph graph() const;
-  /// Once `is_there` says so, or when 3 s have passed.
+  /// Waits until `is_there` returns true, at most 3 s.
   Graph graph(const std::function<bool(const Graph&)>& is_there) const;
 
-  /// Whose callback `run` calls.
+  /// Adds an entity whose callbacks run() serves.
   void add(const std::shared_ptr<Entity>& entity) { wait_set_.add(entity); }
-  /// Until the time is over (0: never), Ctrl-C, or `stop`. What arrives within 100 ms is looked at
-  /// together: who looks on is not to be in the way.
+  /// Runs for this time (0: no limit), until Ctrl-C, or until stop(). Serves messages in batches
+  /// every 100 ms, so that the observer causes few wake-ups.
   void run(Nanoseconds duration);
   void stop() noexcept { is_stopped_ = true; }
 
@@ -51,12 +51,12 @@ class Observer {
   bool is_stopped_ = false;
 };
 
-/// The ends of that name. Throws the Error that lists what there is when there is none, or they
-/// have different types.
+/// The type of the topic or service with this name. Throws an Error, which lists what exists, if
+/// there is none, or if its endpoints have different types.
 std::string type_of(const std::vector<GraphEndpoint>& some,
                     const std::vector<GraphEndpoint>& others, const std::string& name,
                     const char* what);
-/// "/scan", however its user has written it.
+/// Adds the leading slash to a name if it is missing.
 std::string absolute(const std::string& name);
 
 }  // namespace takt::tools

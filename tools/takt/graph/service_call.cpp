@@ -16,8 +16,8 @@ std::vector<std::string> Caller::find(const std::string& ending) const {
 }
 
 void Caller::nobody(const std::string& whose) const {
-  throw Error(fmt::format("{} has not been found within 3 s", whose),
-              "does it run, on the same DDS domain (--domain, ROS_DOMAIN_ID)?");
+  throw Error(fmt::format("{} was not found within 3 s", whose),
+              "check that it runs on the same DDS domain (--domain, ROS_DOMAIN_ID)");
 }
 
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// One request to a service of another process.
+// Calls a service of another process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
 #define TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
@@ -16,28 +16,28 @@
 
 namespace takt::tools {
 
-/// The full name of a node's service `/name`, however its user has written the node.
+/// The full name of a node's service `/name`; the node's leading slash may be missing.
 inline std::string service_of(const std::string& node, const char* name) {
   return (node.starts_with('/') ? "" : "/") + node + name;
 }
 
-/// A process on the domain that looks on, and asks.
+/// A service client on the domain.
 class Caller {
  public:
   explicit Caller(int domain) {
     DdsOptions options;
     options.domain = domain;
-    options.shared_memory = SharedMemory::off;  // a few requests are not worth joining it
+    options.shared_memory = SharedMemory::off;  // joining it costs more than a few requests
     participant_ = Participant::create(options);
     node_ = std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
                                    NodeOptions{.participant = participant_});
     executor_->add_node(node_);
   }
 
-  /// The names N of all services "/N" + `ending`, as far as they are heard of in half a second.
+  /// The names N of all services "/N" + `ending` that are discovered in half a second.
   std::vector<std::string> find(const std::string& ending) const;
 
-  /// Throws Error when nobody answers; `whose` is what it calls the one who should.
+  /// Throws Error if there is no response; `whose` names the server in the error.
   template <class S>
   typename S::Response call(const std::string& service, const typename S::Request& request,
                             const std::string& whose,
@@ -51,8 +51,8 @@ class Caller {
     const auto answer = client->async_send_request(request);
     executor_->spin_until_future_complete(answer, limit);
     if (!answer.ready() || !answer.get()) {
-      throw Error(fmt::format("{} has not answered within {}", whose, to_string(limit)),
-                  "is it busy, or stopped?");
+      throw Error(fmt::format("no response from {} within {}", whose, to_string(limit)),
+                  "check that it is not busy or stopped");
     }
     return *answer.get();
   }

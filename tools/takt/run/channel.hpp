@@ -1,4 +1,4 @@
-// What a parent process and its children say to each other.
+// The connection between a parent process and a child.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_CHANNEL_HPP_
 #define TAKT_TOOLS_TAKT_CHANNEL_HPP_
@@ -14,7 +14,7 @@
 
 namespace takt::tools {
 
-/// One JSON document a line, over a socket pair.
+/// Exchanges JSON documents, one per line, over a socket pair.
 class Channel {
  public:
   explicit Channel(int fd) : fd_(fd) {}
@@ -23,7 +23,7 @@ class Channel {
   Channel& operator=(const Channel&) = delete;
   int fd() const noexcept { return fd_; }
 
-  /// False: the other one has gone.
+  /// Returns false if the peer has closed the connection.
   bool send(const nlohmann::json& document) {
     const std::string line = document.dump() + "\n";
     for (std::size_t sent = 0; sent < line.size();) {
@@ -34,7 +34,7 @@ class Channel {
     }
     return true;
   }
-  /// The next document that has come.
+  /// The next received document.
   std::optional<nlohmann::json> next() {
     const std::size_t end = received_.find('\n');
     if (end == std::string::npos) return std::nullopt;
@@ -42,7 +42,7 @@ class Channel {
     received_.erase(0, end + 1);
     return document;
   }
-  /// Waits for a part of one. False: the other one has gone.
+  /// Waits for data. Returns false if the peer has closed the connection.
   bool read_some() {
     std::array<char, 65536> buffer;
     for (;;) {
@@ -58,7 +58,7 @@ class Channel {
       if (!read_some()) return std::nullopt;
     }
   }
-  /// Says nothing more; the other one sees the end, and may still say something.
+  /// Closes the sending direction; the peer can still send.
   void finish() { shutdown(fd_, SHUT_WR); }
 
  private:

@@ -1,4 +1,4 @@
-// Tests of what a parent process and its children say to each other.
+// Tests of the connection between a parent process and a child.
 // SPDX-License-Identifier: Apache-2.0
 #include "run/channel.hpp"
 

@@ -30,7 +30,8 @@ using namespace std::chrono_literals;
 
 constexpr auto kMatchLimit = 10s;
 
-/// Waits until each end of a topic has found as many others as the parent has counted.
+/// Waits until each publisher and subscription has discovered as many matching endpoints as the
+/// parent has counted.
 void wait_for_matches(const Container& container, const json& wanted) {
   const TimePoint limit = Clock::steady().now() + kMatchLimit;
   for (;;) {
@@ -41,17 +42,18 @@ void wait_for_matches(const Container& container, const json& wanted) {
     }
     if (lonely == nullptr) return;
     if (Clock::steady().now() > limit) {
-      throw Error(fmt::format("topic '{}': a {} has found {} of its partners in other processes "
-                              "after {} s",
-                              lonely->topic, lonely->is_writer ? "publisher" : "subscription",
-                              lonely->matched, kMatchLimit.count()),
-                  "is another program on the same DDS domain, or a firewall on lo?");
+      throw Error(
+          fmt::format("topic '{}': a {} discovered {} of its matching endpoints in other processes "
+                      "after {} s",
+                      lonely->topic, lonely->is_writer ? "publisher" : "subscription",
+                      lonely->matched, kMatchLimit.count()),
+          "check for other programs on this DDS domain, and for a firewall on lo");
     }
     std::this_thread::sleep_for(2ms);
   }
 }
 
-/// A container that does what the parent says.
+/// A container controlled by the parent process.
 class Child {
  public:
   Child(const SystemDescription& system, ContainerOverrides overrides, Channel& parent)
@@ -59,7 +61,7 @@ class Child {
         container_(system, with_guard(std::move(overrides))),
         serves_itself_(system.dds && system.dds->serves_own_process) {}
 
-  /// Until the parent is gone. Throws what a callback threw.
+  /// Runs until the parent closes the connection. Rethrows an exception of a callback.
   void run() {
     parent_.send(state());
     for (;;) {
@@ -82,7 +84,7 @@ class Child {
             {"serves_itself", serves_itself_}};
   }
 
-  /// False: something else has come. Throws what a callback threw.
+  /// Returns false if an event other than a command arrived. Rethrows an exception of a callback.
   bool wait_for_command() {
     std::array<pollfd, 2> events{{{parent_.fd(), POLLIN, 0}, {failed_, POLLIN, 0}}};
     const TimePoint now = Clock::steady().now();
@@ -127,8 +129,8 @@ class Child {
   }
 
   Channel& parent_;
-  const int failed_ = eventfd(0, EFD_CLOEXEC);  // one of our executors has failed
-  EndGuard guard_;                              // the parent looks after the beginning
+  const int failed_ = eventfd(0, EFD_CLOEXEC);  // an executor of this process failed
+  EndGuard guard_;                              // only for the end; the parent guards the start
   Container container_;
   const bool serves_itself_;
   TimePoint check_ = kNever;

@@ -9,11 +9,11 @@
 
 namespace takt::tools {
 
-/// Then processes that run have found each other.
+/// Time after which running processes have discovered each other.
 inline constexpr std::chrono::seconds kDiscoveryTime(10);
 
-/// The child's whole life. It does what the parent says by the socket, and ends when the parent is
-/// gone, or when one of its executors has failed. Returns its exit status.
+/// The main function of a child. It executes the parent's commands from the socket, until the
+/// parent closes the connection or an executor fails. Returns the exit status.
 int serve(const SystemDescription& system, ContainerOverrides overrides, int socket);
 
 }  // namespace takt::tools

@@ -36,7 +36,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kSharedMemoryEndLimit = 30s;
 
-/// The output of a process, printed line by line under its name.
+/// Prints the output of a process line by line, with the process's name.
 class Output {
  public:
   ~Output() { set(-1); }
@@ -45,7 +45,7 @@ class Output {
     fd_ = fd;
   }
   int fd() const noexcept { return fd_; }
-  /// Waits for a part; at the end there is no descriptor any more.
+  /// Waits for output. After the end of the output, there is no descriptor.
   void pump(const std::string& name) {
     std::array<char, 4096> buffer;
     const ssize_t now = read(fd_, buffer.data(), buffer.size());
@@ -79,18 +79,18 @@ struct Children::Child {
   }
   const SystemDescription& description;
   const std::string name;
-  // It runs, and is not just being started again.
+  // Whether it runs and has completed its start or restart.
   bool takes_part() const { return pid > 0 && steps.empty(); }
 
   RestartOptions restart;
-  pid_t pid = 0;  // 0: it does not run
+  pid_t pid = 0;  // 0: not running
   int pidfd = -1;
-  bool is_made = false;           // it has said something, so its constructors have returned
-  std::deque<std::string> steps;  // of its new start: those that it has not answered
+  bool is_made = false;           // its constructors have returned, because it has sent a document
+  std::deque<std::string> steps;  // of a restart: commands without a response so far
   std::optional<Channel> channel;
   Output output;
-  bool has_ended = false;  // it says nothing more
-  std::string error;       // its own last word
+  bool has_ended = false;  // it sends nothing more
+  std::string error;       // the last error that it reported
   std::string death;
   int restarts = 0;
   TimePoint begin_again = kNever;
@@ -120,12 +120,13 @@ Children::~Children() {
                     kConstructorLimit.count());
     }
     if (!unmade.empty() && now >= limit) {
-      end_now([](const Child& child) { return !child.is_made; }, "has not been made in time");
+      end_now([](const Child& child) { return !child.is_made; },
+              "its constructors did not return in time");
     } else if (now >= limit_) {
-      end_now([](const Child&) { return true; }, "it does not end");
+      end_now([](const Child&) { return true; }, "it does not end in time");
       limit_ = kNever;
     } else if (const int signal = signals_.take(); signal != 0) {
-      end_now([](const Child&) { return true; }, name_of_signal(signal) + " came again");
+      end_now([](const Child&) { return true; }, "a second " + name_of_signal(signal) + " arrived");
     }
     const TimePoint next = std::min({now + 1h, limit_, unmade.empty() ? kNever : limit});
     pump(next - now);
@@ -180,7 +181,8 @@ void Children::watch(Nanoseconds duration) {
   for (const auto& child : children_) {
     child->begin_again = kNever;
     if (child->pid <= 0 || child->takes_part()) continue;
-    child->death = fmt::format("process '{}' was not yet running again at the end", child->name);
+    child->death =
+        fmt::format("process '{}' had not completed its restart at the end", child->name);
     deaths_.push_back(child->death);
     child->channel->finish();
   }
@@ -200,21 +202,21 @@ void Children::begin(Child& child) {
   std::array<int, 2> ends{}, output{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0 ||
       pipe2(output.data(), O_CLOEXEC) != 0) {
-    throw Error("no connection to a process: " + errno_message(errno));
+    throw Error("cannot create a socket pair: " + errno_message(errno));
   }
   const pid_t pid = fork();
-  if (pid < 0) throw Error("no process: " + errno_message(errno));
+  if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
     const SystemDescription description = child.description;
-    children_.clear();  // closes our copies of the others' connections
+    children_.clear();  // closes this process's copies of the other children's connections
     close(ends[0]), close(output[0]);
     dup2(output[1], STDOUT_FILENO), dup2(output[1], STDERR_FILENO);
     close(output[1]);
     const int status = serve(description, overrides_, ends[1]);
     Logger::instance().flush();
     std::fflush(nullptr);
-    // Without a return through the parent's frames; not _exit, as iceoryx says goodbye to RouDi
-    // when static objects go.
+    // Do not return through the parent's frames. Do not use _exit: destructors of static objects
+    // must run, because there iceoryx unregisters from RouDi.
     std::exit(status);
   }
   close(ends[1]), close(output[1]);
@@ -227,12 +229,12 @@ void Children::begin(Child& child) {
   child.error.clear();
 }
 
-// The others run already, so there is no time at which all are matched.
+// The other processes run already, so do not wait for all to match.
 void Children::begin_again(Child& child) {
   child.begin_again = kNever;
   ++child.restarts;
   begin(child);
-  child.steps = {"make", "start", "release"};  // the first it does by itself
+  child.steps = {"make", "start", "release"};  // it starts "make" without a command
 }
 
 void Children::go_on(Child& child) {
@@ -259,18 +261,18 @@ json Children::hear(Child& child) {
     if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
     if (child.has_ended) throw Error(end_of(child));  // the file may be wrong
     if (const int signal = signals_.take(); signal != 0) {
-      throw std::runtime_error(fmt::format("{} came while process '{}' was awaited",
+      throw std::runtime_error(fmt::format("{} arrived while waiting for process '{}'",
                                            name_of_signal(signal), child.name));
     }
     if (Clock::steady().now() > limit_) {
       kill(child.pid, SIGKILL);
-      bound_end();  // for the others, which can end by themselves now
+      bound_end();  // the others can end now, and must do so in time
     }
     pump(1s);
   }
 }
 
-// Sleeps until children have written or answered, at most so long, and reads that.
+// Waits for output and responses of the children, at most this long, and reads them.
 void Children::pump(Nanoseconds most) {
   std::vector<pollfd> events{{signals_.fd(), POLLIN, 0}};
   for (const auto& child : children_) {
@@ -288,7 +290,7 @@ void Children::pump(Nanoseconds most) {
   }
 }
 
-// Forgets the children that have ended. False: none is left.
+// Removes the children that have ended. Returns false if none is left.
 bool Children::end_some() {
   bool is_any_left = false;
   for (const auto& child : children_) {
@@ -316,9 +318,9 @@ template <class Predicate>
 void Children::end_now(Predicate is_meant, const std::string& why) {
   for (const auto& child : children_) {
     if (child->pid <= 0 || !is_meant(*child)) continue;
-    rt::to_stderr("takt: process '{}' is killed: {}\n", child->name, why);
+    rt::to_stderr("takt: killing process '{}': {}\n", child->name, why);
     kill(child->pid, SIGKILL);
-    child->is_made = true;  // it is not waited for any more
+    child->is_made = true;  // do not wait for its constructors
   }
 }
 
@@ -329,7 +331,7 @@ void Children::forget(Child& child) {
   child.steps.clear();
 }
 
-// "process 'x' was ended by signal 9 (Killed)", with its last words.
+// "process 'x' was ended by signal 9 (Killed)", with its last output.
 std::string Children::end_of(Child& child) {
   while (auto word = child.channel->next()) {
     if (word->contains("error")) child.error = word->at("error");
@@ -344,7 +346,7 @@ std::string Children::end_of(Child& child) {
           : fmt::format("process '{}' was ended by signal {} ({})", child.name, info.si_status,
                         sigdescr_np(info.si_status));
   if (!child.output.last().empty()) {
-    text += fmt::format("; its last words: {}", fmt::join(child.output.last(), " | "));
+    text += fmt::format("; its last output: {}", fmt::join(child.output.last(), " | "));
   }
   return text;
 }
@@ -357,13 +359,13 @@ void Children::bury(Child& child) {
   const bool has_failed = !WIFEXITED(status) || WEXITSTATUS(status) != 0;
   const bool is_wanted = child.restart.policy == RestartOptions::Policy::always ||
                          (child.restart.policy == RestartOptions::Policy::on_failure && has_failed);
-  std::string then = "the others go on";
+  std::string then = "the others continue";
   if (is_wanted && child.restarts < child.restart.most) {
     child.begin_again = Clock::steady().now() + child.restart.delay;
     then = fmt::format("restart {} of {} in {}", child.restarts + 1, child.restart.most,
                        to_string(child.restart.delay));
   } else if (is_wanted) {
-    then = fmt::format("it was restarted {} times already; the others go on", child.restarts);
+    then = fmt::format("it was restarted {} times already; the others continue", child.restarts);
   }
   deaths_.push_back(fmt::format("{}; {}", child.death, then));
   rt::to_stderr("takt: {}\n", deaths_.back());

@@ -1,4 +1,4 @@
-// The processes of a run, as their parent sees them.
+// The child processes of a run.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_CHILDREN_HPP_
 #define TAKT_TOOLS_TAKT_CHILDREN_HPP_
@@ -16,8 +16,7 @@
 
 namespace takt::tools {
 
-/// Starts the processes of a run, talks with them, and ends them. What they write comes out with
-/// their names.
+/// Starts, controls and ends the processes of a run. Prints their output with their names.
 class Children {
  public:
   Children(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
@@ -26,21 +25,21 @@ class Children {
   Children(const Children&) = delete;
   Children& operator=(const Children&) = delete;
 
-  /// What each says to begin with, or answers to the command. All are asked before any is heard.
-  /// Throws Error when one has ended.
+  /// Sends the command to all children, then returns their responses; without a command, the
+  /// documents that they send at their start. Throws Error if a child has ended.
   std::vector<nlohmann::json> hear();
   std::vector<nlohmann::json> ask(const std::string& word);
   void ask_to_match(const std::vector<nlohmann::json>& wanted);
 
-  /// From here on a child that does not end, or answer, in time is killed: one that publishes may
-  /// wait for a lock in shared memory that a killed process has kept.
+  /// From now on, kills a child that does not end or respond in time: it may wait forever for a
+  /// lock in shared memory that a killed process held.
   void bound_end();
 
-  /// Until the time is up, a signal comes, or none is left. One that ends meanwhile is started
-  /// again, as its description says; the others go on, however long its constructors take.
+  /// Runs for this time, until a signal arrives, or until no child is left. Restarts a child that
+  /// ends if its description demands it; the others continue, however long its constructors take.
   void watch(Nanoseconds duration);
 
-  /// The children that have ended, and how; and of these, the ones that were not started again.
+  /// How children ended; and the same for those that were not restarted.
   const std::vector<std::string>& deaths() const noexcept { return deaths_; }
   std::vector<std::string> failures() const;
   bool are_complete() const noexcept { return deaths_.empty(); }

@@ -16,7 +16,7 @@ json endpoints_json(const Container& container) {
                       {"is_reliable", endpoint.reliability == Reliability::reliable},
                       {"matched", endpoint.matched},
                       {"messages", endpoint.messages},
-                      {"way", endpoint.way},
+                      {"transport", endpoint.transport},
                       {"uncopied", endpoint.uncopied},
                       {"lost", endpoint.lost},
                       {"id", endpoint.id}});

@@ -1,4 +1,4 @@
-// What a process reports of its container: the ends of its topics, and its nodes.
+// Reports of a process about its container: endpoints and nodes.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_CONTAINER_JSON_HPP_
 #define TAKT_TOOLS_TAKT_CONTAINER_JSON_HPP_
@@ -14,13 +14,13 @@ namespace takt::tools {
 
 nlohmann::json endpoints_json(const Container& container);
 
-/// The endpoints of a process that are for the result: those of its own topics, not of services.
+/// The endpoints for the results: those of topics, without services.
 void add_topics(nlohmann::json& topics, const std::string& process,
                 const nlohmann::json& endpoints);
 
 nlohmann::json nodes_json(const Container& container);
 
-/// Throws the ConfigurationError that names nodes of one name.
+/// Throws ConfigurationError if nodes have the same name.
 void check_names(const std::vector<nlohmann::json>& processes);
 
 }  // namespace takt::tools

@@ -1,4 +1,4 @@
-// Tests of what processes tell each other of their containers.
+// Tests of the reports of processes about their containers.
 // SPDX-License-Identifier: Apache-2.0
 #include "run/container_json.hpp"
 

@@ -8,15 +8,15 @@ namespace {
 
 using nlohmann::json;
 
-/// Calls `pair(writer, reader, its process)` for each end that writes and each that reads the same
-/// topic by DDS.
+/// Calls `pair(writer, reader, process of the reader)` for each writer and reader of the same DDS
+/// topic.
 template <class Pair>
 void for_each_pair(const std::vector<json>& processes, Pair&& pair) {
   for (std::size_t from = 0; from < processes.size(); ++from) {
     for (const json& writer : processes[from].at("endpoints")) {
       if (!writer.at("is_writer")) continue;
       for (std::size_t to = 0; to < processes.size(); ++to) {
-        // What a process sends to itself is counted where it goes by DDS too.
+        // Count messages within a process if they also use DDS.
         if (to == from && !processes[from].at("serves_itself")) continue;
         const json& readers = processes[to].at("endpoints");
         for (std::size_t i = 0; i < readers.size(); ++i) {
@@ -113,8 +113,9 @@ void complete_callbacks(json& callbacks, const json& endpoints,
 bool uses_shared_memory(const std::vector<json>& processes) {
   return std::any_of(processes.begin(), processes.end(), [](const json& process) {
     const json& endpoints = process.at("endpoints");
-    return std::any_of(endpoints.begin(), endpoints.end(),
-                       [](const json& endpoint) { return endpoint.at("way") == "shared memory"; });
+    return std::any_of(endpoints.begin(), endpoints.end(), [](const json& endpoint) {
+      return endpoint.at("transport") == "shared memory";
+    });
   });
 }
 

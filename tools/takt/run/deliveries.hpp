@@ -1,5 +1,5 @@
-// What was sent between the processes of a run, and whether it has arrived. All of it is computed
-// from what the processes report, see child.cpp.
+// Computes from the reports of the processes (see child.cpp) how many messages were sent between
+// them, and whether they have arrived.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_DELIVERIES_HPP_
 #define TAKT_TOOLS_TAKT_DELIVERIES_HPP_
@@ -17,21 +17,22 @@
 
 namespace takt::tools {
 
-/// How many others each end has, by process and in the order of its endpoints.
+/// The number of matching endpoints in other processes, by process and endpoint.
 std::vector<nlohmann::json> count_matches(const std::vector<nlohmann::json>& processes);
 
-/// How many messages were sent to each reader from other processes, in the same order.
+/// The number of messages sent to each reader from other processes, in the same order.
 std::vector<std::vector<std::uint64_t>> count_sent(const std::vector<nlohmann::json>& processes);
 
-/// The ends of each topic: process and number.
+/// The endpoints of each topic: process and index.
 using Ends = std::map<std::string, std::set<std::pair<std::size_t, std::uint64_t>>>;
 Ends ends_of(const std::vector<nlohmann::json>& processes);
 
-/// Of which topics every sender can still be asked, and every reader was there from the beginning:
-/// those that have the same ends as in the beginning, while no process has died.
+/// Topics for which sent and received messages can be compared: every writer can still be queried,
+/// and every reader existed from the start. These have the same endpoints as at the start, if no
+/// process has died.
 class Countable {
  public:
-  /// `are_complete`: no process has died.
+  /// `are_complete`: whether no process has died.
   Countable(Ends beginning, std::function<bool()> are_complete)
       : beginning_(std::move(beginning)), are_complete_(std::move(are_complete)) {}
   bool operator()(const Ends& now, const std::string& topic) const {
@@ -44,12 +45,12 @@ class Countable {
   const std::function<bool()> are_complete_;
 };
 
-/// Nothing is pending anywhere and, where that can be counted, every message that was sent has
-/// arrived. More have where a process outside the run sends too, as `takt component` does.
+/// Whether no callback is pending and all counted messages have arrived. More messages than were
+/// sent also count as arrived: a process outside the run may publish, for example `takt component`.
 bool all_is_served(const std::vector<nlohmann::json>& processes, const Countable& is_countable);
 
-/// Adds to the callbacks of a process what it could not know: how much was sent to it by others.
-/// `ends`: of all processes.
+/// Adds the number of messages sent by other processes to the callbacks of a process, which cannot
+/// know it. `ends`: the endpoints of all processes.
 void complete_callbacks(nlohmann::json& callbacks, const nlohmann::json& endpoints,
                         const std::vector<std::uint64_t>& sent, const Ends& ends,
                         const Countable& is_countable);

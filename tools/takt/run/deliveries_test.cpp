@@ -1,4 +1,4 @@
-// Tests of what was sent between processes and whether it has arrived, from their reports alone.
+// Tests of counting messages between processes from their reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "run/deliveries.hpp"
 
@@ -13,10 +13,9 @@ using testing::ElementsAre;
 
 json endpoint(const char* topic, bool is_writer, int messages = 0, bool is_reliable = true) {
   static int id = 0;
-  return {{"topic", topic},       {"type", "T"},
-          {"id", ++id},           {"is_writer", is_writer},
-          {"messages", messages}, {"is_reliable", is_reliable},
-          {"way", "UDP"}};
+  return {{"topic", topic},         {"type", "T"},          {"id", ++id},
+          {"is_writer", is_writer}, {"messages", messages}, {"is_reliable", is_reliable},
+          {"transport", "UDP"}};
 }
 json writer(const char* topic, int messages = 0, bool is_reliable = true) {
   return endpoint(topic, true, messages, is_reliable);
@@ -108,7 +107,7 @@ TEST(Deliveries, LeaveASubscriptionAsItIsWhereNothingCanBeCounted) {
 
 TEST(Deliveries, SayWhetherSharedMemoryIsUsed) {
   json shared = writer("/a");
-  shared["way"] = "shared memory";
+  shared["transport"] = "shared memory";
   EXPECT_FALSE(uses_shared_memory({process({writer("/a")}), process({reader("/a")})}));
   EXPECT_TRUE(uses_shared_memory({process({writer("/b")}), process({reader("/b"), shared})}));
 }

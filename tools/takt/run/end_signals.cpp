@@ -32,7 +32,7 @@ sigset_t end_signals() {
 }
 
 std::string constructor_of(const std::string& component) {
-  return component.empty() ? "what sets the run up"
+  return component.empty() ? "the set-up of the run"
                            : fmt::format("the constructor of component '{}'", component);
 }
 
@@ -47,7 +47,7 @@ EndSignals::EndSignals() {
   sigaddset(&signals, SIGUSR1);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   fd_ = signalfd(-1, &signals, SFD_CLOEXEC);
-  if (fd_ < 0) throw Error("signals cannot be received: " + errno_message(errno));
+  if (fd_ < 0) throw Error("cannot create a signalfd: " + errno_message(errno));
 }
 
 EndSignals::~EndSignals() {
@@ -69,7 +69,7 @@ void EndSignals::let_through() const {
 }
 
 EndGuard::EndGuard() : woken_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (woken_ < 0) throw Error("no eventfd: " + errno_message(errno));
+  if (woken_ < 0) throw Error("cannot create an eventfd: " + errno_message(errno));
 }
 
 EndGuard::~EndGuard() {
@@ -124,7 +124,7 @@ void EndGuard::stop() {
   thread_.join();
 }
 
-// Without signals the run ends, and only constructors are waited for.
+// The run ends without a signal: wait only for constructors.
 void EndGuard::watch(const EndSignals* signals) {
   TimePoint limit = kNever;
   for (;;) {
@@ -162,9 +162,9 @@ void EndGuard::watch(const EndSignals* signals) {
   }
 }
 
-// As the signal would: so whoever has started this program sees it.
+// End by the signal itself, so that the parent process sees it.
 void EndGuard::end_now(const std::string& component) const {
-  rt::to_stderr("takt: {} has not returned; the process ends, and no destructor runs\n",
+  rt::to_stderr("takt: {} did not return; ending the process without destructors\n",
                 constructor_of(component));
   Logger::instance().flush();
   if (signal_ == SIGINT || signal_ == SIGTERM || signal_ == SIGHUP) {

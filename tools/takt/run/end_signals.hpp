@@ -1,4 +1,4 @@
-// The signals that end a run, and the promise that they do.
+// The signals that end a run, and the guarantee that they end it in bounded time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_END_SIGNALS_HPP_
 #define TAKT_TOOLS_TAKT_END_SIGNALS_HPP_
@@ -11,19 +11,21 @@
 
 namespace takt::tools {
 
-/// The signals that end a run, as a file descriptor: SIGINT, SIGTERM, and SIGHUP unless it was
-/// ignored when this program started (nohup). SIGUSR1: one of our executors has failed.
+/// Receives the signals that end a run by a file descriptor: SIGINT, SIGTERM, and SIGHUP unless it
+/// was ignored when this program started (nohup). SIGUSR1: an executor of this process failed.
 class EndSignals {
  public:
-  /// Blocks them. Before any thread or process exists, so that this descriptor alone takes them.
+  /// Blocks the signals. Construct it before any thread or process exists: all inherit the mask, so
+  /// only this descriptor receives the signals.
   EndSignals();
   ~EndSignals();
   EndSignals(const EndSignals&) = delete;
   EndSignals& operator=(const EndSignals&) = delete;
   int fd() const noexcept { return fd_; }
-  /// The one that has come; 0: none. It is taken.
+  /// Takes and returns the pending signal; 0: none.
   int take() const;
-  /// From here on another one has its usual effect: who stops and does not come to an end is ended.
+  /// Restores the default effect of the signals, so that a second signal ends a process that hangs
+  /// while it stops.
   void let_through() const;
 
  private:
@@ -33,14 +35,13 @@ class EndSignals {
 /// "SIGINT".
 std::string name_of_signal(int signal);
 
-/// A component's constructor that has not returned so long after the end of the run was asked for
-/// does not hold it up any more.
+/// Longest time that the end of a run waits for a component's constructor.
 inline constexpr std::chrono::seconds kConstructorLimit(10);
 
-/// Ends this process in bounded time although a component's constructor does not return. It has a
-/// thread while the run begins and while it ends, and none between.
+/// Ends this process in bounded time even if a component's constructor does not return. It has a
+/// thread only during the start and the end of the run.
 ///
-/// Thread safety: `making` from any thread, the rest for one.
+/// Thread safety: `making` from any thread, all other functions from one.
 class EndGuard {
  public:
   EndGuard();
@@ -50,14 +51,14 @@ class EndGuard {
 
   /// For ContainerOverrides::on_making.
   void making(std::string_view component);
-  /// From here until `has_begun`, a signal ends the process when kConstructorLimit is over, and a
-  /// second one at once.
+  /// From now until has_begun(), a signal ends the process after kConstructorLimit; a second one
+  /// ends it at once.
   void begins(const EndSignals& signals);
-  /// The signal that has come since `begins`; 0: none.
+  /// The signal received since begins(); 0: none.
   int signal() const;
   int has_begun();
-  /// From here on every constructor has kConstructorLimit. `signal`: why the run ends; 0: its time
-  /// is up.
+  /// From now on, constructors must return within kConstructorLimit. `signal`: why the run ends; 0:
+  /// its duration is over.
   void ends(int signal);
 
  private:
@@ -69,7 +70,7 @@ class EndGuard {
 
   const int woken_;
   mutable std::mutex mutex_;  // guards the next three
-  std::string component_;     // whose constructor runs
+  std::string component_;     // the component whose constructor runs
   int signal_ = 0;
   bool is_over_ = false;
   std::thread thread_;

@@ -33,7 +33,7 @@ constexpr auto kDrainLimit = 5s;
 
 // ---- One process ----
 
-/// Until the time is up: 0; or a signal comes, which it returns.
+/// Waits for this time and returns 0, or returns a signal when it arrives.
 int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
   const Progress progress(duration);
   TimePoint check = Clock::steady().now() + kDiscoveryTime;
@@ -58,14 +58,14 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   guard.begins(signals);
   Container container(system, overrides);
   if (guard.signal() == 0) container.start([] { kill(getpid(), SIGUSR1); });
-  // What load_node does; that the request came from outside leaves no trace in what is measured.
+  // Does what load_node does, without the request, which would add to the measurement.
   for (ComponentDescription& component : later) {
     if (guard.signal() == 0) container.load(std::move(component));
   }
   int end = guard.has_begun();
   if (end != 0 && end != SIGUSR1) {
     signals.let_through();
-    throw std::runtime_error(name_of_signal(end) + " came before the run had begun");
+    throw std::runtime_error(name_of_signal(end) + " arrived before the run had started");
   }
   container.release();
   if (end == 0) end = wait_for_end(duration, signals, container);
@@ -79,14 +79,14 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   return result;
 }
 
-/// The state of all when all is served; else when the time is up.
+/// Waits until all messages are served, or the time is over; returns the state of all processes.
 std::vector<json> drain(Children& children, const Countable& is_countable) {
   const TimePoint limit = Clock::steady().now() + kDrainLimit;
   std::vector<json> before;
   for (;;) {
     std::vector<json> now = children.ask("status");
-    // Twice the same: a message can be on its way from one that was asked late to one that was
-    // asked early.
+    // Require the same result twice: a message can be in transit from a process that was queried
+    // late to one that was queried early.
     if ((all_is_served(now, is_countable) && now == before) || Clock::steady().now() > limit) {
       return now;
     }
@@ -133,7 +133,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
   for (const std::string& failure : children.failures()) all.at("failed").push_back(failure);
   if (!all_is_served(states, is_countable)) {
     all.at("notes").push_back(
-        fmt::format("messages were still under way between processes {} s after the last timer",
+        fmt::format("messages were still in transit between processes {} s after the last timer",
                     kDrainLimit.count()));
   }
   return all;
@@ -145,7 +145,7 @@ json run_processes(const std::vector<SystemDescription>& processes,
                    const ContainerOverrides& overrides, Nanoseconds duration, bool loads) {
   const auto roudi = start_roudi(processes, overrides);  // ends after its clients
   const EndSignals signals;
-  // A process of its own says goodbye to our RouDi before that ends.
+  // Run it in a separate process, which unregisters from RouDi before RouDi ends.
   json result = processes.size() == 1 && (roudi == nullptr || loads)
                     ? run_here(processes.front(), overrides, duration, signals, loads)
                     : run_apart(processes, overrides, duration, signals);

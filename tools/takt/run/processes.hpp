@@ -1,4 +1,4 @@
-// Running a system: in this process, or in as many as it is split into.
+// Runs a system in one or several processes.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_PROCESSES_HPP_
 #define TAKT_TOOLS_TAKT_PROCESSES_HPP_
@@ -11,17 +11,18 @@
 
 namespace takt::tools {
 
-/// Runs the processes of one system as one: all are made, matched with each other, and started,
-/// before the first timer is released; timers stop first and what is under way is served, before
-/// any ends. A single one runs in this process. EndSignals end the run cleanly, in bounded time
-/// although a component's constructor runs; zero duration: only they do. A process that ends before
-/// all have begun, or while they stop, is named in an Error; one that ends between is started again
-/// if its description says so, and the others go on. What several write comes out with their names.
+/// Runs the processes of a system in common phases: all construct their components, discover each
+/// other and start before the first timer is released; at the end, all timers stop and messages in
+/// transit are served before any process ends. A single process is this one. EndSignals end the run
+/// cleanly, and in bounded time even while a component's constructor runs; with a duration of zero,
+/// only they end it. If a process ends during start or stop, throws Error with its name. If one
+/// ends in between, it is restarted if its description demands it, and the others continue. The
+/// output of several processes is printed with their names.
 ///
 /// `loads`: the only process starts empty, and loads its components one by one while it runs.
 ///
-/// Call it before the process has other threads. Returns what process_json returns, for all, and
-/// under "failed" a text for each process that has ended and was not started again.
+/// Call it before the process has other threads. Returns the process_json of all processes, and
+/// under "failed" a text for each process that ended and was not restarted.
 nlohmann::json run_processes(const std::vector<SystemDescription>& processes,
                              const ContainerOverrides& overrides, Nanoseconds duration,
                              bool loads = false);

@@ -1,4 +1,4 @@
-// How much of a run is over, and how long to wait for the rest.
+// Shows the progress of a run.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_PROGRESS_HPP_
 #define TAKT_TOOLS_TAKT_PROGRESS_HPP_
@@ -20,7 +20,7 @@ inline timespec to_timespec(Nanoseconds time) {
   return {time / 1s, (time % 1s).count()};
 }
 
-/// Shows how much of a run is over, on a terminal.
+/// Prints the elapsed time of a run if stderr is a terminal.
 class Progress {
  public:
   explicit Progress(Nanoseconds duration)
@@ -33,7 +33,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
 
   TimePoint end() const { return duration_ == Nanoseconds::zero() ? kNever : start_ + duration_; }
-  /// Shows it now; returns how long one may sleep.
+  /// Prints the progress; returns the time until the next call.
   Nanoseconds show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     if (is_shown_) {

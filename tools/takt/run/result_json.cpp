@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 json histogram_json(const Histogram& histogram, bool with_buckets) {
-  // null without a sample: a latency of 0 would say that all is well.
+  // null without samples: 0 would look like a perfect latency.
   const auto us = [&](Nanoseconds value) {
     return histogram.count() == 0 ? json() : json(rt::us(value));
   };
@@ -35,7 +35,7 @@ json histogram_json(const Histogram& histogram, bool with_buckets) {
   return result;
 }
 
-/// Of ThreadAttributes and ThreadState what they have in common.
+/// The common fields of ThreadAttributes and ThreadState.
 template <class Attributes>
 json attributes_json(const Attributes& attributes) {
   json result = {{"policy", std::string(to_string(attributes.policy))},
@@ -156,14 +156,14 @@ Histogram read_histogram(const json& latency) {
 }
 
 std::runtime_error not_written(const std::string& what, const std::string& path) {
-  return std::runtime_error(
-      Error(what + " could not be written", "choose a place that can be, and has room", path)
-          .what());
+  return std::runtime_error(Error(what + " could not be written",
+                                  "choose a writable file on a disk with free space", path)
+                                .what());
 }
 
 void check_writable(const std::string& path) {
   if (path.empty() || path == "-" || std::ofstream(path, std::ios::app)) return;
-  throw Error("results could not be written", "choose a place that can be", path);
+  throw Error("results could not be written", "choose a writable file", path);
 }
 
 void write_json(const json& document, const std::string& path) {

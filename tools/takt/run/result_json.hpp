@@ -1,4 +1,4 @@
-// Results as JSON, in the shape of docs/reference/results.schema.json.
+// Results as JSON with the schema docs/reference/results.schema.json.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
@@ -15,20 +15,20 @@ namespace takt::tools {
 /// The whole document: version, machine, runs.
 nlohmann::json result_document(nlohmann::json runs);
 
-/// One process as an entry of "runs", but for what was asked for. Histograms are lists of
+/// One process as an entry of "runs", without the options of the run. Histograms are lists of
 /// [bucket, count], see base/histogram.hpp.
 nlohmann::json process_json(const ProcessResult& process);
-/// The histogram that run_json wrote, or an empty one.
+/// Reads a histogram of run_json; returns an empty one if there is none.
 Histogram read_histogram(const nlohmann::json& latency);
 
-/// Throws the Error of write_json when the file, if one is named, could not be written: before a
-/// run, so that none is lost for it.
+/// Throws the Error of write_json if the file (unless empty) cannot be written. Call it before a
+/// run, so that no results are lost.
 void check_writable(const std::string& path);
 
-/// For what was opened, and then could not be written: not a bad usage, so no Error.
+/// For a file that was opened, but could not be written: no usage error, so no Error.
 std::runtime_error not_written(const std::string& what, const std::string& path);
 
-/// Writes the document to the file, or to stdout for "-". Throws Error when it cannot.
+/// Writes the document to the file, or to stdout for "-". Throws Error on failure.
 void write_json(const nlohmann::json& document, const std::string& path);
 
 }  // namespace takt::tools

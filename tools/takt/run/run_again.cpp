@@ -16,7 +16,7 @@ namespace takt::tools {
 
 namespace {
 
-/// What the child writes until its end. A signal of ours ends the child, a second one at once.
+/// Reads the child's output until its end. Passes a signal on to the child; a second one kills it.
 std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& signal) {
   std::string text;
   std::array<char, 65536> buffer;
@@ -39,9 +39,9 @@ std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& sig
 
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals) {
   std::array<int, 2> pipe_ends{};
-  if (pipe(pipe_ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
+  if (pipe(pipe_ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
   const pid_t child = fork();
-  if (child < 0) throw Error("no process: " + errno_message(errno));
+  if (child < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (child == 0) {
     setpgid(0, 0);
     signals.let_through();

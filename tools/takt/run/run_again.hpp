@@ -1,4 +1,4 @@
-// This program again, in a process of its own.
+// Runs this program in a child process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_RUN_AGAIN_HPP_
 #define TAKT_TOOLS_TAKT_RUN_AGAIN_HPP_
@@ -13,16 +13,16 @@
 
 namespace takt::tools {
 
-/// A signal has ended a run before it was complete.
+/// Thrown when a signal ended a run before it was complete.
 class Interrupted : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Runs `takt WORDS…`, so that what is measured begins afresh, and reads the JSON that it writes to
-/// stdout. Throws Error when it does not end well; what it has said is on stderr then. Throws
-/// Interrupted when one of the signals comes, after the run has ended on our word: a terminal's
-/// Ctrl-C is for us alone. A second signal kills it.
+/// Runs `takt WORDS…` in a child process, so that each measurement starts from the same state, and
+/// reads the JSON that it writes to stdout. Throws Error if it fails; its message is on stderr.
+/// When a signal arrives, ends the child and throws Interrupted; a second signal kills the child.
+/// The child does not receive Ctrl-C from the terminal.
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals);
 
 }  // namespace takt::tools

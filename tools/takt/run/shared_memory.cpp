@@ -31,7 +31,7 @@ class NoReader final : public RemoteReader {
   std::uint64_t received() const noexcept override { return 0; }
 };
 
-/// Notes what shared memory the endpoints would need that are asked of it.
+/// A transport that creates no endpoints, and records the shared memory that they would need.
 class Surveyor final : public Participant {
  public:
   std::unique_ptr<RemoteWriter> create_writer(const Endpoint& endpoint,
@@ -74,17 +74,17 @@ json survey(const std::vector<SystemDescription>& processes, const ContainerOver
   } catch (const std::exception& error) {
     return {{"error", error.what()}};
   } catch (...) {
-    return {{"error", "a component threw something that is no std::exception"}};
+    return {{"error", "a component threw an object that is no std::exception"}};
   }
 }
 
-/// What `survey` says, from a process of its own: so whatever components have done is undone.
+/// Runs `survey` in a child process, so that side effects of the components end with it.
 json survey_apart(const std::vector<SystemDescription>& processes,
                   const ContainerOverrides& overrides) {
   std::array<int, 2> ends{};
-  if (pipe(ends.data()) != 0) throw Error("no pipe: " + errno_message(errno));
+  if (pipe(ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
   const pid_t pid = fork();
-  if (pid < 0) throw Error("no process: " + errno_message(errno));
+  if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // it has the locks of its parent
     const std::string text = survey(processes, overrides).dump();
@@ -106,8 +106,8 @@ json survey_apart(const std::vector<SystemDescription>& processes,
   waitpid(pid, nullptr, 0);
   json said = json::parse(text, nullptr, false);
   if (said.is_discarded()) {
-    throw Error("the process that looks at the system's topics has died",
-                "does a component of it run at all?");
+    throw Error("the process that constructs the components once to size shared memory has died",
+                "check that the components work without shared memory");
   }
   return said;
 }

@@ -1,4 +1,4 @@
-// The shared memory of a run.
+// Provides shared memory for a run.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_SHARED_MEMORY_HPP_
 #define TAKT_TOOLS_TAKT_SHARED_MEMORY_HPP_
@@ -10,10 +10,10 @@
 
 namespace takt::tools {
 
-/// Has RouDi run for as long as the result lives, when one of the processes requires shared memory.
-/// Where none runs it is started, with as much memory as their topics of fixed size can have in use
-/// at once. To know these, it makes the components once, in a process of their own that ends.
-/// nullptr: not needed. Throws Error when it cannot be had.
+/// If a process requires shared memory and no RouDi runs, starts RouDi for as long as the returned
+/// object lives. It gets as much memory as the topics of fixed size can use at once; to find these
+/// topics, constructs the components once in a child process. Returns nullptr if no process
+/// requires shared memory. Throws Error if it is not available.
 ///
 /// Call it before the process has other threads.
 std::unique_ptr<RoudiProcess> start_roudi(const std::vector<SystemDescription>& processes,

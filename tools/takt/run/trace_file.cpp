@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-/// One execution, as process_json writes it.
+/// One execution in the format of process_json.
 struct Execution {
   int process, thread;
   std::string name, kind;
@@ -27,7 +27,7 @@ double us(std::int64_t ns) {
   return static_cast<double>(ns) / 1e3;
 }
 
-/// Of something on a thread at a time.
+/// A trace event on a thread.
 json event(const char* phase, const Execution& execution, const std::string& name,
            std::int64_t time_ns) {
   return {{"ph", phase},
@@ -37,11 +37,11 @@ json event(const char* phase, const Execution& execution, const std::string& nam
           {"ts", us(time_ns)}};
 }
 
-/// The executions of all threads, by their start, in nanoseconds since the first was ready. Adds
+/// The executions of all threads, sorted by start, in nanoseconds since the first was ready. Adds
 /// the names of processes and threads to the events.
 std::vector<Execution> read_executions(const json& threads, json& events) {
   std::vector<Execution> executions;
-  std::map<std::string, int> processes;  // their number stands for them
+  std::map<std::string, int> processes;  // name → number in the trace
   std::int64_t begin_ns = INT64_MAX;
   for (const json& thread : threads) {
     const std::string name = thread.at("process");
@@ -71,7 +71,8 @@ std::vector<Execution> read_executions(const json& threads, json& events) {
   return executions;
 }
 
-/// The execution, its time in the queue before, and what was lost before it.
+/// Adds the execution, the time in the ready queue before it, and a mark for messages lost before
+/// it.
 void add_execution(json& events, const Execution& execution, std::size_t number) {
   json slice = event("X", execution, execution.name, execution.start_ns);
   slice["cat"] = execution.kind;
@@ -95,7 +96,7 @@ void add_execution(json& events, const Execution& execution, std::size_t number)
   }
 }
 
-/// Arrows from each execution of a chain instance to the next.
+/// Adds arrows from each execution of a chain instance to the next.
 void add_chains(json& events, const std::vector<Execution>& executions) {
   std::map<std::pair<int, std::uint64_t>, std::vector<const Execution*>> chains;
   for (const Execution& execution : executions) {

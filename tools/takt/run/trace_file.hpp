@@ -9,10 +9,10 @@
 
 namespace takt::tools {
 
-/// Writes what process_json has put under "trace", in Chrome's Trace Event Format: a slice for each
-/// execution, on its thread; under it how long it was ready before; an arrow from each step of a
-/// chain to the next; a mark where messages were overwritten or releases missed. Throws Error when
-/// the file cannot be written.
+/// Writes the "trace" of process_json in Chrome's Trace Event Format: a slice for each execution on
+/// its thread, below it the time in the ready queue, an arrow from each step of a chain to the
+/// next, and a mark where messages were overwritten or releases missed. Throws Error if the file
+/// cannot be written.
 void write_trace(const nlohmann::json& threads, const std::string& path);
 
 }  // namespace takt::tools

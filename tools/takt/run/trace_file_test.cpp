@@ -1,4 +1,4 @@
-// Tests of the timeline, to the last event.
+// Tests of the timeline: compares all events.
 // SPDX-License-Identifier: Apache-2.0
 #include "run/trace_file.hpp"
 
@@ -23,7 +23,7 @@ json written(const std::vector<json>& threads) {
   return document;
 }
 
-/// As process_json writes them.
+/// In the format of process_json.
 json execution(const char* name, const char* kind, int sequence, int chain, int lost, int ready,
                int start, int end) {
   return json::array({name, kind, sequence, chain, lost, ready, start, end});

@@ -25,9 +25,9 @@ def run(*words):
 
 for kind, name, what in (("executors", "events_pool", "every event at once, for a pool of threads"),
                          ("schedulers", "longest_waiting", "ready for the longest time first")):
-    status, told = run(takt, "list", kind)
-    lines = [line.split(maxsplit=1) for line in told.splitlines()]
-    check(f"takt list {kind} has {name}", status == 0 and [name, what] in lines, told)
+    status, output = run(takt, "list", kind)
+    lines = [line.split(maxsplit=1) for line in output.splitlines()]
+    check(f"takt list {kind} has {name}", status == 0 and [name, what] in lines, output)
 
 with tempfile.TemporaryDirectory() as folder:
     path = os.path.join(folder, "robot.yaml")
@@ -35,16 +35,16 @@ with tempfile.TemporaryDirectory() as folder:
         file.write("threads: {one: {}, two: {}}\n"
                    "executors: {all: {type: events_pool, threads: [one, two]}}\n"
                    "container: {components: [{component: takt::Workload, executor: all}]}\n")
-    status, told = run(takt, "check", path)
-    check("takt check takes both in a file", status == 0, told)
-    status, told = run(takt, "compare", path, "--executors", "all", "--schedulers", "longest_waiting",
+    status, output = run(takt, "check", path)
+    check("takt check takes both in a file", status == 0, output)
+    status, output = run(takt, "compare", path, "--executors", "all", "--schedulers", "longest_waiting",
                        "--duration", "50ms", "--repeat", "1")
-    check("takt compare runs it among all", status == 0 and "events_pool" in told, told)
+    check("takt compare runs it among all", status == 0 and "events_pool" in output, output)
 
 for program in programs:
     both = "*events_pool__longest_waiting*:*EveryScheduler*/longest_waiting"
-    status, told = run(program, f"--gtest_filter={both}", "--gtest_brief=1")
+    status, output = run(program, f"--gtest_filter={both}", "--gtest_brief=1")
     check(f"{os.path.basename(program)} has cases for them, and they pass",
-          status == 0 and "PASSED  ] 0 tests" not in told, told)
+          status == 0 and "PASSED  ] 0 tests" not in output, output)
 
 finish()

@@ -50,20 +50,20 @@ for words in (["--help"], ["list", "schedulers"], ["check", plain], ["reference"
               ["run", plain, "--duration", "100ms", "--json", "-"],
               ["latency", "-l", "10", "-q"]):
     with open("/dev/full", "w") as full:
-        result, told = status(words, stdout=full)
+        result, output = status(words, stdout=full)
     check(f"takt {' '.join(words)} > /dev/full ends with 1",
-          result == 1 and "writ" in told, result, told)
+          result == 1 and "writ" in output, result, output)
     writer = broken_pipe()
-    result, told = status(words, stdout=writer)
+    result, output = status(words, stdout=writer)
     os.close(writer)
-    check(f"takt {' '.join(words)} into a closed pipe ends with 1", result == 1, result, told)
+    check(f"takt {' '.join(words)} into a closed pipe ends with 1", result == 1, result, output)
 
-result, told = status(["run", plain, "--duration", "100ms", "--json", "/dev/full"])
-check("results that cannot be written end with 1", result == 1 and "could not be written" in told,
-      result, told)
-result, told = status(["run", plain, "--duration", "100ms", "--trace", "/dev/full"])
-check("a trace that cannot be written ends with 1", result == 1 and "could not be written" in told,
-      result, told)
+result, output = status(["run", plain, "--duration", "100ms", "--json", "/dev/full"])
+check("results that cannot be written end with 1", result == 1 and "could not be written" in output,
+      result, output)
+result, output = status(["run", plain, "--duration", "100ms", "--trace", "/dev/full"])
+check("a trace that cannot be written ends with 1", result == 1 and "could not be written" in output,
+      result, output)
 result, _ = status(["check", bad], stderr=broken_pipe())
 check("errors that nobody reads are errors all the same", result == 2, result)
 result, _ = status(["list", "schedulers"], preexec_fn=lambda: os.close(1))
@@ -71,8 +71,8 @@ check("a closed stdout is an error", result == 1, result)
 
 # It escaped to std::terminate.
 for file in (one, two):
-    result, told = status(["run", file, "--duration", "60s"])
+    result, output = status(["run", file, "--duration", "60s"])
     check(f"a callback that throws an int ends {os.path.basename(file)} with its reason",
-          result in (1, 2) and "no std::exception" in told and "terminate called" not in told,
-          result, told)
+          result in (1, 2) and "no std::exception" in output and "terminate called" not in output,
+          result, output)
 finish()

@@ -87,9 +87,9 @@ runs = [start(number, "--duration", f"{1 + number}s", "--json", result)
         for number, result in enumerate(results)]
 said = [run.communicate(timeout=200)[0] for run in runs]
 check("four runs at once share a RouDi", all(run.returncode == 0 for run in runs), *said)
-ways = [topic["way"] for result in results if os.path.exists(result)
+transports = [topic["transport"] for result in results if os.path.exists(result)
         for topic in json.load(open(result))["runs"][0]["topics"]]
-check("and all of their messages go by shared memory", ways == 8 * ["shared memory"], ways)
+check("and all of their messages go by shared memory", transports == 8 * ["shared memory"], transports)
 check("it ends with the last", not left_behind(), left_behind())
 
 first = start(0)

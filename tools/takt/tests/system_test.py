@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Several containers as one system: what dies is told with its last words, restarted as its
+"""Several containers as one system: a process that dies is reported with its last output, restarted as its
 description says, and the rest goes on.
 
 usage: system_test.py TAKT
@@ -62,9 +62,9 @@ def kill_second(_, pids):
 
 
 status, said, runs = run("", kill_second)
-check("a container that is killed is told of", "process 'second' was ended by signal 9 (Killed)"
+check("a container that is killed is reported", "process 'second' was ended by signal 9 (Killed)"
       in said, said)
-check("the others go on, and the exit status tells", status == 1 and runs is not None
+check("the others continue, and the exit status tells", status == 1 and runs is not None
       and [p["name"] for p in runs[0]["processes"]] == ["first"], status, said)
 
 status, said, runs = run("    restart: {policy: on_failure, delay: 50ms}\n", kill_second)
@@ -110,11 +110,11 @@ for required, seconds in (("false", "11s"), ("true", "2s")):
         status, said, _ = run("", lambda *_: None, seconds, text.name)
     if required == "false":
         check("a topic that only one side knows is named after 10 s", status == 0
-              and "only one side is known: '/scan' (nobody publishes it for /nav)" in said
+              and "only one side is known: '/scan' (no publisher; subscribed by /nav)" in said
               and "/map" not in said, status, said)
     else:
         check("and is an error where it must match", status == 1 and re.search(
-            r":2: topic '/scan' must match: nobody publishes it for /nav", said), status, said)
+            r":2: topic '/scan' must match: no publisher; subscribed by /nav", said), status, said)
 
 with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
     text.write(LONELY.format(required="true").replace("/scan: {must", "/scam: {must"))
