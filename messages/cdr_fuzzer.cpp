@@ -1,7 +1,7 @@
 // Fuzz target for the decoder. The decoder must refuse the bytes, or decode a message that stays
 // the same after encoding and decoding, and its memory use must be bounded by the number of bytes.
-// The sanitizers report every access beyond the bytes. See fuzz.sh. SPDX-License-Identifier:
-// Apache-2.0
+// The sanitizers report every access beyond the bytes. See fuzz.sh.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
