@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "takt/containers/component.hpp"
+#include "takt/ros2/wire_time.hpp"
 
 namespace takt {
 
@@ -23,7 +24,7 @@ Player::Player(const NodeOptions& options)
     publishers_.push_back(create_generic_publisher(topic.topic, topic.type, QoS(1000)));
   }
   if (declare_parameter("clock", false, {.read_only = true})) {
-    clock_publisher_ = create_publisher<rosgraph_msgs::Clock>("/clock", 1);
+    clock_publisher_ = create_publisher<rosgraph_msgs::msg::Clock>("/clock", 1);
   }
   timer_ = create_timer("play", delay, [this] { play(); });
 }
@@ -46,7 +47,7 @@ void Player::play() {
     if (clock_publisher_ != nullptr) {
       const std::chrono::system_clock::time_point recorded(
           std::chrono::nanoseconds(message.log_time_ns));
-      clock_publisher_->publish(rosgraph_msgs::Clock{wire_time(recorded)});
+      clock_publisher_->publish(rosgraph_msgs::msg::Clock().set__clock(wire_time(recorded)));
     }
     publishers_[message.topic]->publish(reader_.bytes(message));
   }

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "takt/messages/packages/rosgraph_msgs.hpp"
+#include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/recording/mcap.hpp"
 
@@ -32,7 +32,7 @@ class Player : public Node {
   McapReader reader_;
   const double rate_;
   std::vector<std::shared_ptr<GenericPublisher>> publishers_;
-  std::shared_ptr<Publisher<rosgraph_msgs::Clock>> clock_publisher_;
+  std::shared_ptr<Publisher<rosgraph_msgs::msg::Clock>> clock_publisher_;
   std::size_t next_ = 0;
   TimePoint begin_{};
   std::shared_ptr<Timer> timer_;

@@ -21,7 +21,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/components/player.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 
 namespace takt {
 namespace {
@@ -34,13 +34,13 @@ using testing::ThrowsMessage;
 
 std::vector<std::byte> encoded(const std::string& text) {
   ByteBuffer bytes;
-  const std_msgs::String message{text};
-  message_type<std_msgs::String>().encode(&message, bytes);
+  const auto message = std_msgs::msg::String().set__data(text);
+  message_type<std_msgs::msg::String>().encode(&message, bytes);
   return {bytes.bytes().begin(), bytes.bytes().end()};
 }
 std::string decoded(std::span<const std::byte> bytes) {
-  std_msgs::String message;
-  EXPECT_TRUE(message_type<std_msgs::String>().decode(bytes, &message));
+  std_msgs::msg::String message;
+  EXPECT_TRUE(message_type<std_msgs::msg::String>().decode(bytes, &message));
   return message.data;
 }
 
@@ -216,14 +216,14 @@ TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
 
 TEST_F(RecordingTest, RecordsByPointerAndPlaysByteForByte) {
   const auto node = std::make_shared<Node>("talker", NodeOptions{.clock = &clock_});
-  const auto early = node->create_publisher<std_msgs::String>("early", 10, {.loans = 4});
+  const auto early = node->create_publisher<std_msgs::msg::String>("early", 10, {.loans = 4});
   auto recorder = std::make_shared<Recorder>(options({{"file", path("a")}}));
   executor_->add_node(recorder);
-  const auto late = node->create_publisher<std_msgs::String>("late", 10, {.loans = 4});
-  early->publish(std_msgs::String{"1"});
+  const auto late = node->create_publisher<std_msgs::msg::String>("late", 10, {.loans = 4});
+  early->publish(std_msgs::msg::String().set__data("1"));
   run(300ms);  // finds what has come later
-  late->publish(std_msgs::String{"2"});
-  early->publish(std_msgs::String{"3"});
+  late->publish(std_msgs::msg::String().set__data("2"));
+  early->publish(std_msgs::msg::String().set__data("3"));
   run(1ms);
   EXPECT_EQ(recorder->recorded(), 3u);
   run(2s);  // is written without more to come
@@ -286,7 +286,7 @@ TEST_P(FullDisk, EndsTheRecordingAndIsCounted) {
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{200'000, before.rlim_max};
   const auto node = std::make_shared<Node>("talker", NodeOptions{.clock = &clock_});
-  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 10, {.loans = 4});
+  const auto publisher = node->create_publisher<std_msgs::msg::String>("chatter", 10, {.loans = 4});
   std::shared_ptr<Recorder> recorder;
   std::thread([&] {
     if (!GetParam()) refuse_io_uring();
@@ -299,7 +299,7 @@ TEST_P(FullDisk, EndsTheRecordingAndIsCounted) {
   setrlimit(RLIMIT_FSIZE, &small);
   std::uint64_t sent = 0;
   while (!recorder->has_ended() && sent < 1'000'000) {
-    publisher->publish(std_msgs::String{std::string(1000, 'x')});
+    publisher->publish(std_msgs::msg::String().set__data(std::string(1000, 'x')));
     ++sent;
     run(1ms);
   }
@@ -327,14 +327,14 @@ TEST_P(FullDisk, IsReportedAtTheEndWhenThatIsTheFirstWrite) {
   getrlimit(RLIMIT_FSIZE, &before);
   const rlimit small{1000, before.rlim_max};
   const auto node = std::make_shared<Node>("talker", NodeOptions{.clock = &clock_});
-  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 10, {.loans = 4});
+  const auto publisher = node->create_publisher<std_msgs::msg::String>("chatter", 10, {.loans = 4});
   std::shared_ptr<Recorder> recorder;
   std::thread([&] {
     if (!GetParam()) refuse_io_uring();
     recorder = std::make_shared<Recorder>(options({{"file", path("a")}}));
   }).join();
   executor_->add_node(recorder);
-  publisher->publish(std_msgs::String{std::string(2000, 'x')});
+  publisher->publish(std_msgs::msg::String().set__data(std::string(2000, 'x')));
   run(1ms);
   EXPECT_EQ(recorder->recorded(), 1u);
   executor_->remove_node(recorder);

@@ -112,6 +112,8 @@ void add_all(std::vector<Registration>& registrations, const std::string& name,
 
 }  // namespace
 
+template class Registry<Component, NoTraits, const NodeOptions&>;
+
 ComponentRegistry& components() {
   static ComponentRegistry registry(kNoun);
   return registry;

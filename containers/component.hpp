@@ -31,6 +31,7 @@ class Completing {
 };
 
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;
+extern template class Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes registered in this process, by name.
 ComponentRegistry& components();
 

@@ -8,13 +8,15 @@
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/parameter_service.hpp"
+#include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
+#include "takt/messages/composition_interfaces/srv/unload_node.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
 #include "takt/ros2/parameter_services.hpp"
 
 namespace takt {
 namespace {
 
-namespace ci = composition_interfaces;
+namespace ci = composition_interfaces::srv;
 using document::List;
 using document::Map;
 using document::Value;
@@ -23,7 +25,7 @@ using document::Value;
 constexpr const char* kRequest = "request";
 constexpr std::string_view kPlace = "request:1: ";
 
-Value value_of(const std::string& name, const rcl_interfaces::ParameterValue& message,
+Value value_of(const std::string& name, const rcl_interfaces::msg::ParameterValue& message,
                document::Errors& errors) {
   Value value{name, 1, std::monostate()};
   const auto put = [&]<class T>(const T& content) {

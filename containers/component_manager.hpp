@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "takt/containers/configuration/system_description.hpp"
-#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -40,7 +40,7 @@ class ComponentManager {
 
 /// Reads a load_node request; `executors` are the executor names that it may use. Throws Error if
 /// the policy forbids the library, and ConfigurationError with all other errors.
-ComponentDescription describe(const composition_interfaces::LoadNode::Request& request,
+ComponentDescription describe(const composition_interfaces::srv::LoadNode::Request& request,
                               const std::vector<std::string>& executors, const LoadPolicy& policy);
 
 }  // namespace takt

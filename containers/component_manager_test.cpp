@@ -6,23 +6,36 @@
 #include <gtest/gtest.h>
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 
 namespace takt {
 namespace {
 
 using namespace std::chrono_literals;
-using rcl_interfaces::Parameter;
-using rcl_interfaces::ParameterType;
+using rcl_interfaces::msg::Parameter;
+using rcl_interfaces::msg::ParameterType;
 using testing::HasSubstr;
 using testing::StartsWith;
-using Request = composition_interfaces::LoadNode::Request;
+using Request = composition_interfaces::srv::LoadNode::Request;
 
 Parameter text(const std::string& name, const std::string& value) {
-  return {name, {.type = static_cast<std::uint8_t>(ParameterType::string), .string_value = value}};
+  Parameter parameter;
+  parameter.name = name;
+  parameter.value.set__type(ParameterType::PARAMETER_STRING).set__string_value(value);
+  return parameter;
 }
 Parameter number(const std::string& name, std::int64_t value) {
-  return {name,
-          {.type = static_cast<std::uint8_t>(ParameterType::integer), .integer_value = value}};
+  Parameter parameter;
+  parameter.name = name;
+  parameter.value.set__type(ParameterType::PARAMETER_INTEGER).set__integer_value(value);
+  return parameter;
+}
+
+Parameter flag(const std::string& name) {
+  Parameter parameter;
+  parameter.name = name;
+  parameter.value.set__type(ParameterType::PARAMETER_BOOL).set__bool_value(true);
+  return parameter;
 }
 
 Request workload() {
@@ -49,17 +62,16 @@ TEST(LoadNode, SaysWhatAFileWouldSay) {
   request.log_level = 40;
   request.remap_rules = {"raw:=/imu/raw"};
   request.parameters = {number("rate_hz", 10), text("frame.id", "base")};
-  Parameter list{"list", {.type = static_cast<std::uint8_t>(ParameterType::integer_array)}};
-  list.value.integer_array_value = {1, 2};
+  Parameter list;
+  list.name = "list";
+  list.value.set__type(ParameterType::PARAMETER_INTEGER_ARRAY).set__integer_array_value({1, 2});
   request.parameters.push_back(list);
-  request.extra_arguments = {
-      text("executor", "fast"),
-      text("on_exception", "ignore"),
-      number("callback_group.loop.priority", 90),
-      text("callback_group.loop.deadline", "2ms"),
-      text("callback_group.rest.executor", "default"),
-      {"use_intra_process_comms",
-       {.type = static_cast<std::uint8_t>(ParameterType::boolean), .bool_value = true}}};
+  request.extra_arguments = {text("executor", "fast"),
+                             text("on_exception", "ignore"),
+                             number("callback_group.loop.priority", 90),
+                             text("callback_group.loop.deadline", "2ms"),
+                             text("callback_group.rest.executor", "default"),
+                             flag("use_intra_process_comms")};
   const ComponentDescription component = describe(request, {"fast", "default"}, {});
   EXPECT_EQ(component.type, "takt::Workload");
   EXPECT_EQ(full_name(component), "/front/imu");
@@ -90,7 +102,7 @@ TEST(LoadNode, ThatIsWrongIsRefusedWithEverythingThatIsWrong) {
   nameless.plugin_name = "";
   EXPECT_NE(errors_of(nameless), "no error");
   Request unset = workload();
-  unset.parameters = {{"empty", {}}};
+  unset.parameters = {Parameter().set__name("empty")};
   EXPECT_THAT(errors_of(unset), HasSubstr("'empty'"));
 }
 

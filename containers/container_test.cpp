@@ -61,13 +61,14 @@ TEST(Container, ComponentsMayUseSimulatedTime) {
   SystemDescription system = one_ticker();
   system.components[0].parameters = {{kUseSimTime, true}};
   const auto simulator = std::make_shared<Node>("simulator");
-  const auto clock = simulator->create_publisher<rosgraph_msgs::Clock>("/clock", 1);
+  const auto clock = simulator->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 1);
   Container container(system);
   const auto listener = simulator->create_subscription<Tick>("ticks", 10, [](const Tick&) {});
   container.start();
   container.release();
   const auto ticks_at = [&](std::uint32_t milliseconds) {
-    clock->publish(rosgraph_msgs::Clock{{5, milliseconds * 1'000'000}});
+    clock->publish(rosgraph_msgs::msg::Clock().set__clock(
+        builtin_interfaces::msg::Time().set__sec(5).set__nanosec(milliseconds * 1'000'000)));
     for (int i = 0; i < 10'000; ++i) {
       if (listener->ready_count() != 0) break;
       std::this_thread::sleep_for(1ms);

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "takt/base/logger.hpp"
-#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 
 namespace takt {
 namespace {
 
-using lifecycle_msgs::ChangeState;
+using lifecycle_msgs::srv::ChangeState;
 
 constexpr const char* kTopic = "/takt/heartbeat";
 constexpr std::size_t kDepth = 100;  // heartbeats that may arrive at the same time

@@ -154,7 +154,7 @@ TEST_F(Lifecycle, WhatDependsOnALostNodeRestsUntilItIsBack) {
 TEST_F(Lifecycle, ARequestThatNobodyAnswersIsSentAgain) {
   const auto host = std::make_shared<Node>("host", NodeOptions{.clock = &clock_});
   std::vector<std::string> asked;
-  const auto service = host->create_service<lifecycle_msgs::ChangeState>(
+  const auto service = host->create_service<lifecycle_msgs::srv::ChangeState>(
       "/map/change_state",
       [&](const auto& request, RequestId) { asked.push_back(request.transition.label); });
   const auto publisher = host->create_publisher<Heartbeat>("/takt/heartbeat", 10);

@@ -11,7 +11,7 @@
 
 #include "takt/base/library.hpp"
 #include "takt/containers/container.hpp"
-#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt::test {
@@ -242,8 +242,9 @@ TEST_F(Loading, AComponentThatCannotBeUnloadedKeepsItsServicesAndItsExecutors) {
     container_ = std::make_unique<Container>(system);
     container_->start();
     container_->release();
-    const auto client = std::make_shared<Node>("asking")->create_client<lifecycle_msgs::GetState>(
-        "/managed/get_state");
+    const auto client =
+        std::make_shared<Node>("asking")->create_client<lifecycle_msgs::srv::GetState>(
+            "/managed/get_state");
     EXPECT_TRUE(client->service_is_ready());
     for (int i = 0; i < 2; ++i) {
       EXPECT_THAT(error_of([&] { container_->unload(container_->components()[0].id); }),

@@ -176,10 +176,10 @@ class Client : public SubscriptionBase {
   /// nullptr: no answer came in time.
   using AnswerCallback = std::function<void(const typename S::Response*)>;
 
-  Client(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-         const std::string& node, Clock& clock, const ClientOptions& options,
-         const std::shared_ptr<Participant>& participant)
-      : SubscriptionBase(EntityKind::client, std::move(name), std::move(group),
+  Client(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+         const std::string& path, const std::string& node, Clock& clock,
+         const ClientOptions& options, const std::shared_ptr<Participant>& participant)
+      : SubscriptionBase(EntityKind::client, name, group,
                          {reply_topic(path), &message_type<Response>(),
                           std::max<std::size_t>(options.calls_in_flight, 1), node,
                           service_identity<S>("clientid", participant)},

@@ -25,10 +25,10 @@ using SerializedCallback = std::function<void(std::span<const std::byte>, const 
 /// Real-time: as Subscription; encoding allocates until a thread has seen its largest message.
 class GenericSubscription final : public SubscriptionBase {
  public:
-  GenericSubscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-                      SerializedCallback callback, std::shared_ptr<Participant> participant)
-      : SubscriptionBase(EntityKind::subscription, std::move(name), std::move(group),
-                         std::move(endpoint), std::move(participant)),
+  GenericSubscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+                      const Endpoint& endpoint, SerializedCallback callback,
+                      const std::shared_ptr<Participant>& participant)
+      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant),
         callback_(std::move(callback)) {}
 
   const std::string& type_name() const noexcept { return endpoint().type->name; }

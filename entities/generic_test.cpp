@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -24,15 +24,15 @@ class GenericTest : public testing::Test {
  protected:
   SerializedCallback note() {
     return [this](std::span<const std::byte> bytes, const MessageInfo&) {
-      std_msgs::String message;
-      ASSERT_TRUE(message_type<std_msgs::String>().decode(bytes, &message));
+      std_msgs::msg::String message;
+      ASSERT_TRUE(message_type<std_msgs::msg::String>().decode(bytes, &message));
       heard_.push_back(message.data);
     };
   }
   static ByteBuffer encoded(const std::string& text) {
     ByteBuffer bytes;
-    const std_msgs::String message{text};
-    message_type<std_msgs::String>().encode(&message, bytes);
+    const auto message = std_msgs::msg::String().set__data(text);
+    message_type<std_msgs::msg::String>().encode(&message, bytes);
     return bytes;
   }
   const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
@@ -47,10 +47,12 @@ TEST_F(GenericTest, WhatIsPublishedByTypeIsReceivedAsBytes) {
           node_->create_generic_subscription("chatter", "std_msgs/msg/String", 5, note());
     };
     if (comes_first) subscribe();
-    const auto publisher = node_->create_publisher<std_msgs::String>("chatter", 5, {.loans = 2});
+    const auto publisher =
+        node_->create_publisher<std_msgs::msg::String>("chatter", 5, {.loans = 2});
     if (!comes_first) subscribe();
-    publisher->publish(std_msgs::String{"a"});
-    publisher->publish(std::make_shared<const std_msgs::String>(std_msgs::String{"b"}));
+    publisher->publish(std_msgs::msg::String().set__data("a"));
+    publisher->publish(
+        std::make_shared<const std_msgs::msg::String>(std_msgs::msg::String().set__data("b")));
     while (serve(*subscription)) {
     }
     EXPECT_THAT(heard_, ElementsAre("a", "b"));
@@ -66,8 +68,10 @@ TEST_F(GenericTest, TheBytesStayWhileTheCallbackSpinsAnExecutorThatServesOthers)
         EXPECT_TRUE(serve(*inner));
         note()(bytes, info);
       });
-  node_->create_publisher<std_msgs::String>("inner", 5)->publish(std_msgs::String{"inner"});
-  node_->create_publisher<std_msgs::String>("outer", 5)->publish(std_msgs::String{"outer"});
+  node_->create_publisher<std_msgs::msg::String>("inner", 5)
+      ->publish(std_msgs::msg::String().set__data("inner"));
+  node_->create_publisher<std_msgs::msg::String>("outer", 5)
+      ->publish(std_msgs::msg::String().set__data("outer"));
   EXPECT_TRUE(serve(*outer));
   EXPECT_THAT(heard_, ElementsAre("inner", "outer"));
 }
@@ -76,8 +80,8 @@ TEST_F(GenericTest, WhatIsPublishedAsBytesIsReceivedByTypeAndAsBytes) {
   const auto bytewise =
       node_->create_generic_subscription("chatter", "std_msgs/msg/String", 5, note());
   std::string typed;
-  const auto subscription = node_->create_subscription<std_msgs::String>(
-      "chatter", 5, [&](const std_msgs::String& message) { typed = message.data; });
+  const auto subscription = node_->create_subscription<std_msgs::msg::String>(
+      "chatter", 5, [&](const std_msgs::msg::String& message) { typed = message.data; });
   const auto publisher = node_->create_generic_publisher("chatter", "std_msgs/msg/String", 5);
   EXPECT_EQ(publisher->subscription_count(), 2u);
   publisher->publish(encoded("x").bytes());
@@ -89,8 +93,8 @@ TEST_F(GenericTest, WhatIsPublishedAsBytesIsReceivedByTypeAndAsBytes) {
 
 TEST_F(GenericTest, WhatIsNoMessageIsDroppedAndCounted) {
   bool called = false;
-  const auto subscription = node_->create_subscription<std_msgs::String>(
-      "chatter", 5, [&](const std_msgs::String&) { called = true; });
+  const auto subscription = node_->create_subscription<std_msgs::msg::String>(
+      "chatter", 5, [&](const std_msgs::msg::String&) { called = true; });
   const auto publisher = node_->create_generic_publisher("chatter", "std_msgs/msg/String", 5);
   ByteBuffer bytes = encoded("text");
   publisher->publish(bytes.bytes().first(9));
@@ -102,7 +106,7 @@ TEST_F(GenericTest, WhatIsNoMessageIsDroppedAndCounted) {
 }
 
 TEST_F(GenericTest, AnotherTypesNameIsRefused) {
-  const auto publisher = node_->create_publisher<std_msgs::String>("chatter", 5);
+  const auto publisher = node_->create_publisher<std_msgs::msg::String>("chatter", 5);
   EXPECT_THAT(
       [&] { node_->create_generic_subscription("chatter", "std_msgs/msg/Bool", 5, note()); },
       ThrowsMessage<Error>(HasSubstr("carries std_msgs/msg/String")));

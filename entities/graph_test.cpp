@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/messages/packages/rmw_dds_common.hpp"
-#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/std_msgs/msg/bool.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action_client.hpp"
 #include "takt/ros2/action_server.hpp"
@@ -67,9 +67,10 @@ class GraphTest : public testing::TestWithParam<RosGraph> {
 TEST_P(GraphTest, ShowsNodesTopicsServicesAndTheirOwners) {
   auto node =
       std::make_shared<Node>("talker", NodeOptions{.name_space = "/front", .participant = here_});
-  const auto publisher = node->create_publisher<std_msgs::String>("chatter", QoS(7).best_effort());
+  const auto publisher =
+      node->create_publisher<std_msgs::msg::String>("chatter", QoS(7).best_effort());
   const auto subscription =
-      node->create_subscription<std_msgs::Bool>("/enable", 3, [](const auto&) {});
+      node->create_subscription<std_msgs::msg::Bool>("/enable", 3, [](const auto&) {});
   const auto service = node->create_service<Add>("~/add", [](const auto&, auto&) {});
   const auto client = node->create_client<Add>("/other/add");
   Graph graph;
@@ -150,7 +151,7 @@ TEST(Graph, OffByAWord) {
   options.ros_graph = RosGraph::off;
   const auto hides = Participant::create(options);
   const auto node = std::make_shared<Node>("hidden", NodeOptions{.participant = hides});
-  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 1);
+  const auto publisher = node->create_publisher<std_msgs::msg::String>("chatter", 1);
   Graph graph;
   ASSERT_TRUE(eventually([&] { return !(graph = looks->graph()).publishers.empty(); }));
   EXPECT_THAT(graph.nodes, IsEmpty());
@@ -223,15 +224,15 @@ class WireTest : public testing::Test {
 TEST_F(WireTest, ATopicBothWays) {
   const auto node = make("typed");
   const auto bytewise = join(RosGraph::off);
-  const auto publisher = node->create_publisher<std_msgs::String>("chatter", 10);
+  const auto publisher = node->create_publisher<std_msgs::msg::String>("chatter", 10);
   std::string heard;
-  const auto subscription = node->create_subscription<std_msgs::String>(
-      "answers", 10, [&](const std_msgs::String& message) { heard = message.data; });
+  const auto subscription = node->create_subscription<std_msgs::msg::String>(
+      "answers", 10, [&](const std_msgs::msg::String& message) { heard = message.data; });
   const auto reads = receiver(bytewise, "/chatter", "std_msgs/msg/String");
   const auto sends = sender(bytewise, "/answers", "std_msgs/msg/String");
   ASSERT_TRUE(eventually(
       [&] { return publisher->subscription_count() == 1 && sends->subscription_count() == 1; }));
-  publisher->publish(std_msgs::String{"hi"});
+  publisher->publish(std_msgs::msg::String().set__data("hi"));
   EXPECT_EQ(next_of(*reads),
             "00010000"
             "03000000"

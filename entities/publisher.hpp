@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "takt/entities/entity.hpp"
-#include "takt/entities/send.hpp"
-#include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
@@ -69,38 +67,13 @@ struct PublisherOptions {
   std::vector<std::string> published_by;
 };
 
+/// What does not depend on the type of the messages.
 /// Thread safety: every method from any thread.
-/// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
-/// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
-/// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
-/// receivers in other processes it also encodes the message, or copies it into shared memory, and
-/// makes Cyclone DDS send it, see Participant. Only loans in shared memory are neither
-/// encoded nor copied.
-template <Message T>
-class Publisher {
+/// Real-time: nothing blocks or allocates, see Publisher.
+class PublisherBase {
  public:
-  using SharedPtr = std::shared_ptr<Publisher>;
-
-  /// `participant`: sends to other processes too; may be nullptr.
-  Publisher(Endpoint endpoint, Clock& clock, PublisherOptions<T> options = {},
-            const std::shared_ptr<Participant>& participant = nullptr)
-      : writer_(std::move(endpoint), clock),
-        remote_(participant != nullptr
-                    ? participant->create_writer(writer_.endpoint(), writer_.events())
-                    : nullptr),
-        prototype_(options.prototype != nullptr ? std::move(options.prototype)
-                                                : std::make_shared<const T>()),
-        expected_period_(options.expected_period),
-        loans_(Pool<LoanedBlock<T>>::create(
-            options.loans == 0 ? 0 : options.loans + kept(qos()),
-            [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(*prototype_); })),
-        wrappers_(Pool<OwnedBlock<T>>::create(qos().depth + 16 + kept(qos()), [](std::uint32_t) {
-          return std::make_unique<OwnedBlock<T>>();
-        })) {}
-
-  ~Publisher() { StagedOutputs::forget(writer_); }
-  Publisher(const Publisher&) = delete;
-  Publisher& operator=(const Publisher&) = delete;
+  PublisherBase(const PublisherBase&) = delete;
+  PublisherBase& operator=(const PublisherBase&) = delete;
 
   const std::string& topic() const noexcept { return writer_.endpoint().topic; }
   const QoS& qos() const noexcept { return writer_.endpoint().qos; }
@@ -111,14 +84,62 @@ class Publisher {
   }
   /// In this process and outside.
   std::size_t subscription_count() const noexcept {
-    return writer_.reader_count() + (remote_ != nullptr ? remote_->reader_count() : 0);
+    return local_subscription_count() + outside_subscription_count();
   }
-
   std::size_t outside_subscription_count() const noexcept {
     return remote_ != nullptr ? remote_->reader_count() : 0;
   }
   /// In this process.
   std::size_t local_subscription_count() const noexcept { return writer_.reader_count(); }
+
+ protected:
+  PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds expected_period,
+                const std::shared_ptr<Participant>& participant);
+  ~PublisherBase();
+
+  /// How many messages are not in transit, because the writer keeps them for late joiners.
+  std::size_t kept() const noexcept {
+    return qos().durability == Durability::transient_local ? qos().depth : 0;
+  }
+  /// No reader in this process is matched, and the message is not to be held back.
+  bool is_for_outside_only() const noexcept;
+  /// nullptr: shared memory lends nothing.
+  MessageBlock* lend_outside(const void* prototype) noexcept {
+    return remote_ != nullptr && is_for_outside_only() ? remote_->lend(prototype) : nullptr;
+  }
+  void write_lent(MessageBlock& block) noexcept { remote_->write_lent(block); }
+  void send(MessageBlock& block) noexcept;
+  /// For a message that the user made. Throws Error when there is none.
+  OwnedBlock& wrapper(bool has_message);
+  [[noreturn, gnu::cold]] void refuse_loan() const;
+
+ private:
+  IntraProcessWriter writer_;
+  const std::unique_ptr<RemoteWriter> remote_;
+  const Nanoseconds expected_period_;
+  const PoolPtr<OwnedBlock> wrappers_;
+};
+
+/// Thread safety: every method from any thread.
+/// Real-time: a loaned message is published without lock, allocation or copy. publish(unique_ptr)
+/// and publish(shared_ptr) add no allocation to the user's own while fewer than depth + 16 such
+/// messages are in transit. publish(const T&) copies: into a loan, or else to the heap. With
+/// receivers in other processes it also encodes the message, or copies it into shared memory, and
+/// makes Cyclone DDS send it, see Participant. Only loans in shared memory are neither
+/// encoded nor copied.
+template <Message T>
+class Publisher : public PublisherBase {
+ public:
+  using SharedPtr = std::shared_ptr<Publisher>;
+
+  /// `participant`: sends to other processes too; may be nullptr.
+  Publisher(const Endpoint& endpoint, Clock& clock, const PublisherOptions<T>& options = {},
+            const std::shared_ptr<Participant>& participant = nullptr)
+      : PublisherBase(endpoint, clock, options.expected_period, participant),
+        prototype_(options.prototype != nullptr ? options.prototype : std::make_shared<const T>()),
+        loans_(Pool<LoanedBlock<T>>::create(
+            options.loans == 0 ? 0 : options.loans + kept(),
+            [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(*prototype_); })) {}
 
   /// Lent by shared memory when all receivers are in other processes and the topic goes there by
   /// it, up to seven at once. Receivers in this process read a message by its pointer, so if there
@@ -127,9 +148,7 @@ class Publisher {
   /// the publisher was made without loans.
   LoanedMessage<T> borrow_loaned_message() {
     if (loans_->capacity() == 0) refuse_loan();
-    if (remote_ != nullptr && is_for_outside_only()) {
-      if (MessageBlock* block = remote_->lend(prototype_.get())) return {block, true};
-    }
+    if (MessageBlock* block = lend_outside(prototype_.get())) return {block, true};
     return {loans_->acquire(), false};
   }
 
@@ -138,14 +157,14 @@ class Publisher {
     if (!message.is_outside_) {
       send(*std::exchange(message.block_, nullptr));
     } else if (is_for_outside_only()) {
-      remote_->write_lent(*std::exchange(message.block_, nullptr));
+      write_lent(*std::exchange(message.block_, nullptr));
     } else {  // a reader in this process has come meanwhile
       const LoanedMessage<T> loan = std::move(message);
       publish(*loan);
     }
   }
-  void publish(std::unique_ptr<T> message) { wrap(std::move(message)); }
-  void publish(std::shared_ptr<const T> message) { wrap(std::move(message)); }
+  void publish(std::unique_ptr<T> message) { publish_owned(std::move(message)); }
+  void publish(std::shared_ptr<const T> message) { publish_owned(std::move(message)); }
   void publish(const T& message) {
     if (LoanedMessage<T> loan{loans_->acquire(), false}) {
       *loan = message;
@@ -156,51 +175,15 @@ class Publisher {
   }
 
  private:
-  // How many messages are not in transit, because the writer keeps them for late joiners.
-  static std::size_t kept(const QoS& qos) noexcept {
-    return qos.durability == Durability::transient_local ? qos.depth : 0;
-  }
-  [[noreturn, gnu::cold, gnu::noinline]] void refuse_loan() const {
-    throw Error("publisher of '" + topic() + "' has no messages to lend",
-                "give PublisherOptions::loans when you create it");
-  }
-
   template <class Pointer>
-  void wrap(Pointer message) {
-    if (message == nullptr) throw Error("a null message was published on '" + topic() + "'");
-    OwnedBlock<T>* block = wrappers_->acquire();
-    if (block == nullptr) {
-      block = new OwnedBlock<T>;
-      block->from_heap = true;
-    }
-    block->own(std::move(message));
-    send(*block);
+  void publish_owned(Pointer message) {
+    OwnedBlock& block = wrapper(message != nullptr);
+    block.own(std::move(message));
+    send(block);
   }
 
-  /// No reader in this process is matched, and the message is not to be held back.
-  bool is_for_outside_only() const noexcept {
-    const Dispatch* dispatch = Dispatch::current();
-    return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);
-  }
-
-  void send(MessageBlock& block) noexcept {
-    const Dispatch* dispatch = Dispatch::current();
-    block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
-    block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
-    block.envelope.path = dispatch != nullptr ? dispatch->path : 0;
-    block.envelope.expected_period = expected_period_;
-    if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
-      return dispatch->outputs->add(writer_, remote_.get(), block);
-    }
-    takt::send(writer_, remote_.get(), block);
-  }
-
-  IntraProcessWriter writer_;
-  const std::unique_ptr<RemoteWriter> remote_;
   const std::shared_ptr<const T> prototype_;
-  const Nanoseconds expected_period_;
   const PoolPtr<LoanedBlock<T>> loans_;
-  const PoolPtr<OwnedBlock<T>> wrappers_;
 };
 
 }  // namespace takt

@@ -24,10 +24,9 @@ template <Message T>
 class Receiver : public Subscription<T> {
  public:
   class Next;
-  Receiver(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-           std::shared_ptr<Participant> participant)
-      : Subscription<T>(std::move(name), std::move(group), endpoint, std::move(participant),
-                        endpoint.qos.depth),
+  Receiver(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+           const Endpoint& endpoint, const std::shared_ptr<Participant>& participant)
+      : Subscription<T>(name, group, endpoint, participant, endpoint.qos.depth),
         awaited_(std::make_shared<Awaited>()) {}
 
   Next receive() noexcept { return Next(*this); }

@@ -64,10 +64,10 @@ class Service : public SubscriptionBase {
   }
 
  protected:
-  Service(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-          const std::string& node, Clock& clock, const ServiceOptions& options,
-          const std::shared_ptr<Participant>& participant)
-      : SubscriptionBase(EntityKind::service, std::move(name), std::move(group),
+  Service(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+          const std::string& path, const std::string& node, Clock& clock,
+          const ServiceOptions& options, const std::shared_ptr<Participant>& participant)
+      : SubscriptionBase(EntityKind::service, name, group,
                          {request_topic(path), &message_type<Request>(), options.depth, node,
                           service_identity<S>("serviceid", participant)},
                          participant),
@@ -147,10 +147,10 @@ class CallbackService final : public Service<S>, private TaskOwner {
   static constexpr bool kIsTask =
       TaskCallback<F, const typename S::Request&, typename S::Response&>;
 
-  CallbackService(std::string name, std::shared_ptr<CallbackGroup> group, const std::string& path,
-                  const std::string& node, Clock& clock, F callback, const ServiceOptions& options,
-                  const std::shared_ptr<Participant>& participant)
-      : Base(std::move(name), std::move(group), path, node, clock, options, participant),
+  CallbackService(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+                  const std::string& path, const std::string& node, Clock& clock, F callback,
+                  const ServiceOptions& options, const std::shared_ptr<Participant>& participant)
+      : Base(name, group, path, node, clock, options, participant),
         callback_(std::move(callback)) {}
   /// For a callback that is a coroutine; before the first request.
   void set_runner(std::shared_ptr<TaskRunner> runner) {

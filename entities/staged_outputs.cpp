@@ -11,13 +11,13 @@ namespace takt {
 namespace {
 
 /// All that live, so that a publisher that goes finds what it has left.
-struct Registry {
+struct AllOutputs {
   PiMutex mutex;
   std::vector<StagedOutputs*> all;
   std::atomic<std::size_t> count{0};
 };
-Registry& registry() noexcept {
-  static Registry instance;
+AllOutputs& all_outputs() noexcept {
+  static AllOutputs instance;
   return instance;
 }
 
@@ -25,16 +25,16 @@ Registry& registry() noexcept {
 
 StagedOutputs::StagedOutputs(std::size_t capacity) : capacity_(capacity) {
   outputs_.reserve(capacity);
-  const std::lock_guard lock(registry().mutex);
-  registry().all.push_back(this);
-  ++registry().count;
+  const std::lock_guard lock(all_outputs().mutex);
+  all_outputs().all.push_back(this);
+  ++all_outputs().count;
 }
 
 StagedOutputs::~StagedOutputs() {
   {
-    const std::lock_guard lock(registry().mutex);
-    std::erase(registry().all, this);
-    --registry().count;
+    const std::lock_guard lock(all_outputs().mutex);
+    std::erase(all_outputs().all, this);
+    --all_outputs().count;
   }
   publish();
 }
@@ -71,9 +71,9 @@ std::uint64_t StagedOutputs::dropped() const noexcept {
 }
 
 void StagedOutputs::forget(const IntraProcessWriter& writer) noexcept {
-  if (registry().count.load() == 0) return;
-  const std::lock_guard lock(registry().mutex);
-  for (StagedOutputs* staged : registry().all) {
+  if (all_outputs().count.load() == 0) return;
+  const std::lock_guard lock(all_outputs().mutex);
+  for (StagedOutputs* staged : all_outputs().all) {
     const std::lock_guard staged_lock(staged->mutex_);
     std::erase_if(staged->outputs_, [&](const Output& output) {
       if (output.writer != &writer) return false;

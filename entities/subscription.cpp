@@ -5,12 +5,11 @@
 
 namespace takt {
 
-SubscriptionBase::SubscriptionBase(EntityKind kind, std::string name,
-                                   std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-                                   std::shared_ptr<Participant> participant)
-    : Entity(kind, std::move(name), std::move(group)),
-      IntraProcessReader(std::move(endpoint)),
-      participant_(std::move(participant)) {
+SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
+                                   const std::shared_ptr<CallbackGroup>& group,
+                                   const Endpoint& endpoint,
+                                   const std::shared_ptr<Participant>& participant)
+    : Entity(kind, name, group), IntraProcessReader(endpoint), participant_(participant) {
 }
 
 SubscriptionBase::~SubscriptionBase() = default;
@@ -66,6 +65,12 @@ void SubscriptionBase::start() {
   remote_.store(own_remote_.get());
 }
 
+MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
+  MessageBlock* message = IntraProcessReader::take(more);
+  if (message == nullptr || message->payload() != nullptr) return message;
+  return decode_received(*message);
+}
+
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
   const auto bytes = received.encoded();
   MessageBlock* message = decode(bytes);
@@ -88,6 +93,10 @@ bool SubscriptionBase::take(Slot& slot) noexcept {
   if (slot.message == nullptr) return false;
   static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;
+}
+
+ControlBlocks::ControlBlocks(std::size_t count)
+    : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {
 }
 
 }  // namespace takt

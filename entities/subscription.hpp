@@ -26,8 +26,9 @@ namespace takt {
 class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
   /// `participant`: receives from other processes too; may be nullptr.
-  SubscriptionBase(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group,
-                   Endpoint endpoint, std::shared_ptr<Participant> participant);
+  SubscriptionBase(EntityKind kind, const std::string& name,
+                   const std::shared_ptr<CallbackGroup>& group, const Endpoint& endpoint,
+                   const std::shared_ptr<Participant>& participant);
   ~SubscriptionBase() override;
 
   const std::string& topic() const noexcept { return endpoint().topic; }
@@ -52,11 +53,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  protected:
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
-  MessageBlock* take_message(bool& more) noexcept {
-    MessageBlock* message = IntraProcessReader::take(more);
-    if (message == nullptr || message->payload() != nullptr) return message;
-    return decode_received(*message);
-  }
+  MessageBlock* take_message(bool& more) noexcept;
   /// The message that these bytes are, or nullptr. Called by the thread that takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
   /// For a taker that may take again, after it might not.
@@ -96,8 +93,7 @@ class ControlBlocks {
     alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
     bool from_heap = false;
   };
-  explicit ControlBlocks(std::size_t count)
-      : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {}
+  explicit ControlBlocks(std::size_t count);
 
   template <class U>
   struct Allocator {
@@ -153,7 +149,7 @@ class DecodedMessages {
       block = type.decode(bytes, &loan->message) ? loan : nullptr;
       if (block == nullptr) Pool<LoanedBlock<T>>::recycle(*loan);
     } else if (auto message = std::make_unique<T>(); type.decode(bytes, message.get())) {
-      auto* owned = new OwnedBlock<T>;
+      auto* owned = new OwnedBlock;
       owned->from_heap = true;
       owned->own(std::move(message));
       block = owned;
@@ -176,10 +172,10 @@ class Subscription : public SubscriptionBase {
   using SharedPtr = std::shared_ptr<Subscription>;
 
   /// `kept`: how many messages from other processes callbacks hold at once.
-  Subscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-               std::shared_ptr<Participant> participant, std::size_t kept)
-      : SubscriptionBase(EntityKind::subscription, std::move(name), std::move(group),
-                         std::move(endpoint), participant),
+  Subscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+               const Endpoint& endpoint, const std::shared_ptr<Participant>& participant,
+               std::size_t kept)
+      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant),
         decoded_(participant != nullptr ? kept : 0) {}
   using SubscriptionBase::take;
 
@@ -232,14 +228,15 @@ class CallbackSubscription : public Subscription<T> {
   static constexpr bool kIsTask =
       TaskCallback<F, Argument> || TaskCallback<F, Argument, const MessageInfo&>;
 
-  CallbackSubscription(std::string name, std::shared_ptr<CallbackGroup> group, Endpoint endpoint,
-                       F callback, std::shared_ptr<Participant> participant = nullptr)
-      : Subscription<T>(std::move(name), std::move(group), endpoint, std::move(participant),
+  CallbackSubscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
+                       const Endpoint& endpoint, F callback,
+                       const std::shared_ptr<Participant>& participant = nullptr)
+      : Subscription<T>(name, group, endpoint, participant,
                         kLooks    ? 4
                         : kShares ? endpoint.qos.depth + 16
                                   : 0),
         callback_(std::move(callback)),
-        control_blocks_(kShares ? this->endpoint().qos.depth + 16 : 0) {}
+        control_blocks_(endpoint.qos.depth + 16) {}
   using Subscription<T>::take;
 
   void execute(Slot& slot) override {
@@ -305,7 +302,10 @@ class CallbackSubscription : public Subscription<T> {
   }
 
   F callback_;
-  ControlBlocks control_blocks_;
+  struct NoControlBlocks {
+    explicit NoControlBlocks(std::size_t) noexcept {}
+  };
+  [[no_unique_address]] std::conditional_t<kShares, ControlBlocks, NoControlBlocks> control_blocks_;
 };
 
 /// A subscription whose callback is a coroutine.

@@ -6,7 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "takt/base/logger.hpp"
-#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/std_msgs/msg/bool.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/testing/peer_process.hpp"
 #include "takt/transport/dds/participant.hpp"
 
@@ -72,8 +73,8 @@ class TopicWatchTest : public testing::Test {
 
 // DDS matches no ends of different types, and nobody said so: both sides waited for ever.
 TEST_F(TopicWatchTest, DifferentTypesAreAnErrorOnBothSides) {
-  const auto talks = writer<std_msgs::String>("/mixed");
-  const auto listens = reader<std_msgs::Bool>("/mixed");
+  const auto talks = writer<std_msgs::msg::String>("/mixed");
+  const auto listens = reader<std_msgs::msg::Bool>("/mixed");
   const auto said = lines("/mixed", 2);
   ASSERT_EQ(said.size(), 2u);
   for (const auto& [level, text] : said) {
@@ -85,8 +86,8 @@ TEST_F(TopicWatchTest, DifferentTypesAreAnErrorOnBothSides) {
 }
 
 TEST_F(TopicWatchTest, AnIncompatiblePolicyIsNamedWithBothEnds) {
-  const auto listens = reader<std_msgs::Bool>("/latched", QoS(1).transient_local());
-  const auto talks = writer<std_msgs::Bool>("/latched", QoS(1));
+  const auto listens = reader<std_msgs::msg::Bool>("/latched", QoS(1).transient_local());
+  const auto talks = writer<std_msgs::msg::Bool>("/latched", QoS(1));
   const auto said = lines("/latched", 2);
   ASSERT_EQ(said.size(), 2u);
   for (const auto& [level, text] : said) {
@@ -98,13 +99,13 @@ TEST_F(TopicWatchTest, AnIncompatiblePolicyIsNamedWithBothEnds) {
 }
 
 TEST_F(TopicWatchTest, WhatFitsIsNotMentionedAndEachPairOnce) {
-  const auto listens = reader<std_msgs::Bool>("/fits");
-  const auto talks = writer<std_msgs::Bool>("/fits");
+  const auto listens = reader<std_msgs::msg::Bool>("/fits");
+  const auto talks = writer<std_msgs::msg::Bool>("/fits");
   ASSERT_TRUE(eventually([&] { return talks->reader_count() == 1; }));
-  const auto wrong = reader<std_msgs::String>("/last");
-  const auto last = writer<std_msgs::Bool>("/last");
+  const auto wrong = reader<std_msgs::msg::String>("/last");
+  const auto last = writer<std_msgs::msg::Bool>("/last");
   ASSERT_EQ(lines("/last", 2).size(), 2u);
-  const auto another = reader<std_msgs::String>("/last");
+  const auto another = reader<std_msgs::msg::String>("/last");
   ASSERT_EQ(lines("/last", 4).size(), 4u);  // the new one, on both sides
   EXPECT_TRUE(lines("/fits", 0).empty());
 }

@@ -3,6 +3,8 @@
 
 namespace takt {
 
+template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
+
 ExecutorRegistry& executors() {
   static ExecutorRegistry registry("executor");
   return registry;

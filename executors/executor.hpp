@@ -238,6 +238,7 @@ class Executor {
 };
 
 using ExecutorRegistry = Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
+extern template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 

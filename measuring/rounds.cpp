@@ -2,6 +2,10 @@
 #include "takt/measuring/rounds.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <random>
+
+#include "takt/base/error.hpp"
 
 namespace takt::rt {
 
@@ -10,6 +14,22 @@ double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t middle = values.size() / 2;
   return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+Interval paired_ratio(const std::vector<double>& values, const std::vector<double>& to) {
+  constexpr std::size_t kResamples = 2000, kTail = kResamples / 40;  // 2.5 % on each side
+  if (values.empty() || values.size() != to.size()) throw Error("a ratio needs pairs of values");
+  std::vector<double> ratios(values.size());
+  std::transform(values.begin(), values.end(), to.begin(), ratios.begin(), std::divides());
+  std::mt19937 random(0);
+  std::uniform_int_distribution<std::size_t> any(0, ratios.size() - 1);
+  std::vector<double> medians(kResamples), resample(ratios.size());
+  for (double& each : medians) {
+    for (double& value : resample) value = ratios[any(random)];
+    each = median(resample);
+  }
+  std::sort(medians.begin(), medians.end());
+  return {median(ratios), medians[kTail], medians[kResamples - 1 - kTail]};
 }
 
 void Rounds::add(const Histogram& round) {

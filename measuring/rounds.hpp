@@ -18,6 +18,16 @@ inline double us(Nanoseconds duration) {
 
 double median(std::vector<double> values);
 
+/// A median with its 95 % confidence interval.
+struct Interval {
+  double median = 0, low = 0, high = 0;
+};
+/// How many times as large the first of each pair is. The pairs are measurements that alternated,
+/// so a slow minute of the machine falls on both. The interval is a percentile bootstrap (Efron,
+/// 1979) of the median with a fixed seed: the same values always give the same interval. Throws
+/// Error without values, or if the numbers of values differ.
+Interval paired_ratio(const std::vector<double>& values, const std::vector<double>& to);
+
 /// Latencies of one row. Its rounds alternate with those of other rows.
 struct Rounds {
   Histogram all;

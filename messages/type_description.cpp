@@ -10,8 +10,6 @@
 #include <fmt/format.h>
 #include <openssl/sha.h>
 
-#include "takt/messages/packages/builtin_interfaces.hpp"
-
 namespace takt {
 namespace {
 
@@ -86,15 +84,16 @@ std::string service_type_hash(const MessageType& request, const MessageType& res
       static_cast<std::uint8_t>(FieldShape::nested + FieldShape::kBoundedSequence);
   Structures structures;
   if (!add(structures, request) || !add(structures, response) ||
-      !request.name.ends_with(kRequest) ||
-      !add(structures, message_type<builtin_interfaces::Time>())) {
+      !request.name.ends_with(kRequest)) {
     return {};
   }
   const std::string name = request.name.substr(0, request.name.size() - kRequest.size());
-  const std::string event = name + "_Event", info = "service_msgs/msg/ServiceEventInfo";
+  const std::string event = name + "_Event", info = "service_msgs/msg/ServiceEventInfo",
+                    time = "builtin_interfaces/msg/Time";
+  structures[time] = {{"sec", {FieldShape::int32}, {}}, {"nanosec", {FieldShape::uint32}, {}}};
   structures[info] = {
       {"event_type", {FieldShape::uint8}, {}},
-      {"stamp", {FieldShape::nested}, "builtin_interfaces/msg/Time"},
+      {"stamp", {FieldShape::nested}, time},
       {"client_gid", {FieldShape::uint8 + FieldShape::kArray, 16}, {}},
       {"sequence_number", {FieldShape::int64}, {}},
   };

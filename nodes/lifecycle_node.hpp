@@ -99,10 +99,10 @@ class LifecycleNode : public Node {
 
   template <Message T>
   std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
-                                                          PublisherOptions<T> options = {}) {
+                                                          const PublisherOptions<T>& options = {}) {
     const Endpoint end = endpoint<T>(topic, qos);
     remember_output(end.topic, options.published_by);
-    return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), std::move(options),
+    return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), options,
                                                    participant());
   }
 

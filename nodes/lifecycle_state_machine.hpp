@@ -9,15 +9,60 @@
 #include <string_view>
 #include <vector>
 
-#include "takt/messages/packages/lifecycle_msgs.hpp"
-
 namespace takt {
 
 // Source of the table: design.ros2.org/articles/node_lifecycle.html, with the ids, labels and order
 // of rcl_lifecycle. Nothing here changes or throws, so it may be used from any thread.
 
-using LifecycleState = lifecycle_msgs::StateId;
-using TransitionId = lifecycle_msgs::TransitionId;
+/// lifecycle_msgs/msg/State::id: the states in which a node rests, and those in which one of its
+/// callbacks runs.
+enum class LifecycleState : std::uint8_t {
+  unknown = 0,
+  unconfigured = 1,
+  inactive = 2,
+  active = 3,
+  finalized = 4,
+
+  configuring = 10,
+  cleaningup = 11,
+  shuttingdown = 12,
+  activating = 13,
+  deactivating = 14,
+  errorprocessing = 15,
+};
+
+/// lifecycle_msgs/msg/Transition::id: what can be requested, and what follows from the result of a
+/// callback.
+enum class TransitionId : std::uint8_t {
+  create = 0,
+  configure = 1,
+  cleanup = 2,
+  activate = 3,
+  deactivate = 4,
+  unconfigured_shutdown = 5,
+  inactive_shutdown = 6,
+  active_shutdown = 7,
+  destroy = 8,
+
+  on_configure_success = 10,
+  on_configure_failure = 11,
+  on_configure_error = 12,
+  on_cleanup_success = 20,
+  on_cleanup_failure = 21,
+  on_cleanup_error = 22,
+  on_activate_success = 30,
+  on_activate_failure = 31,
+  on_activate_error = 32,
+  on_deactivate_success = 40,
+  on_deactivate_failure = 41,
+  on_deactivate_error = 42,
+  on_shutdown_success = 50,
+  on_shutdown_failure = 51,
+  on_shutdown_error = 52,
+  on_error_success = 60,
+  on_error_failure = 61,
+  on_error_error = 62,
+};
 
 /// What a callback of a transition returns.
 enum class CallbackReturn : std::uint8_t {

@@ -180,6 +180,16 @@ std::string Node::timeout_name(std::string_view service) {
   return name + "_timeout";
 }
 
+std::shared_ptr<Entity> Node::adopt_entity(std::shared_ptr<Entity> entity) {
+  add(entity);
+  Entity* const address = entity.get();
+  return std::shared_ptr<Entity>(address, [entity = std::move(entity)](Entity*) mutable {
+    Entity& retiring = *entity;
+    retiring.retire();
+    retiring.retired(std::move(entity));
+  });
+}
+
 void Node::add(const std::shared_ptr<Entity>& entity) {
   const std::vector<std::shared_ptr<CallbackGroup>> known = groups();
   if (std::find(known.begin(), known.end(), entity->group()) == known.end()) {

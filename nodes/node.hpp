@@ -190,11 +190,10 @@ class Node : public std::enable_shared_from_this<Node> {
 
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
-                                                 PublisherOptions<T> options = {}) {
+                                                 const PublisherOptions<T>& options = {}) {
     const Endpoint end = endpoint<T>(topic, qos);
     remember_output(end.topic, options.published_by);
-    return std::make_shared<Publisher<T>>(end, clock().real(), std::move(options),
-                                          options_.participant);
+    return std::make_shared<Publisher<T>>(end, clock().real(), options, options_.participant);
   }
 
   template <Message T, SubscriptionCallback<T> F>
@@ -383,16 +382,12 @@ class Node : public std::enable_shared_from_this<Node> {
   /// Adds the entity, and makes the pointer for the user: when it goes, the entity retires.
   template <class Handle, class Concrete>
   std::shared_ptr<Handle> adopt(std::shared_ptr<Concrete> entity) {
-    add(entity);
-    Handle* address = entity.get();
-    return std::shared_ptr<Handle>(address, [entity = std::move(entity)](Handle*) mutable {
-      Concrete& retiring = *entity;
-      retiring.retire();
-      retiring.retired(std::move(entity));
-    });
+    Handle* const address = entity.get();
+    return std::shared_ptr<Handle>(adopt_entity(std::move(entity)), address);
   }
 
  private:
+  std::shared_ptr<Entity> adopt_entity(std::shared_ptr<Entity> entity);
   QoS decide(const std::string& topic, const QoS& code);
   static void check_deadline(const std::string& topic, const QoS& qos);
   /// "/arm/move" → "arm_move_timeout".

@@ -8,10 +8,9 @@
 #include <string_view>
 
 #include "takt/entities/service_message.hpp"
+#include "takt/messages/action_msgs/msg/goal_status_array.hpp"
+#include "takt/messages/action_msgs/srv/cancel_goal.hpp"
 #include "takt/messages/message_type.hpp"
-#include "takt/messages/packages/action_msgs.hpp"
-#include "takt/messages/packages/builtin_interfaces.hpp"
-#include "takt/messages/packages/unique_identifier_msgs.hpp"
 #include "takt/transport/qos.hpp"
 
 namespace takt {
@@ -24,17 +23,22 @@ concept ActionType =
     Message<typename A::Goal> && Message<typename A::Result> && Message<typename A::Feedback>;
 
 /// A goal's name, made by its client.
-using GoalId = unique_identifier_msgs::UUID;
-using action_msgs::CancelGoalError;
-using action_msgs::GoalState;
-
-inline bool operator==(const GoalId& a, const GoalId& b) noexcept {
-  return a.uuid == b.uuid;
-}
+using GoalId = unique_identifier_msgs::msg::UUID;
+using action_msgs::srv::CancelGoal;
 GoalId new_goal_id();
 /// "1f0a…": 32 hexadecimal digits.
 std::string to_string(const GoalId& id);
 
+/// GoalStatus::status in messages.
+enum class GoalState : std::int8_t {
+  unknown = 0,
+  accepted = 1,
+  executing = 2,
+  canceling = 3,
+  succeeded = 4,
+  canceled = 5,
+  aborted = 6,
+};
 constexpr bool is_terminal(GoalState state) noexcept {
   return state == GoalState::succeeded || state == GoalState::canceled ||
          state == GoalState::aborted;
@@ -74,7 +78,7 @@ struct SendGoal {
   };
   struct Response {
     bool accepted = false;
-    builtin_interfaces::Time stamp;
+    builtin_interfaces::msg::Time stamp;
 
     static constexpr std::string_view kName = "_SendGoal_Response";
     using Action = A;
@@ -84,7 +88,7 @@ struct SendGoal {
     }
     static std::vector<MessageField> fields() {
       return {describe_field<bool>("accepted", offsetof(Response, accepted)),
-              describe_field<builtin_interfaces::Time>("stamp", offsetof(Response, stamp))};
+              describe_field<builtin_interfaces::msg::Time>("stamp", offsetof(Response, stamp))};
     }
   };
 };

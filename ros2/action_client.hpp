@@ -23,15 +23,16 @@ namespace takt {
 /// Real-time: nothing blocks or allocates after construction.
 class ClientGoalHandle {
  public:
-  ClientGoalHandle(const GoalId& id, builtin_interfaces::Time stamp) : id_(id), stamp_(stamp) {}
+  ClientGoalHandle(const GoalId& id, builtin_interfaces::msg::Time stamp)
+      : id_(id), stamp_(stamp) {}
   const GoalId& id() const noexcept { return id_; }
-  const builtin_interfaces::Time& stamp() const noexcept { return stamp_; }
+  const builtin_interfaces::msg::Time& stamp() const noexcept { return stamp_; }
   GoalState state() const noexcept { return state_.load(); }
   void set_state(GoalState state) noexcept { state_.store(state); }
 
  private:
   const GoalId id_;
-  const builtin_interfaces::Time stamp_;
+  const builtin_interfaces::msg::Time stamp_;
   std::atomic<GoalState> state_{GoalState::accepted};
 };
 
@@ -87,7 +88,7 @@ class ActionClient {
   using Goal = typename A::Goal;
   using FeedbackCallback = std::function<void(const Handle&, const typename A::Feedback&)>;
   using ResultCallback = std::function<void(const Handle&, const GoalResult<A>&)>;
-  using CancelResult = action_msgs::CancelGoal::Response;
+  using CancelResult = CancelGoal::Response;
 
   /// Any may be empty.
   struct GoalCallbacks {
@@ -107,15 +108,15 @@ class ActionClient {
               if (handle != nullptr && callback) callback(handle, message.feedback);
             },
             options.group)),
-        status_(node.create_subscription<action_msgs::GoalStatusArray>(
+        status_(node.create_subscription<action_msgs::msg::GoalStatusArray>(
             name + kStatus, status_qos(),
-            [goals = goals_](const action_msgs::GoalStatusArray& message) {
+            [goals = goals_](const action_msgs::msg::GoalStatusArray& message) {
               goals->set_states(message.status_list);
             },
             options.group)),
         send_(node.create_client<SendGoal<A>>(
             name + kSendGoal, {options.most_goals, options.timeout}, options.group)),
-        cancel_(node.create_client<action_msgs::CancelGoal>(
+        cancel_(node.create_client<CancelGoal>(
             name + kCancelGoal, {options.most_goals, options.timeout}, options.group)),
         result_(node.create_client<GetResult<A>>(name + kGetResult, {2 * options.most_goals},
                                                  options.group)) {}
@@ -150,7 +151,7 @@ class ActionClient {
   }
   /// An answer without goals: it did not come in time, or says why in return_code.
   Task<CancelResult> cancel_goal(Handle goal) {
-    const action_msgs::CancelGoal::Request request{{goal->id(), {}}};
+    const CancelGoal::Request request = cancel_request(goal->id());
     const auto answer = co_await cancel_->call(request);
     co_return answer ? *answer : CancelResult{};
   }
@@ -180,7 +181,7 @@ class ActionClient {
     ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(callback));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
-    cancel({{goal->id(), {}}}, std::move(callback));
+    cancel(cancel_request(goal->id()), std::move(callback));
   }
   /// The goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
@@ -192,7 +193,7 @@ class ActionClient {
   /// Accepted, and without a result so far.
   class Goals {
    public:
-    Handle add(const GoalId& id, builtin_interfaces::Time stamp, FeedbackCallback feedback) {
+    Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback) {
       auto handle = std::make_shared<ClientGoalHandle>(id, stamp);
       const std::lock_guard lock(mutex_);
       std::erase_if(goals_, [](const Entry& entry) { return entry.handle.expired(); });
@@ -200,7 +201,7 @@ class ActionClient {
       for (const auto& status : told_) tell(status);  // what came before the answer
       return handle;
     }
-    void set_states(const std::vector<action_msgs::GoalStatus>& told) {
+    void set_states(const std::vector<action_msgs::msg::GoalStatus>& told) {
       const std::lock_guard lock(mutex_);
       told_ = told;
       for (const auto& status : told_) tell(status);
@@ -223,7 +224,7 @@ class ActionClient {
       std::weak_ptr<ClientGoalHandle> handle;
       FeedbackCallback feedback;
     };
-    void tell(const action_msgs::GoalStatus& status) noexcept {
+    void tell(const action_msgs::msg::GoalStatus& status) noexcept {
       for (const Entry& entry : goals_) {
         const Handle handle = entry.id == status.goal_info.goal_id ? entry.handle.lock() : nullptr;
         if (handle != nullptr) handle->set_state(static_cast<GoalState>(status.status));
@@ -231,7 +232,7 @@ class ActionClient {
     }
     PiMutex mutex_;
     std::vector<Entry> goals_;
-    std::vector<action_msgs::GoalStatus> told_;  // last
+    std::vector<action_msgs::msg::GoalStatus> told_;  // last
   };
 
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
@@ -249,7 +250,12 @@ class ActionClient {
     });
   }
 
-  void cancel(const action_msgs::CancelGoal::Request& request,
+  static CancelGoal::Request cancel_request(const GoalId& id) {
+    CancelGoal::Request request;
+    request.goal_info.goal_id = id;
+    return request;
+  }
+  void cancel(const CancelGoal::Request& request,
               std::function<void(const CancelResult&)> callback) {
     cancel_->async_send_request(request,
                                 [callback = std::move(callback)](const CancelResult* answer) {
@@ -262,9 +268,9 @@ class ActionClient {
   const ActionPlaces sent_, asked_;
   // In this order, so that an executor in order of registration serves feedback before the result.
   const std::shared_ptr<Subscription<FeedbackMessage<A>>> feedback_;
-  const std::shared_ptr<Subscription<action_msgs::GoalStatusArray>> status_;
+  const std::shared_ptr<Subscription<action_msgs::msg::GoalStatusArray>> status_;
   const std::shared_ptr<Client<SendGoal<A>>> send_;
-  const std::shared_ptr<Client<action_msgs::CancelGoal>> cancel_;
+  const std::shared_ptr<Client<CancelGoal>> cancel_;
   const std::shared_ptr<Client<GetResult<A>>> result_;
 };
 

@@ -17,6 +17,7 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
+#include "takt/ros2/wire_time.hpp"
 
 namespace takt {
 
@@ -91,7 +92,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   }
 
   void set_publishers(std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback,
-                      std::shared_ptr<Publisher<action_msgs::GoalStatusArray>> status) {
+                      std::shared_ptr<Publisher<action_msgs::msg::GoalStatusArray>> status) {
     const std::lock_guard lock(mutex_);
     feedback_ = std::move(feedback);
     status_ = std::move(status);
@@ -118,11 +119,13 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 
   /// Makes room for the goal; nullptr: it is known already, there is none, or the server has gone.
   std::shared_ptr<Handle> accept(const GoalId& id, const typename A::Goal& goal,
-                                 builtin_interfaces::Time stamp) {
+                                 builtin_interfaces::msg::Time stamp) {
     const std::lock_guard lock(mutex_);
     if (status_ == nullptr || find(id) != nullptr || !make_room()) return nullptr;
     auto handle = std::make_shared<Handle>(this->shared_from_this(), id, goal);
-    goals_.push_back({.info = {id, stamp}, .state = GoalState::accepted, .handle = handle});
+    goals_.push_back({.info = action_msgs::msg::GoalInfo().set__goal_id(id).set__stamp(stamp),
+                      .state = GoalState::accepted,
+                      .handle = handle});
     publish_status();
     return handle;
   }
@@ -180,24 +183,21 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     }
   }
 
-  /// Which goals a request is about: see action_msgs::CancelGoal. `may`: asks the user, without the
-  /// lock.
+  /// Which goals a request is about: with neither id nor stamp all; with a stamp those accepted
+  /// until then, and with an id that one too. `may`: asks the user, without the lock.
   template <class May>
-  action_msgs::CancelGoal::Response cancel(const action_msgs::GoalInfo& wanted, May&& may) {
-    const bool has_id = !(wanted.goal_id == GoalId{});
+  CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted, May&& may) {
+    const bool has_id = wanted.goal_id != GoalId{};
     const bool has_stamp = nanoseconds_of(wanted.stamp) != 0;
     std::vector<std::shared_ptr<Handle>> asked;
-    action_msgs::CancelGoal::Response response;
-    const auto code = [&](CancelGoalError error) {
-      response.return_code = static_cast<std::int8_t>(error);
-    };
+    CancelGoal::Response response;
     {
       const std::lock_guard lock(mutex_);
       if (const Goal* goal = find(wanted.goal_id); has_id && !has_stamp) {
         if (goal == nullptr) {
-          code(CancelGoalError::unknown_goal_id);
+          response.return_code = CancelGoal::Response::ERROR_UNKNOWN_GOAL_ID;
         } else if (is_terminal(goal->state)) {
-          code(CancelGoalError::goal_terminated);
+          response.return_code = CancelGoal::Response::ERROR_GOAL_TERMINATED;
         }
       }
       for (const Goal& goal : goals_) {
@@ -217,8 +217,9 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
       goal->state = GoalState::canceling;
       response.goals_canceling.push_back(goal->info);
     }
-    if (response.goals_canceling.empty() && response.return_code == 0) {
-      code(CancelGoalError::rejected);
+    if (response.goals_canceling.empty() &&
+        response.return_code == CancelGoal::Response::ERROR_NONE) {
+      response.return_code = CancelGoal::Response::ERROR_REJECTED;
     }
     const std::lock_guard lock(mutex_);
     if (!response.goals_canceling.empty()) publish_status();
@@ -246,7 +247,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   // Clients that ask for the same result; more push out the oldest.
   static constexpr std::size_t kMostAsking = 16;
   struct Goal {
-    action_msgs::GoalInfo info;
+    action_msgs::msg::GoalInfo info;
     GoalState state = GoalState::unknown;
     std::weak_ptr<Handle> handle;
     Result response{};
@@ -290,9 +291,11 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   }
   void publish_status() {
     if (status_ == nullptr) return;
-    action_msgs::GoalStatusArray message;
+    action_msgs::msg::GoalStatusArray message;
     for (const Goal& goal : goals_) {
-      message.status_list.push_back({goal.info, static_cast<std::int8_t>(goal.state)});
+      message.status_list.push_back(
+          action_msgs::msg::GoalStatus().set__goal_info(goal.info).set__status(
+              static_cast<std::int8_t>(goal.state)));
     }
     status_->publish(message);
   }
@@ -302,7 +305,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   PiMutex mutex_;  // guards all below
   std::vector<Goal> goals_;
   std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback_;
-  std::shared_ptr<Publisher<action_msgs::GoalStatusArray>> status_;
+  std::shared_ptr<Publisher<action_msgs::msg::GoalStatusArray>> status_;
   std::weak_ptr<ResultService> result_service_;
   std::weak_ptr<Timer> expiry_;
 };
@@ -332,7 +335,7 @@ class ActionServer {
       : core_(std::make_shared<ActionServerCore<A>>(name, options)) {
     core_->set_publishers(
         node.create_publisher<FeedbackMessage<A>>(name + kFeedback, QoS(10)),
-        node.create_publisher<action_msgs::GoalStatusArray>(name + kStatus, status_qos()));
+        node.create_publisher<action_msgs::msg::GoalStatusArray>(name + kStatus, status_qos()));
     constexpr bool kIsTask = TaskCallback<HandleAccepted, std::shared_ptr<Handle>>;
     std::string base(name.substr(name.find_first_not_of("~/")));
     std::replace(base.begin(), base.end(), '/', '_');
@@ -365,7 +368,7 @@ class ActionServer {
         },
         options.result_group, kRareService);
     core_->set_result_service(result_);
-    cancel_ = node.create_service<action_msgs::CancelGoal>(
+    cancel_ = node.create_service<CancelGoal>(
         name + kCancelGoal,
         [core = core_, handle_cancel = std::move(handle_cancel)](const auto& request,
                                                                  auto& response) mutable {
@@ -441,7 +444,7 @@ class ActionServer {
   std::shared_ptr<TaskRunner> runner_;
   std::shared_ptr<GuardCondition> execute_;
   std::shared_ptr<Service<GetResult<A>>> result_;
-  std::shared_ptr<Service<action_msgs::CancelGoal>> cancel_;
+  std::shared_ptr<Service<CancelGoal>> cancel_;
   std::shared_ptr<Service<SendGoal<A>>> goal_;
   std::shared_ptr<Timer> expiry_;
 };

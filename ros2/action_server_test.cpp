@@ -38,11 +38,12 @@ TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
   const auto core = std::make_shared<ActionServerCore<Nothing>>(
       "nothing", ActionServerOptions{.most_goals = kGoals});
   core->set_publishers(node->create_publisher<FeedbackMessage<Nothing>>("feedback", 1),
-                       node->create_publisher<action_msgs::GoalStatusArray>("status", 1));
+                       node->create_publisher<action_msgs::msg::GoalStatusArray>("status", 1));
   std::atomic<bool> is_over{false};
   std::thread canceling([&] {
     const auto never = [](const auto&) { return CancelResponse::reject; };
-    while (!is_over.load()) core->cancel({goal_id(1), {}}, never);
+    while (!is_over.load())
+      core->cancel(action_msgs::msg::GoalInfo().set__goal_id(goal_id(1)), never);
   });
   std::uint64_t number = 1;
   for (int round = 0; round < 400; ++round) {

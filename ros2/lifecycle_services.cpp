@@ -5,24 +5,33 @@
 #include <string>
 
 #include "takt/base/logger.hpp"
+#include "takt/messages/lifecycle_msgs/msg/transition_description.hpp"
 
 namespace takt {
 namespace {
 
-using lifecycle_msgs::ChangeState;
-using lifecycle_msgs::GetAvailableStates;
-using lifecycle_msgs::GetAvailableTransitions;
-using lifecycle_msgs::GetState;
-using lifecycle_msgs::TransitionEvent;
+using lifecycle_msgs::msg::TransitionDescription;
+using lifecycle_msgs::msg::TransitionEvent;
+using lifecycle_msgs::srv::ChangeState;
+using lifecycle_msgs::srv::GetAvailableStates;
+using lifecycle_msgs::srv::GetAvailableTransitions;
+using lifecycle_msgs::srv::GetState;
 
-lifecycle_msgs::State to_message(LifecycleState state) {
-  return {static_cast<std::uint8_t>(state), std::string(label(state))};
+lifecycle_msgs::msg::State to_message(LifecycleState state) {
+  return lifecycle_msgs::msg::State()
+      .set__id(static_cast<std::uint8_t>(state))
+      .set__label(std::string(label(state)));
 }
 
-lifecycle_msgs::TransitionDescription to_message(const LifecycleTransition& transition) {
-  return {{static_cast<std::uint8_t>(transition.id), std::string(transition.label)},
-          to_message(transition.start),
-          to_message(transition.goal)};
+/// A TransitionDescription or a TransitionEvent.
+template <class Message>
+Message to_message(const LifecycleTransition& transition) {
+  Message message;
+  message.transition.id = static_cast<std::uint8_t>(transition.id);
+  message.transition.label = transition.label;
+  message.start_state = to_message(transition.start);
+  message.goal_state = to_message(transition.goal);
+  return message;
 }
 
 // On the wire: other machines know nothing of our clocks.
@@ -32,13 +41,7 @@ std::uint64_t wall_time_ns() {
                                         .count());
 }
 
-TransitionEvent to_event(const LifecycleTransition& transition) {
-  lifecycle_msgs::TransitionDescription description = to_message(transition);
-  return {wall_time_ns(), std::move(description.transition), std::move(description.start_state),
-          std::move(description.goal_state)};
-}
-
-void change_state(LifecycleNode& node, const lifecycle_msgs::Transition& request,
+void change_state(LifecycleNode& node, const lifecycle_msgs::msg::Transition& request,
                   ChangeState::Response& response) {
   // Requests by label have the id 0, since that is what ROS 2's tools leave it at.
   const TransitionResult result =
@@ -80,7 +83,8 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
           [&node](const GetAvailableTransitions::Request&,
                   GetAvailableTransitions::Response& response) {
             for (const auto& transition : lifecycle_transitions(node.get_current_state())) {
-              response.available_transitions.push_back(to_message(transition));
+              response.available_transitions.push_back(
+                  to_message<TransitionDescription>(transition));
             }
           },
           group, kRareService)),
@@ -88,12 +92,15 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
           node.fully_qualified_name() + "/get_transition_graph",
           [](const GetAvailableTransitions::Request&, GetAvailableTransitions::Response& response) {
             for (const auto& transition : lifecycle_transitions()) {
-              response.available_transitions.push_back(to_message(transition));
+              response.available_transitions.push_back(
+                  to_message<TransitionDescription>(transition));
             }
           },
           group, kRareService)) {
   node.set_transition_listener([publisher = transition_event_](const auto& transition) {
-    publisher->publish(std::make_unique<TransitionEvent>(to_event(transition)));
+    auto event = std::make_unique<TransitionEvent>(to_message<TransitionEvent>(transition));
+    event->timestamp = wall_time_ns();
+    publisher->publish(std::move(event));
   });
 }
 

@@ -5,7 +5,11 @@
 
 #include <memory>
 
-#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/messages/lifecycle_msgs/msg/transition_event.hpp"
+#include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_available_states.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_available_transitions.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
@@ -32,11 +36,11 @@ class LifecycleServices {
 
  private:
   LifecycleNode& node_;
-  const std::shared_ptr<Publisher<lifecycle_msgs::TransitionEvent>> transition_event_;
-  const std::shared_ptr<Service<lifecycle_msgs::ChangeState>> change_state_;
-  const std::shared_ptr<Service<lifecycle_msgs::GetState>> get_state_;
-  const std::shared_ptr<Service<lifecycle_msgs::GetAvailableStates>> get_available_states_;
-  const std::shared_ptr<Service<lifecycle_msgs::GetAvailableTransitions>> get_transitions_,
+  const std::shared_ptr<Publisher<lifecycle_msgs::msg::TransitionEvent>> transition_event_;
+  const std::shared_ptr<Service<lifecycle_msgs::srv::ChangeState>> change_state_;
+  const std::shared_ptr<Service<lifecycle_msgs::srv::GetState>> get_state_;
+  const std::shared_ptr<Service<lifecycle_msgs::srv::GetAvailableStates>> get_available_states_;
+  const std::shared_ptr<Service<lifecycle_msgs::srv::GetAvailableTransitions>> get_transitions_,
       get_transition_graph_;
 };
 

@@ -14,7 +14,8 @@
 namespace takt {
 namespace {
 
-using namespace lifecycle_msgs;
+using lifecycle_msgs::msg::TransitionEvent;
+using namespace lifecycle_msgs::srv;
 using testing::ElementsAre;
 
 class FailingNode : public LifecycleNode {
@@ -46,7 +47,9 @@ class LifecycleServicesTest : public testing::Test {
     return future.ready() ? future.get().value() : typename S::Response{};
   }
   bool change(const std::string& label, TransitionId id = TransitionId::create) {
-    return call<ChangeState>("change_state", {{static_cast<std::uint8_t>(id), label}}).success;
+    ChangeState::Request request;
+    request.transition.set__id(static_cast<std::uint8_t>(id)).set__label(label);
+    return call<ChangeState>("change_state", request).success;
   }
   std::string state() { return call<GetState>("get_state").current_state.label; }
   std::vector<std::string> available() {
@@ -67,8 +70,11 @@ class LifecycleServicesTest : public testing::Test {
 };
 
 TEST(LifecycleMessages, AreOnTheWireAsThoseOfRos2) {
-  const TransitionEvent event{
-      .timestamp = 7, .transition = {1, "a"}, .start_state = {2, "b"}, .goal_state = {3, "c"}};
+  TransitionEvent event;
+  event.timestamp = 7;
+  event.transition.set__id(1).set__label("a");
+  event.start_state.set__id(2).set__label("b");
+  event.goal_state.set__id(3).set__label("c");
   ByteBuffer buffer;
   message_type<TransitionEvent>().encode(&event, buffer);
   std::vector<int> bytes;
@@ -188,7 +194,9 @@ TEST_F(LifecycleServicesTest, TheNodeMayBeItsOwnHost) {
   services_.reset();
   services_.emplace(*node_, *node_);
   const auto client = caller_->create_client<ChangeState>("/front/camera/change_state");
-  const auto future = client->async_send_request({{0, "configure"}});
+  ChangeState::Request request;
+  request.transition.label = "configure";
+  const auto future = client->async_send_request(request);
   serve_all(*node_);  // services work in every state
   serve_all(*caller_);
   ASSERT_TRUE(future.ready());

@@ -7,36 +7,45 @@
 
 #include <fmt/format.h>
 
+#include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
+#include "takt/ros2/wire_time.hpp"
+
 namespace takt {
 namespace {
 
-namespace wire = rcl_interfaces;
+namespace wire = rcl_interfaces::msg;
+using wire::ParameterType;
 
 struct ToMessage {
-  using Type = wire::ParameterType;
-  void operator()(bool value) { set(Type::boolean, message.bool_value, value); }
-  void operator()(std::int64_t value) { set(Type::integer, message.integer_value, value); }
-  void operator()(double value) { set(Type::floating_point, message.double_value, value); }
-  void operator()(const std::string& value) { set(Type::string, message.string_value, value); }
+  void operator()(bool value) { set(ParameterType::PARAMETER_BOOL, message.bool_value, value); }
+  void operator()(std::int64_t value) {
+    set(ParameterType::PARAMETER_INTEGER, message.integer_value, value);
+  }
+  void operator()(double value) {
+    set(ParameterType::PARAMETER_DOUBLE, message.double_value, value);
+  }
+  void operator()(const std::string& value) {
+    set(ParameterType::PARAMETER_STRING, message.string_value, value);
+  }
   void operator()(const std::vector<bool>& value) {
-    set(Type::boolean_array, message.bool_array_value, value);
+    set(ParameterType::PARAMETER_BOOL_ARRAY, message.bool_array_value, value);
   }
   void operator()(const std::vector<std::int64_t>& value) {
-    set(Type::integer_array, message.integer_array_value, value);
+    set(ParameterType::PARAMETER_INTEGER_ARRAY, message.integer_array_value, value);
   }
   void operator()(const std::vector<double>& value) {
-    set(Type::floating_point_array, message.double_array_value, value);
+    set(ParameterType::PARAMETER_DOUBLE_ARRAY, message.double_array_value, value);
   }
   void operator()(const std::vector<std::string>& value) {
-    set(Type::string_array, message.string_array_value, value);
+    set(ParameterType::PARAMETER_STRING_ARRAY, message.string_array_value, value);
   }
 
   wire::ParameterValue message;
 
  private:
   template <class T>
-  void set(Type type, T& field, const T& value) {
-    message.type = static_cast<std::uint8_t>(type);
+  void set(std::uint8_t type, T& field, const T& value) {
+    message.type = type;
     field = value;
   }
 };
@@ -53,10 +62,16 @@ wire::ParameterDescriptor to_message(const std::string& name, const ParameterVal
   message.description = descriptor.description;
   message.read_only = descriptor.read_only;
   if (const auto& range = descriptor.integer_range) {
-    message.integer_range.push_back({range->from_value, range->to_value, range->step});
+    message.integer_range.push_back(wire::IntegerRange()
+                                        .set__from_value(range->from_value)
+                                        .set__to_value(range->to_value)
+                                        .set__step(range->step));
   }
   if (const auto& range = descriptor.floating_point_range) {
-    message.floating_point_range.push_back({range->from_value, range->to_value, range->step});
+    message.floating_point_range.push_back(wire::FloatingPointRange()
+                                               .set__from_value(range->from_value)
+                                               .set__to_value(range->to_value)
+                                               .set__step(range->step));
   }
   return message;
 }
@@ -78,12 +93,20 @@ wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& pa
     try {
       values.insert_or_assign(parameter.name, from_message(parameter.value));
     } catch (const Error& error) {
-      return {false, fmt::format("parameter '{}' of node '{}': {}", parameter.name, node.name(),
-                                 error.what())};
+      return wire::SetParametersResult().set__reason(fmt::format(
+          "parameter '{}' of node '{}': {}", parameter.name, node.name(), error.what()));
     }
   }
   SetParametersResult result = node.set_parameters_atomically(values);
-  return {result.successful, std::move(result.reason)};
+  return wire::SetParametersResult()
+      .set__successful(result.successful)
+      .set__reason(std::move(result.reason));
+}
+
+wire::ListParametersResult to_message(ListParametersResult listed) {
+  return wire::ListParametersResult()
+      .set__names(std::move(listed.names))
+      .set__prefixes(std::move(listed.prefixes));
 }
 
 // The name of a service of this node, by whichever node it is served.
@@ -100,36 +123,40 @@ wire::ParameterValue to_message(const ParameterValue& value) {
 }
 
 ParameterValue from_message(const wire::ParameterValue& message) {
-  switch (static_cast<wire::ParameterType>(message.type)) {
-    case wire::ParameterType::boolean:
+  switch (message.type) {
+    case ParameterType::PARAMETER_BOOL:
       return message.bool_value;
-    case wire::ParameterType::integer:
+    case ParameterType::PARAMETER_INTEGER:
       return message.integer_value;
-    case wire::ParameterType::floating_point:
+    case ParameterType::PARAMETER_DOUBLE:
       return message.double_value;
-    case wire::ParameterType::string:
+    case ParameterType::PARAMETER_STRING:
       return message.string_value;
-    case wire::ParameterType::boolean_array:
+    case ParameterType::PARAMETER_BOOL_ARRAY:
       return message.bool_array_value;
-    case wire::ParameterType::integer_array:
+    case ParameterType::PARAMETER_INTEGER_ARRAY:
       return message.integer_array_value;
-    case wire::ParameterType::floating_point_array:
+    case ParameterType::PARAMETER_DOUBLE_ARRAY:
       return message.double_array_value;
-    case wire::ParameterType::string_array:
+    case ParameterType::PARAMETER_STRING_ARRAY:
       return message.string_array_value;
-    case wire::ParameterType::not_set:
+    case ParameterType::PARAMETER_NOT_SET:
       throw Error("no value is given", "give one; a declared parameter stays declared");
-    case wire::ParameterType::byte_array:
+    case ParameterType::PARAMETER_BYTE_ARRAY:
       throw Error("a byte array is given, and no parameter is one", "give an integer array");
+    default:
+      throw Error(fmt::format("a value of the unknown type {} is given", message.type));
   }
-  throw Error(fmt::format("a value of the unknown type {} is given", message.type));
 }
 
 void ParameterServices::publish(const Parameters& values, bool are_new) const {
-  wire::ParameterEvent event{.stamp = wire_time(std::chrono::system_clock::now()),
-                             .node = node_.fully_qualified_name()};
+  wire::ParameterEvent event;
+  event.stamp = wire_time(std::chrono::system_clock::now());
+  event.node = node_.fully_qualified_name();
   auto& list = are_new ? event.new_parameters : event.changed_parameters;
-  for (const auto& [name, value] : values) list.push_back({name, to_message(value)});
+  for (const auto& [name, value] : values) {
+    list.push_back(wire::Parameter().set__name(name).set__value(to_message(value)));
+  }
   events_->publish(event);
 }
 
@@ -137,7 +164,7 @@ ParameterServices::ParameterServices(Node& node, Node& host)
     : node_(node),
       events_(host.create_publisher<wire::ParameterEvent>(
           "/parameter_events", qos_profile("parameter_events")->keep_last(10))),
-      get_(host.create_service<wire::GetParameters>(
+      get_(host.create_service<rcl_interfaces::srv::GetParameters>(
           service_name(node, "get_parameters"),
           [&node](const auto& request, auto& response) {
             response.values =
@@ -146,7 +173,7 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                 });
           },
           nullptr, kRareService)),
-      get_types_(host.create_service<wire::GetParameterTypes>(
+      get_types_(host.create_service<rcl_interfaces::srv::GetParameterTypes>(
           service_name(node, "get_parameter_types"),
           [&node](const auto& request, auto& response) {
             response.types =
@@ -155,7 +182,7 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                 });
           },
           nullptr, kRareService)),
-      set_(host.create_service<wire::SetParameters>(
+      set_(host.create_service<rcl_interfaces::srv::SetParameters>(
           service_name(node, "set_parameters"),
           [&node](const auto& request, auto& response) {
             for (const wire::Parameter& parameter : request.parameters) {
@@ -163,20 +190,19 @@ ParameterServices::ParameterServices(Node& node, Node& host)
             }
           },
           nullptr, kRareService)),
-      set_atomically_(host.create_service<wire::SetParametersAtomically>(
+      set_atomically_(host.create_service<rcl_interfaces::srv::SetParametersAtomically>(
           service_name(node, "set_parameters_atomically"),
           [&node](const auto& request, auto& response) {
             response.result = set(node, request.parameters);
           },
           nullptr, kRareService)),
-      list_(host.create_service<wire::ListParameters>(
+      list_(host.create_service<rcl_interfaces::srv::ListParameters>(
           service_name(node, "list_parameters"),
           [&node](const auto& request, auto& response) {
-            ListParametersResult listed = node.list_parameters(request.prefixes, request.depth);
-            response.result = {std::move(listed.names), std::move(listed.prefixes)};
+            response.result = to_message(node.list_parameters(request.prefixes, request.depth));
           },
           nullptr, kRareService)),
-      describe_(host.create_service<wire::DescribeParameters>(
+      describe_(host.create_service<rcl_interfaces::srv::DescribeParameters>(
           service_name(node, "describe_parameters"),
           [&node](const auto& request, auto& response) {
             response.descriptors = for_each<wire::ParameterDescriptor>(

@@ -5,15 +5,22 @@
 
 #include <memory>
 
-#include "takt/messages/packages/rcl_interfaces.hpp"
+#include "takt/messages/rcl_interfaces/msg/parameter_event.hpp"
+#include "takt/messages/rcl_interfaces/msg/parameter_value.hpp"
+#include "takt/messages/rcl_interfaces/srv/describe_parameters.hpp"
+#include "takt/messages/rcl_interfaces/srv/get_parameter_types.hpp"
+#include "takt/messages/rcl_interfaces/srv/get_parameters.hpp"
+#include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
+#include "takt/messages/rcl_interfaces/srv/set_parameters.hpp"
+#include "takt/messages/rcl_interfaces/srv/set_parameters_atomically.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
 
 /// The value on the wire, and back. Throws Error when it has none, or one of a type that no
 /// parameter has here (a byte array).
-rcl_interfaces::ParameterValue to_message(const ParameterValue& value);
-ParameterValue from_message(const rcl_interfaces::ParameterValue& message);
+rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);
+ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 
 /// Serves get_parameters, get_parameter_types, set_parameters, set_parameters_atomically,
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
@@ -42,13 +49,13 @@ class ParameterServices {
   void publish(const Parameters& values, bool are_new) const;
 
   Node& node_;
-  const std::shared_ptr<Publisher<rcl_interfaces::ParameterEvent>> events_;
-  const Handle<rcl_interfaces::GetParameters> get_;
-  const Handle<rcl_interfaces::GetParameterTypes> get_types_;
-  const Handle<rcl_interfaces::SetParameters> set_;
-  const Handle<rcl_interfaces::SetParametersAtomically> set_atomically_;
-  const Handle<rcl_interfaces::ListParameters> list_;
-  const Handle<rcl_interfaces::DescribeParameters> describe_;
+  const std::shared_ptr<Publisher<rcl_interfaces::msg::ParameterEvent>> events_;
+  const Handle<rcl_interfaces::srv::GetParameters> get_;
+  const Handle<rcl_interfaces::srv::GetParameterTypes> get_types_;
+  const Handle<rcl_interfaces::srv::SetParameters> set_;
+  const Handle<rcl_interfaces::srv::SetParametersAtomically> set_atomically_;
+  const Handle<rcl_interfaces::srv::ListParameters> list_;
+  const Handle<rcl_interfaces::srv::DescribeParameters> describe_;
 };
 
 }  // namespace takt

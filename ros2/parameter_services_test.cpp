@@ -5,14 +5,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
+
 namespace takt {
 namespace {
 
-namespace wire = rcl_interfaces;
+namespace wire = rcl_interfaces::msg;
+namespace services = rcl_interfaces::srv;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::ThrowsMessage;
+using wire::ParameterType;
 
 // One value of each type.
 Parameters all_types() {
@@ -26,6 +30,21 @@ Parameters all_types() {
           {"h_strings", std::vector<std::string>{"a", "b"}}};
 }
 
+/// A request for these parameters.
+template <class Service>
+typename Service::Request about(const std::vector<std::string>& names) {
+  return typename Service::Request().set__names(names);
+}
+
+services::SetParameters::Request to_set(
+    const std::vector<std::pair<std::string, wire::ParameterValue>>& values) {
+  services::SetParameters::Request request;
+  for (const auto& [name, value] : values) {
+    request.parameters.push_back(wire::Parameter().set__name(name).set__value(value));
+  }
+  return request;
+}
+
 std::vector<std::string> names_of(const Parameters& parameters) {
   std::vector<std::string> names;
   for (const auto& [name, value] : parameters) names.push_back(name);
@@ -36,15 +55,15 @@ TEST(ParameterMessages, AreTheValuesOnTheWire) {
   for (const auto& [name, value] : all_types()) {
     EXPECT_EQ(from_message(to_message(value)), value) << name;
   }
-  EXPECT_EQ(to_message(true).type, static_cast<std::uint8_t>(wire::ParameterType::boolean));
+  EXPECT_EQ(to_message(true).type, ParameterType::PARAMETER_BOOL);
   EXPECT_EQ(to_message(0.5).double_value, 0.5);
 }
 
 TEST(ParameterMessages, ThatHaveNoValueHereAreErrors) {
   EXPECT_THAT([] { from_message({}); }, ThrowsMessage<Error>(HasSubstr("no value is given")));
-  EXPECT_THAT([] { from_message({.type = 5}); },
+  EXPECT_THAT([] { from_message(wire::ParameterValue().set__type(5)); },
               ThrowsMessage<Error>(HasSubstr("a byte array is given")));
-  EXPECT_THAT([] { from_message({.type = 200}); },
+  EXPECT_THAT([] { from_message(wire::ParameterValue().set__type(200)); },
               ThrowsMessage<Error>(HasSubstr("unknown type 200")));
 }
 
@@ -90,37 +109,47 @@ TEST_F(ParameterServicesTest, AreEntitiesOfTheirHost) {
 }
 
 TEST_F(ParameterServicesTest, GetValuesOfAllTypes) {
-  const auto response = call<wire::GetParameters>("get_parameters", {names_of(all_types())});
+  const auto response = call<services::GetParameters>(
+      "get_parameters", about<services::GetParameters>(names_of(all_types())));
   ASSERT_EQ(response.values.size(), 8u);
   std::size_t i = 0;
   for (const auto& [name, value] : all_types()) {
     EXPECT_EQ(from_message(response.values[i++]), value) << name;
   }
-  EXPECT_THAT(call<wire::GetParameterTypes>("get_parameter_types", {names_of(all_types())}).types,
+  EXPECT_THAT(call<services::GetParameterTypes>(
+                  "get_parameter_types", about<services::GetParameterTypes>(names_of(all_types())))
+                  .types,
               ElementsAre(1, 2, 3, 4, 6, 7, 8, 9));
 }
 
 TEST_F(ParameterServicesTest, GiveNothingWhenOneNameIsUnknown) {
   const std::vector<std::string> names{"a_boolean", "unknown"};
-  EXPECT_THAT(call<wire::GetParameters>("get_parameters", {names}).values, IsEmpty());
-  EXPECT_THAT(call<wire::GetParameterTypes>("get_parameter_types", {names}).types, IsEmpty());
-  EXPECT_THAT(call<wire::DescribeParameters>("describe_parameters", {names}).descriptors,
+  EXPECT_THAT(
+      call<services::GetParameters>("get_parameters", about<services::GetParameters>(names)).values,
+      IsEmpty());
+  EXPECT_THAT(call<services::GetParameterTypes>("get_parameter_types",
+                                                about<services::GetParameterTypes>(names))
+                  .types,
+              IsEmpty());
+  EXPECT_THAT(call<services::DescribeParameters>("describe_parameters",
+                                                 about<services::DescribeParameters>(names))
+                  .descriptors,
               IsEmpty());
 }
 
 TEST_F(ParameterServicesTest, SetOneAfterAnother) {
-  const auto response =
-      call<wire::SetParameters>("set_parameters", {{{"b_integer", to_message(std::int64_t{8})},
-                                                    {"b_integr", to_message(std::int64_t{9})},
-                                                    {"d_string", to_message(true)},
-                                                    {"loop.gain", to_message(1.5)},
-                                                    {"loop.gain", to_message(1.6)},
-                                                    {"loop.count", to_message(std::int64_t{5})},
-                                                    {"c_number", {}}}});
+  const auto response = call<services::SetParameters>(
+      "set_parameters", to_set({{"b_integer", to_message(std::int64_t{8})},
+                                {"b_integr", to_message(std::int64_t{9})},
+                                {"d_string", to_message(true)},
+                                {"loop.gain", to_message(1.5)},
+                                {"loop.gain", to_message(1.6)},
+                                {"loop.count", to_message(std::int64_t{5})},
+                                {"c_number", {}}}));
   std::vector<std::string> reasons;
-  for (const auto& [successful, reason] : response.results) {
-    EXPECT_EQ(successful, reason.empty());
-    reasons.push_back(reason);
+  for (const auto& result : response.results) {
+    EXPECT_EQ(result.successful, result.reason.empty());
+    reasons.push_back(result.reason);
   }
   EXPECT_THAT(reasons,
               ElementsAre("", HasSubstr("no parameter 'b_integr'; did you mean 'b_integer'?"),
@@ -142,16 +171,20 @@ TEST_F(ParameterServicesTest, SetAllTypesAtomicallyOrNone) {
                           {"f_integers", std::vector<std::int64_t>{3}},
                           {"g_numbers", std::vector<double>{0.125}},
                           {"h_strings", std::vector<std::string>{"c"}}};
-  wire::SetParametersAtomically::Request request;
-  for (const auto& [name, value] : values) request.parameters.push_back({name, to_message(value)});
-  request.parameters.push_back({"loop.gain", to_message(3.0)});
-  const auto refused = call<wire::SetParametersAtomically>("set_parameters_atomically", request);
+  services::SetParametersAtomically::Request request;
+  for (const auto& [name, value] : values) {
+    request.parameters.push_back(wire::Parameter().set__name(name).set__value(to_message(value)));
+  }
+  request.parameters.push_back(
+      wire::Parameter().set__name("loop.gain").set__value(to_message(3.0)));
+  const auto refused =
+      call<services::SetParametersAtomically>("set_parameters_atomically", request);
   EXPECT_FALSE(refused.result.successful);
   EXPECT_THAT(refused.result.reason, HasSubstr("'loop.gain' of node 'camera' cannot be 3"));
   EXPECT_TRUE(node_->get_parameter<bool>("a_boolean"));
   request.parameters.pop_back();
-  EXPECT_TRUE(
-      call<wire::SetParametersAtomically>("set_parameters_atomically", request).result.successful);
+  EXPECT_TRUE(call<services::SetParametersAtomically>("set_parameters_atomically", request)
+                  .result.successful);
   for (const auto& [name, value] : values) {
     EXPECT_EQ(node_->get_parameter<ParameterValue>(name), value);
   }
@@ -162,28 +195,35 @@ TEST_F(ParameterServicesTest, TellTheReasonOfACallback) {
     return SetParametersResult{false, "not today"};
   });
   const auto response =
-      call<wire::SetParameters>("set_parameters", {{{"a_boolean", to_message(false)}}});
+      call<services::SetParameters>("set_parameters", to_set({{"a_boolean", to_message(false)}}));
   ASSERT_EQ(response.results.size(), 1u);
   EXPECT_EQ(response.results[0].reason, "not today");
 }
 
 TEST_F(ParameterServicesTest, ListWithPrefixesAndDepth) {
-  const auto all = call<wire::ListParameters>("list_parameters", {}).result;
+  const auto all = call<services::ListParameters>("list_parameters", {}).result;
   EXPECT_EQ(all.names.size(), 10u);
   EXPECT_THAT(all.prefixes, ElementsAre("loop"));
-  const auto some = call<wire::ListParameters>("list_parameters", {{"loop"}, 1}).result;
+  const auto some = call<services::ListParameters>(
+                        "list_parameters",
+                        services::ListParameters::Request().set__prefixes({"loop"}).set__depth(1))
+                        .result;
   EXPECT_THAT(some.names, ElementsAre("loop.count", "loop.gain"));
-  EXPECT_EQ(call<wire::ListParameters>("list_parameters", {{}, 1}).result.names.size(), 8u);
+  EXPECT_EQ(call<services::ListParameters>("list_parameters",
+                                           services::ListParameters::Request().set__depth(1))
+                .result.names.size(),
+            8u);
 }
 
 TEST_F(ParameterServicesTest, DescribeParameters) {
-  const auto response = call<wire::DescribeParameters>("describe_parameters",
-                                                       {{"loop.gain", "loop.count", "d_string"}});
+  const auto response = call<services::DescribeParameters>(
+      "describe_parameters",
+      about<services::DescribeParameters>({"loop.gain", "loop.count", "d_string"}));
   ASSERT_EQ(response.descriptors.size(), 3u);
   const auto& [gain, count, text] =
       std::tie(response.descriptors[0], response.descriptors[1], response.descriptors[2]);
   EXPECT_EQ(gain.name, "loop.gain");
-  EXPECT_EQ(gain.type, static_cast<std::uint8_t>(wire::ParameterType::floating_point));
+  EXPECT_EQ(gain.type, ParameterType::PARAMETER_DOUBLE);
   EXPECT_EQ(gain.description, "of the loop");
   EXPECT_FALSE(gain.read_only);
   ASSERT_EQ(gain.floating_point_range.size(), 1u);
@@ -192,7 +232,7 @@ TEST_F(ParameterServicesTest, DescribeParameters) {
   EXPECT_TRUE(count.read_only);
   ASSERT_EQ(count.integer_range.size(), 1u);
   EXPECT_EQ(count.integer_range[0].from_value, 1);
-  EXPECT_EQ(text.type, static_cast<std::uint8_t>(wire::ParameterType::string));
+  EXPECT_EQ(text.type, ParameterType::PARAMETER_STRING);
   EXPECT_THAT(text.integer_range, IsEmpty());
 }
 
@@ -203,7 +243,7 @@ TEST(ParameterServices, MayBeServedByTheNodeItself) {
     const ParameterServices services(*node, *node);
     EXPECT_EQ(node->entities().size(), 6u);
     EXPECT_TRUE(
-        node->create_client<wire::GetParameters>("/camera/get_parameters")->service_is_ready());
+        node->create_client<services::GetParameters>("/camera/get_parameters")->service_is_ready());
   }
   EXPECT_THAT(node->entities(), IsEmpty());
 }

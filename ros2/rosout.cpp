@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "takt/ros2/wire_time.hpp"
+
 namespace takt {
 namespace {
 
@@ -13,7 +15,8 @@ std::string logger_name(std::string_view node) {
 }
 
 std::uint8_t level_of(LogLevel level) {
-  constexpr std::uint8_t kLevels[] = {10, 20, 30, 40};  // rcl_interfaces/msg/Log
+  using rcl_interfaces::msg::Log;
+  constexpr std::uint8_t kLevels[] = {Log::DEBUG, Log::INFO, Log::WARN, Log::ERROR};
   return kLevels[static_cast<int>(level)];
 }
 
@@ -21,7 +24,7 @@ std::uint8_t level_of(LogLevel level) {
 
 Rosout::Rosout(Node& host)
     : host_(logger_name(host.fully_qualified_name())),
-      publisher_(host.create_publisher<rcl_interfaces::Log>(
+      publisher_(host.create_publisher<rcl_interfaces::msg::Log>(
           "/rosout", qos_profile("rosout")->keep_last(100))) {
   Logger::instance().set_listener([this](const LogLine& line) { publish(line); });
 }
@@ -31,11 +34,11 @@ Rosout::~Rosout() {
 }
 
 void Rosout::publish(const LogLine& line) const {
-  publisher_->publish(
-      rcl_interfaces::Log{.stamp = wire_time(line.time),
-                          .level = level_of(line.level),
-                          .name = line.source.empty() ? host_ : logger_name(line.source),
-                          .msg = std::string(line.text)});
+  publisher_->publish(rcl_interfaces::msg::Log()
+                          .set__stamp(wire_time(line.time))
+                          .set__level(level_of(line.level))
+                          .set__name(line.source.empty() ? host_ : logger_name(line.source))
+                          .set__msg(std::string(line.text)));
 }
 
 }  // namespace takt

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "takt/messages/packages/rcl_interfaces.hpp"
+#include "takt/messages/rcl_interfaces/msg/log.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -25,7 +25,7 @@ class Rosout {
   void publish(const LogLine& line) const;
 
   const std::string host_;  // as loggers are called in ROS 2: "ns.node"
-  const std::shared_ptr<Publisher<rcl_interfaces::Log>> publisher_;
+  const std::shared_ptr<Publisher<rcl_interfaces::msg::Log>> publisher_;
 };
 
 }  // namespace takt

@@ -15,7 +15,7 @@ TEST(Rosout, LinesOfNodesAndOthersAreTold) {
   const auto host = std::make_shared<Node>("container");
   const auto node = std::make_shared<Node>("lidar", NodeOptions{.name_space = "/front"});
   const auto reader =
-      host->create_subscription<rcl_interfaces::Log>("/rosout", 10, [](const auto&) {});
+      host->create_subscription<rcl_interfaces::msg::Log>("/rosout", 10, [](const auto&) {});
   {
     const Rosout rosout(*host);
     node->log(LogLevel::warn, "range {} m", 3);
@@ -26,7 +26,7 @@ TEST(Rosout, LinesOfNodesAndOthersAreTold) {
   Logger::instance().flush();
   Logger::instance().set_writer({});
   std::vector<std::string> received;
-  rcl_interfaces::Log line;
+  rcl_interfaces::msg::Log line;
   ASSERT_TRUE(eventually([&] {
     while (reader->take(line)) {
       received.push_back(fmt::format("{} {}: {}", line.level, line.name, line.msg));

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "takt/base/simulated_clock.hpp"
-#include "takt/messages/packages/rosgraph_msgs.hpp"
+#include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -19,7 +19,7 @@ class TimeSource {
   TimeSource(Node& host, SimulatedClock& clock);
 
  private:
-  const std::shared_ptr<Subscription<rosgraph_msgs::Clock>> subscription_;
+  const std::shared_ptr<Subscription<rosgraph_msgs::msg::Clock>> subscription_;
 };
 
 }  // namespace takt

@@ -59,6 +59,13 @@ void RtTest::expect(bool holds, const std::string& relation) {
   expectations_.emplace_back(holds, relation);
 }
 
+void RtTest::expect_at_most(double limit, const std::vector<double>& values,
+                            const std::vector<double>& to, const std::string& relation) {
+  const Interval ratio = paired_ratio(values, to);
+  expect(ratio.low <= limit, fmt::format("{}: {:.3g} times, 95 % interval {:.3g} to {:.3g}",
+                                         relation, ratio.median, ratio.low, ratio.high));
+}
+
 int RtTest::finish() {
   try {
     return checked_output(report());

@@ -19,7 +19,8 @@ namespace takt::rt {
 /// does not, 77 if the machine refuses required privileges, and 2 for wrong usage.
 ///
 /// Expectations compare rows of the same run. They contain no absolute times, which would fail on a
-/// shared machine.
+/// shared machine. A comparison of measured times fails only if the whole 95 % interval of the
+/// paired ratio lies above its limit.
 class RtTest {
  public:
   RtTest(int argc, char** argv, std::string question);
@@ -35,6 +36,10 @@ class RtTest {
   void add(const std::string& row, const std::vector<std::pair<std::string, double>>& values);
   /// Adds an expectation: whether it holds, and its description with the numbers.
   void expect(bool holds, const std::string& relation);
+  /// Adds the expectation that `values` are at most `limit` times `to`, which are measurements of
+  /// the same rounds; see paired_ratio.
+  void expect_at_most(double limit, const std::vector<double>& values,
+                      const std::vector<double>& to, const std::string& relation);
   /// Prints everything and returns the exit status.
   int finish();
 

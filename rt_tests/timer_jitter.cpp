@@ -30,29 +30,25 @@ int main(int argc, char** argv) {
   for (int round = 0; round < test.rounds(15); ++round) {
     for (const auto& variant : variants) variant->round(100, stop);
   }
-  const rt::CyclicResult& bare = variants.front()->result();
-  const double bare_p50 = bare.rounds.p50(), bare_p99 = bare.rounds.p99();
+  const rt::Rounds& bare = variants.front()->result().rounds;
   std::uint64_t early = 0;
   for (const auto& variant : variants) {
     const rt::CyclicResult& result = variant->result();
-    const double p50 = result.rounds.p50(), p99 = result.rounds.p99();
     early += result.early;
     test.add(result.name, {{"n", static_cast<double>(result.cycles)},
-                           {"p50_us", p50},
-                           {"p99_us", p99},
+                           {"p50_us", result.rounds.p50()},
+                           {"p99_us", result.rounds.p99()},
                            {"max_us", rt::us(result.max)},
                            {"missed", static_cast<double>(result.missed)},
                            {"cpu_%", result.cpu_percent()}});
     if (result.name == "events" || result.name == "static_single_threaded") {
-      test.expect(p50 <= 1.5 * bare_p50,
-                  fmt::format("{}: p50 within 1.5 of the bare loop's ({:.2f})", result.name,
-                              p50 / bare_p50));
-      test.expect(p99 <= 3 * bare_p99, fmt::format("{}: p99 within 3 of the bare loop's ({:.2f})",
-                                                   result.name, p99 / bare_p99));
+      test.expect_at_most(1.5, result.rounds.p50_us, bare.p50_us,
+                          result.name + ": p50 is at most 1.5 times the bare loop's");
+      test.expect_at_most(3, result.rounds.p99_us, bare.p99_us,
+                          result.name + ": p99 is at most 3 times the bare loop's");
     } else if (&result == &variants.back()->result()) {
-      test.expect(p50 <= bare_p50 / 5, fmt::format("{}: p50 at most a fifth of the bare loop's "
-                                                   "({:.3f})",
-                                                   result.name, p50 / bare_p50));
+      test.expect_at_most(0.2, result.rounds.p50_us, bare.p50_us,
+                          result.name + ": p50 is at most a fifth of the bare loop's");
     }
   }
   test.expect(early == 0, fmt::format("none started before its release ({} did)", early));

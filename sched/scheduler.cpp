@@ -9,6 +9,8 @@ std::string_view to_string(EntityKind kind) noexcept {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
+template class Registry<Scheduler, SchedulerTraits>;
+
 SchedulerRegistry& schedulers() {
   static SchedulerRegistry registry("scheduler");
   return registry;

@@ -122,6 +122,7 @@ struct SchedulerTraits {
 };
 
 using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;
+extern template class Registry<Scheduler, SchedulerTraits>;
 /// All schedulers of this process by name.
 SchedulerRegistry& schedulers();
 

@@ -125,14 +125,14 @@ class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
 /// A message that the user made: by unique_ptr (moves) or shared_ptr<const T> (fans out).
 /// Thread safety: as MessageBlock.
 /// Real-time: as MessageBlock; the last release frees the user's message.
-template <class T>
-class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock<T>> {
+class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock> {
  public:
+  template <class T>
   void own(std::unique_ptr<T> message) noexcept {
     payload_ = message.get();
-    unique_ = std::move(message);
+    unique_ = {message.release(), [](void* owned) noexcept { delete static_cast<T*>(owned); }};
   }
-  void own(std::shared_ptr<const T> message) noexcept {
+  void own(std::shared_ptr<const void> message) noexcept {
     payload_ = message.get();
     shared_ = std::move(message);
   }
@@ -142,18 +142,10 @@ class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock<T>> {
   bool from_heap = false;  // made because the pool was empty
 
  private:
-  void recycle() noexcept override {
-    unique_.reset();
-    shared_.reset();
-    if (from_heap) {
-      delete this;
-    } else {
-      Pool<OwnedBlock>::recycle(*this);
-    }
-  }
+  void recycle() noexcept override;
   void* give_away() noexcept override { return unique_.release(); }
 
-  std::unique_ptr<T> unique_;
+  std::unique_ptr<void, void (*)(void*) noexcept> unique_{nullptr, nullptr};
   std::shared_ptr<const void> shared_;
 };
 

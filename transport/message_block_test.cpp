@@ -25,7 +25,7 @@ struct Scan {
 };
 
 using Loaned = LoanedBlock<Scan>;
-using Owned = OwnedBlock<Scan>;
+using Owned = OwnedBlock;
 
 class MessageBlockTest : public testing::Test {
  protected:

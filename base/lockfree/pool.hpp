@@ -11,85 +11,44 @@
 
 namespace takt {
 
-/// A pool whose owner has gone while objects were out. Such pools are looked through, and freed
-/// when all their objects are home, each time a pool is made or closed.
-/// Thread safety: sweep from any thread, under a lock of its own; all_home inside sweep only.
-/// Real-time: no; set-up and tear-down only.
-class ClosedPool {
- protected:
-  virtual ~ClosedPool() = default;
-  /// Counts the objects that are home; true when all are.
-  virtual bool all_home() noexcept = 0;
-  /// Frees this pool and others, or keeps them for later.
-  static void sweep(ClosedPool* closed) noexcept;
-};
-
-template <class T>
-class Pool;
-
-/// The part of a pooled object that knows its pool.
-/// Thread safety and real-time: none of its own; only Pool uses it.
-template <class T>
-class PoolNode {
-  friend class Pool<T>;
-  Pool<T>* pool_ = nullptr;
-  std::uint32_t index_ = 0;
-};
-
-/// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
-/// are home and the owner has said goodbye (`close`): an object that is still out when the owner
-/// goes keeps the pool alive. Coming home is one swap, after which the returner never touches the
-/// pool again; so a thread that has counted all objects home may free it.
+/// What does not depend on the type of a pool's objects: which of them, by their numbers, may be
+/// lent.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
 /// to one list, and are lent from the other, which takes over the whole first list when it is
 /// empty. So the two threads meet once a batch, not once an object.
 ///
-/// Thread safety: acquire and recycle from any thread; close once, by the owner.
-/// Real-time: acquire and recycle are lock-free, allocate and free nothing. Taking over a list is
-/// linear in its length.
-template <class T>
-class Pool final : ClosedPool {
+/// Coming home is one swap, after which the returner never touches the pool again; so a thread that
+/// has counted all objects home may free it. That happens to closed pools each time a pool is made
+/// or closed.
+/// Thread safety: acquire_index and recycle_index from any thread; close once, by the owner.
+/// Real-time: acquire_index and recycle_index are lock-free, allocate and free nothing. Taking over
+/// a list is linear in its length.
+class PoolBase {
  public:
-  /// `make(i)` returns the i-th object. The owner must call close().
-  template <class Make>
-  static Pool* create(std::size_t capacity, Make&& make) {
-    sweep(nullptr);
-    std::unique_ptr<Pool> pool(new Pool(capacity));
-    for (std::uint32_t i = 0; i < capacity; ++i) {
-      pool->objects_[i] = make(i);
-      pool->objects_[i]->pool_ = pool.get();
-      pool->objects_[i]->index_ = i;
-      pool->push(pool->lendable_, i, i);
-    }
-    return pool.release();
-  }
-
+  PoolBase(const PoolBase&) = delete;
+  PoolBase& operator=(const PoolBase&) = delete;
   std::size_t capacity() const noexcept { return capacity_; }
-
-  /// nullptr when all are out.
-  T* acquire() noexcept {
-    std::uint32_t index = pop(lendable_);
-    if (index == kNone) index = take_over();
-    return index != kNone ? objects_[index].get() : nullptr;
-  }
-
-  /// Gives an object back to the pool it came from.
-  static void recycle(T& object) noexcept {
-    PoolNode<T>& node = object;
-    node.pool_->push(node.pool_->returned_, node.index_, node.index_);
-  }
-
   /// The owner's goodbye: frees the pool now, or some time after the last object has come home.
-  void close() noexcept { sweep(this); }
+  void close() noexcept;
 
- private:
+ protected:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  explicit Pool(std::size_t capacity)
-      : capacity_(capacity),
-        objects_(new std::unique_ptr<T>[capacity]),
-        next_(new std::atomic<std::uint32_t>[capacity]) {}
+  explicit PoolBase(std::size_t capacity);  // all may be lent
+  virtual ~PoolBase();
+
+  /// kNone when all are out.
+  std::uint32_t acquire_index() noexcept {
+    const std::uint32_t index = pop(lendable_);
+    return index != kNone ? index : take_over();
+  }
+  void recycle_index(std::uint32_t index) noexcept { push(returned_, index, index); }
+
+ private:
+  struct Closed;
+  static Closed& closed();
+  static void free_closed() noexcept;
 
   // A list head is {change count, index of the first}: the count makes a stale swap fail (ABA).
   static std::uint64_t next_tag(std::uint64_t head) noexcept { return ((head >> 32) + 1) << 32; }
@@ -118,7 +77,7 @@ class Pool final : ClosedPool {
   // Makes what was returned lendable, but for the first, which it gives to the caller. Not inline:
   // once a batch it may cost a call, and the other times it must not cost registers.
   [[gnu::noinline]] std::uint32_t take_over() noexcept {
-    // Acquire: pairs with push in recycle; the chain and its objects are ours now.
+    // Acquire: pairs with push in recycle_index; the chain and its objects are ours now.
     std::uint64_t old = returned_.load(std::memory_order_relaxed);
     do {
       // A lender that waits for a free object must not take the cache line from the returner.
@@ -136,19 +95,70 @@ class Pool final : ClosedPool {
     }
     return index;
   }
-
-  bool all_home() noexcept override {
+  // After close(). Counts the objects that are home; true when all are.
+  bool all_home() noexcept {
     while (pop(lendable_) != kNone) ++home_;
     while (pop(returned_) != kNone) ++home_;
     return home_ == capacity_;
   }
 
   const std::size_t capacity_;
-  const std::unique_ptr<std::unique_ptr<T>[]> objects_;
   const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
-  std::size_t home_ = 0;                                    // after close(): guarded by sweep
+  std::size_t home_ = 0;                                    // after close(): under the lock of all
   alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
   alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
+};
+
+template <class T>
+class Pool;
+
+/// The part of a pooled object that knows its pool.
+/// Thread safety and real-time: none of its own; only Pool uses it.
+template <class T>
+class PoolNode {
+  friend class Pool<T>;
+  Pool<T>* pool_ = nullptr;
+  std::uint32_t index_ = 0;
+};
+
+/// Objects of T (derived from PoolNode<T>), made at once and never destroyed before all of them
+/// are home and the owner has said goodbye (`close`): an object that is still out when the owner
+/// goes keeps the pool alive.
+/// Thread safety and real-time: as PoolBase.
+template <class T>
+class Pool final : public PoolBase {
+ public:
+  /// `make(i)` returns the i-th object. The owner must call close().
+  template <class Make>
+  static Pool* create(std::size_t capacity, Make&& make) {
+    auto objects = std::make_unique<std::unique_ptr<T>[]>(capacity);
+    for (std::uint32_t i = 0; i < capacity; ++i) objects[i] = make(i);
+    return new Pool(capacity, std::move(objects));
+  }
+
+  /// nullptr when all are out.
+  T* acquire() noexcept {
+    const std::uint32_t index = acquire_index();
+    return index != kNone ? objects_[index].get() : nullptr;
+  }
+
+  /// Gives an object back to the pool it came from.
+  static void recycle(T& object) noexcept {
+    PoolNode<T>& node = object;
+    node.pool_->recycle_index(node.index_);
+  }
+
+ private:
+  Pool(std::size_t capacity, std::unique_ptr<std::unique_ptr<T>[]> objects)
+      : PoolBase(capacity), objects_(std::move(objects)) {
+    for (std::uint32_t i = 0; i < capacity; ++i) {
+      PoolNode<T>& node = *objects_[i];
+      node.pool_ = this;
+      node.index_ = i;
+    }
+  }
+
+  const std::unique_ptr<std::unique_ptr<T>[]> objects_;
 };
 
 /// Says goodbye to a pool when its owner goes.

@@ -3,12 +3,11 @@
 #ifndef TAKT_EXAMPLES_NAVIGATE_HPP_
 #define TAKT_EXAMPLES_NAVIGATE_HPP_
 
-#include "takt/messages/packages/geometry_msgs.hpp"
-#include "takt/messages/packages/std_msgs.hpp"
+#include "takt/messages/geometry_msgs/msg/pose_stamped.hpp"
 
 struct Navigate {
   struct Goal {
-    takt::geometry_msgs::PoseStamped pose;
+    ::geometry_msgs::msg::PoseStamped pose;
   };
   struct Result {
     float driven = 0;

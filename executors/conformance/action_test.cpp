@@ -105,7 +105,7 @@ TEST_P(ConformanceAction, AGoalIsCanceledWhenTheServerAgrees) {
   client_->async_send_goal({5}, noted("goal"));
   run(15);
   may_cancel_ = CancelResponse::reject;
-  const auto note_code = [this](const action_msgs::CancelGoal::Response& answer) {
+  const auto note_code = [this](const action_msgs::srv::CancelGoal::Response& answer) {
     note(fmt::format("code {}, {} goals", answer.return_code, answer.goals_canceling.size()));
   };
   client_->async_cancel_goal(goal_, note_code);

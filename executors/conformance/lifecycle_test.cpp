@@ -229,7 +229,8 @@ TEST_P(ConformanceLifecycle, AServiceOnTheSameExecutorChangesTheState) {
   const auto node = make_managed(Clock::steady());
   const auto caller = make_node(Clock::steady(), "caller");
   const LifecycleServices services(*node, *node);
-  const auto client = caller->create_client<lifecycle_msgs::ChangeState>("/managed/change_state");
+  const auto client =
+      caller->create_client<lifecycle_msgs::srv::ChangeState>("/managed/change_state");
   std::atomic<int> ran{0};
   const auto timer = node->create_timer("timer", 100us, [&] { ++ran; });
   executor->add_node(node);

@@ -64,13 +64,14 @@ TEST_P(ConformanceSimulatedTime, CoroutinesSleepUntilTheClockIsThere) {
 TEST_P(ConformanceSimulatedTime, ATimeSourceFollowsTheTopicClock) {
   const auto host = make_node(clock_, "host");
   const TimeSource source(*host, simulated_);
-  const auto simulator = host->create_publisher<rosgraph_msgs::Clock>("/clock", 1);
+  const auto simulator = host->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 1);
   int calls = 0;
   const auto timer = node_->create_timer("tick", 10ms, [&] { ++calls; });
   executor_->add_node(node_);
   executor_->add_node(host);
   for (int i = 1; i <= 3; ++i) {
-    simulator->publish(rosgraph_msgs::Clock{{0, static_cast<std::uint32_t>(i * 5'000'000)}});
+    simulator->publish(rosgraph_msgs::msg::Clock().set__clock(
+        builtin_interfaces::msg::Time().set__nanosec(static_cast<std::uint32_t>(i * 5'000'000))));
     executor_->spin_all();
   }
   EXPECT_EQ(simulated_.now(), TimePoint(15ms));

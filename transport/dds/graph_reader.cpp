@@ -6,9 +6,9 @@
 #include <set>
 #include <tuple>
 
-#include "takt/messages/packages/rmw_dds_common.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/node_announcer.hpp"
+#include "takt/transport/dds/participant_entities.hpp"
 
 namespace takt {
 namespace {
@@ -59,9 +59,9 @@ GraphReader::~GraphReader() {
   if (reader_ != 0) dds_delete(reader_);
 }
 
-template <std::size_t kGidBytes>
+template <class ParticipantEntitiesInfo>
 void GraphReader::take_discovered() {
-  rmw_dds_common::BasicParticipantEntitiesInfo<kGidBytes> info;
+  ParticipantEntitiesInfo info;
   ddsi_serdata* sample = nullptr;
   dds_sample_info_t about;
   const auto gid = [](const auto& of) { return bytes_of(of.data.data()); };
@@ -138,9 +138,9 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
 Graph GraphReader::read() {
   const std::lock_guard lock(mutex_);
   if (form_ == RosGraph::humble) {
-    take_discovered<24>();
+    take_discovered<humble::ParticipantEntitiesInfo>();
   } else if (form_ == RosGraph::jazzy) {
-    take_discovered<16>();
+    take_discovered<ParticipantEntitiesInfo>();
   }
   std::set<Gid> alive;
   for_each<dds_builtintopic_participant_t>(DDS_BUILTIN_TOPIC_DCPSPARTICIPANT,

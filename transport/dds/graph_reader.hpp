@@ -30,7 +30,7 @@ class GraphReader {
     std::vector<std::string> nodes;
     std::map<Gid, std::string> owners;
   };
-  template <std::size_t kGidBytes>
+  template <class ParticipantEntitiesInfo>
   void take_discovered();
   template <class Sample, class Use>
   void for_each(dds_entity_t builtin_topic, Use&& use) const;

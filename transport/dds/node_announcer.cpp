@@ -6,12 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "takt/messages/packages/rmw_dds_common.hpp"
+#include "takt/transport/dds/participant_entities.hpp"
 
 namespace takt {
 namespace {
-
-namespace wire = rmw_dds_common;
 
 dds_guid_t guid_of(dds_entity_t entity) {
   dds_guid_t guid{};
@@ -19,11 +17,9 @@ dds_guid_t guid_of(dds_entity_t entity) {
   return guid;
 }
 
-template <std::size_t kBytes>
-wire::BasicGid<kBytes> gid_of(const dds_guid_t& guid) {
-  wire::BasicGid<kBytes> gid;
+template <class Gid>
+void set(Gid& gid, const dds_guid_t& guid) {
   std::copy(std::begin(guid.v), std::end(guid.v), gid.data.begin());
-  return gid;
 }
 
 dds_entity_t make_writer(dds_entity_t participant, const Topic& topic, const Endpoint& endpoint,
@@ -42,8 +38,8 @@ Endpoint discovery_endpoint(RosGraph form) {
   QoS qos(1);
   qos.durability = Durability::transient_local;
   return {"ros_discovery_info",
-          form == RosGraph::humble ? &message_type<wire::HumbleParticipantEntitiesInfo>()
-                                   : &message_type<wire::ParticipantEntitiesInfo>(),
+          form == RosGraph::humble ? &message_type<humble::ParticipantEntitiesInfo>()
+                                   : &message_type<ParticipantEntitiesInfo>(),
           qos};
 }
 
@@ -84,22 +80,24 @@ void NodeAnnouncer::remove_endpoint(dds_entity_t endpoint) {
 }
 
 void NodeAnnouncer::tell() const {
-  form_ == RosGraph::humble ? send<24>() : send<16>();
+  form_ == RosGraph::humble ? send<humble::ParticipantEntitiesInfo>()
+                            : send<ParticipantEntitiesInfo>();
 }
 
-template <std::size_t kGidBytes>
+template <class ParticipantEntitiesInfo>
 void NodeAnnouncer::send() const {
-  wire::BasicParticipantEntitiesInfo<kGidBytes> info{.gid = gid_of<kGidBytes>(participant_)};
+  ParticipantEntitiesInfo info;
+  set(info.gid, participant_);
   for (const auto& [name, node] : nodes_) {
     const std::size_t slash = name.rfind('/');
     auto& announced = info.node_entities_info_seq.emplace_back();
     announced.node_namespace = slash == 0 ? "/" : name.substr(0, slash);
     announced.node_name = name.substr(slash + 1);
     for (const auto& [endpoint, guid] : node.readers) {
-      announced.reader_gid_seq.push_back(gid_of<kGidBytes>(guid));
+      set(announced.reader_gid_seq.emplace_back(), guid);
     }
     for (const auto& [endpoint, guid] : node.writers) {
-      announced.writer_gid_seq.push_back(gid_of<kGidBytes>(guid));
+      set(announced.writer_gid_seq.emplace_back(), guid);
     }
   }
   ddsi_serdata* data = encode(topic_.type(), &info);

@@ -39,7 +39,7 @@ class NodeAnnouncer {
     std::size_t count = 0;  // with that name
     std::map<dds_entity_t, Guid> readers, writers;
   };
-  template <std::size_t kGidBytes>
+  template <class ParticipantEntitiesInfo>
   void send() const;
   void tell() const;
 

@@ -9,7 +9,10 @@
 
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/messages/packages/composition_interfaces.hpp"
+#include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
+#include "takt/messages/composition_interfaces/srv/load_node.hpp"
+#include "takt/messages/composition_interfaces/srv/unload_node.hpp"
+#include "takt/messages/rcl_interfaces/msg/parameter.hpp"
 #include "takt/ros2/parameter_services.hpp"
 
 #include "commands.hpp"
@@ -20,7 +23,7 @@
 namespace takt::tools {
 namespace {
 
-namespace ci = composition_interfaces;
+namespace ci = composition_interfaces::srv;
 using nlohmann::json;
 
 constexpr const char* kList = "/_container/list_nodes";
@@ -79,7 +82,7 @@ void list(const Options& options) {
 }
 
 // The notation gives the type: 1, 1.0, true, [1, 2], word.
-rcl_interfaces::Parameter parameter(const std::string& text) {
+rcl_interfaces::msg::Parameter parameter(const std::string& text) {
   const std::size_t middle = text.find(":=");
   if (middle == std::string::npos || middle == 0) {
     throw Error(fmt::format("'{}' is no parameter", text), "write name:=value");
@@ -90,7 +93,7 @@ rcl_interfaces::Parameter parameter(const std::string& text) {
   parsed.name = text.substr(0, middle);
   const std::optional<ParameterValue> value = read_parameter(parsed, errors);
   errors.throw_if_any();
-  return {parsed.name, to_message(*value)};
+  return rcl_interfaces::msg::Parameter().set__name(parsed.name).set__value(to_message(*value));
 }
 
 void load(Options& options) {
@@ -101,7 +104,8 @@ void load(Options& options) {
   }
   const auto add = [&](const char* name, const std::string& value) {
     if (value.empty()) return;
-    request.extra_arguments.push_back({name, to_message(value)});
+    request.extra_arguments.push_back(
+        rcl_interfaces::msg::Parameter().set__name(name).set__value(to_message(value)));
   };
   add("executor", options.executor);
   add("library", options.library);
@@ -114,9 +118,9 @@ void load(Options& options) {
 
 void unload(const Options& options) {
   Caller caller(options.domain);
-  const auto answer =
-      caller.call<ci::UnloadNode>(service_of(options.container, "/_container/unload_node"),
-                                  {options.id}, called(options.container));
+  const auto answer = caller.call<ci::UnloadNode>(
+      service_of(options.container, "/_container/unload_node"),
+      ci::UnloadNode::Request().set__unique_id(options.id), called(options.container));
   if (!answer.success) throw Error(answer.error_message);
 }
 

@@ -6,7 +6,9 @@
 #include <fmt/ranges.h>
 
 #include "takt/measuring/output.hpp"
-#include "takt/messages/packages/lifecycle_msgs.hpp"
+#include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_available_transitions.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 
 #include "commands.hpp"
 #include "graph/service_call.hpp"
@@ -16,7 +18,7 @@
 namespace takt::tools {
 namespace {
 
-namespace lm = lifecycle_msgs;
+namespace lm = lifecycle_msgs::srv;
 using nlohmann::json;
 
 struct Options {

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/entities/publisher.hpp"
+
+#include "takt/base/error.hpp"
+#include "takt/entities/send.hpp"
+#include "takt/entities/staged_outputs.hpp"
+
+namespace takt {
+
+PublisherBase::PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds expected_period,
+                             const std::shared_ptr<Participant>& participant)
+    : writer_(endpoint, clock),
+      remote_(participant != nullptr
+                  ? participant->create_writer(writer_.endpoint(), writer_.events())
+                  : nullptr),
+      expected_period_(expected_period),
+      wrappers_(Pool<OwnedBlock>::create(qos().depth + 16 + kept(), [](std::uint32_t) {
+        return std::make_unique<OwnedBlock>();
+      })) {
+}
+
+PublisherBase::~PublisherBase() {
+  StagedOutputs::forget(writer_);
+}
+
+bool PublisherBase::is_for_outside_only() const noexcept {
+  const Dispatch* dispatch = Dispatch::current();
+  return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);
+}
+
+void PublisherBase::send(MessageBlock& block) noexcept {
+  const Dispatch* dispatch = Dispatch::current();
+  block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
+  block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
+  block.envelope.path = dispatch != nullptr ? dispatch->path : 0;
+  block.envelope.expected_period = expected_period_;
+  if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
+    return dispatch->outputs->add(writer_, remote_.get(), block);
+  }
+  takt::send(writer_, remote_.get(), block);
+}
+
+OwnedBlock& PublisherBase::wrapper(bool has_message) {
+  if (!has_message) throw Error("a null message was published on '" + topic() + "'");
+  if (OwnedBlock* block = wrappers_->acquire()) return *block;
+  auto* const block = new OwnedBlock;
+  block->from_heap = true;
+  return *block;
+}
+
+void PublisherBase::refuse_loan() const {
+  throw Error("publisher of '" + topic() + "' has no messages to lend",
+              "give PublisherOptions::loans when you create it");
+}
+
+}  // namespace takt
