@@ -281,7 +281,7 @@ TEST_F(WireTest, AServiceAndAClient) {
             "0700000000000000"
             "0800000000000000");
   answers->publish(bytes(request.substr(0, 40) + "0f00000000000000"));
-  ASSERT_TRUE(eventually([&] { return serve(*results) && future.ready(); }));
+  ASSERT_TRUE(eventually([&] { return serve(*client) && future.ready(); }));
   EXPECT_EQ(future.get()->sum, 15);
 }
 
