@@ -295,7 +295,7 @@ TEST_F(Loading, IsRefusedWhenAChainCouldMissItsDeadline) {
   other.callback_groups["loop"] = {.parameters = {.priority = 5, .budget = 250us}};
   EXPECT_THAT(error_of([&] { container_->load(other); }),
               HasSubstr("with '/guest', chain 'tick' could take 550us, and its deadline is 500us; "
-                        "without, 300us; give it another executor"));
+                        "without it, the chain takes 300us; give the component another executor"));
   other.callback_groups["loop"].parameters.budget = 100us;
   EXPECT_NO_THROW(container_->load(other));
 }
@@ -416,8 +416,9 @@ TEST(ComponentLibrary, ThatIsBrokenIsRefusedWithTheReason) {
       return error.what();
     }
   };
-  EXPECT_THAT(error_of("libm.so.6"), StartsWith("library 'libm.so.6' registers no component; say "
-                                                "TAKT_REGISTER_COMPONENT(guests::Good) in it"));
+  EXPECT_THAT(error_of("libm.so.6"),
+              StartsWith("library 'libm.so.6' registers no component; add "
+                         "TAKT_REGISTER_COMPONENT(guests::Good) to its code"));
   EXPECT_THAT(error_of(TAKT_OLD_COMPONENTS),
               HasSubstr("was built against Takt 0.0.1, and this is"));
   EXPECT_THAT(error_of(TAKT_UNDEFINED_COMPONENTS), HasSubstr("undefined symbol"));

@@ -117,10 +117,9 @@ TEST(OneSidedTopics, ThatMustMatchFailTheRunWhenNobodyHasThem) {
   container.release();
   container.hold();
   container.stop();
-  EXPECT_THAT(
-      container.result().failures,
-      ElementsAre("test.yaml:6: topic '/scam' must match: nobody publishes it or subscribes "
-                  "to it; is it misspelt?"));
+  EXPECT_THAT(container.result().failures,
+              ElementsAre("test.yaml:6: topic '/scam' must match: it has no publisher and no "
+                          "subscription; check its name"));
 }
 
 TEST(OneSidedTopics, ThatMustMatchFailTheRunOnce) {

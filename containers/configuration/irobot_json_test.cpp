@@ -204,7 +204,7 @@ TEST_F(Workload, RefusesTopicsOfTwoTypes) {
       {"topic_name": "t", "msg_type": "stamped1kb"},
       {"topic_name": "/n/t",
        "msg_type": "stamped4mb"}]}]})"),
-            "robot.json:7: topic '/n/t' carries stamped10b in line 3, and stamped4mb here; give "
+            "robot.json:7: topic '/n/t' has type stamped10b in line 3, but stamped4mb here; give "
             "the topic one type\n");
 }
 
