@@ -132,7 +132,7 @@ with Container(place("robot.yaml")) as container:
 
 for options, reason in [
         (("--name", "robot", "--load", place("nowhere")), f"there is no folder '{place('nowhere')}'"),
-        (("--name", "robot", "--load", "any", "--load", place("ours")), "does not stand beside"),
+        (("--name", "robot", "--load", "any", "--load", place("ours")), "cannot be combined"),
         ((place("robot.yaml"), "--load", "any"), "--load requires --name")]:
     done = run("run", *options)
     check(f"{' '.join(options)} is refused".replace(folder + "/", ""),

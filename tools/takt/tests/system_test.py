@@ -110,7 +110,7 @@ for required, seconds in (("false", "11s"), ("true", "2s")):
         status, said, _ = run("", lambda *_: None, seconds, text.name)
     if required == "false":
         check("a topic that only one side knows is named after 10 s", status == 0
-              and "only one side is known: '/scan' (no publisher; subscribed by /nav)" in said
+              and "topics without publisher or without subscription: '/scan' (no publisher; subscribed by /nav)" in said
               and "/map" not in said, status, said)
     else:
         check("and is an error where it must match", status == 1 and re.search(
@@ -121,7 +121,7 @@ with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
     text.flush()
     status, said, _ = run("", lambda *_: None, "2s", text.name)
 check("so is one that no container has", status == 1 and re.search(
-    r":2: topic '/scam' must match: nobody publishes it or subscribes to it", said), status, said)
+    r":2: topic '/scam' must match: it has no publisher and no subscription", said), status, said)
 
 
 # A managed container dies: noticed within its heartbeat limit, and handled as the file says.
@@ -144,10 +144,10 @@ with tempfile.NamedTemporaryFile("w", suffix=".yaml") as text:
     text.write(LIFECYCLE)
     text.flush()
     status, said, _ = run("", kill_second, "5s", text.name)
-steps = re.findall(r"lifecycle: ((?:\w+ /\w+|nothing heard of /\w+|/\w+ is back))", said)
+steps = re.findall(r"lifecycle: ((?:\w+ /\w+|/\w+ is lost|/\w+ is back))", said)
 check("a lost node's dependents rest until it is back, and all go down in reverse", status == 0
       and steps == ["configure /anchor", "activate /anchor", "configure /base", "activate /base",
-                    "configure /top", "activate /top", "nothing heard of /base",
+                    "configure /top", "activate /top", "/base is lost",
                     "deactivate /top", "/base is back", "configure /base", "activate /base",
                     "activate /top",
                     "deactivate /top", "cleanup /top", "shutdown /top",
