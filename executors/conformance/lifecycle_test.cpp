@@ -236,7 +236,9 @@ TEST_P(ConformanceLifecycle, AServiceOnTheSameExecutorChangesTheState) {
   executor->add_node(node);
   executor->add_node(caller);
   const auto change = [&](const char* label) {
-    const auto future = client->async_send_request({{0, label}});
+    lifecycle_msgs::srv::ChangeState::Request request;
+    request.transition.label = label;
+    const auto future = client->async_send_request(request);
     EXPECT_EQ(executor->spin_until_future_complete(future, 10s), FutureReturnCode::SUCCESS);
     return future.ready() && future.get()->success;
   };
