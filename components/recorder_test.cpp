@@ -192,7 +192,7 @@ TEST_F(RecordingTest, AChunkInAChunkIsRefused) {
   }
   std::ofstream(path("a"), std::ios::binary) << "\x89MCAP0\r\n" << chunks;
   EXPECT_THAT([&] { McapReader reader(path("a")); },
-              ThrowsMessage<Error>(HasSubstr("a chunk lies in another chunk")));
+              ThrowsMessage<Error>(HasSubstr("a chunk contains another chunk")));
 }
 
 // It was mapped into memory: to read what is no more there ended the process by SIGBUS.
@@ -210,7 +210,7 @@ TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
   std::filesystem::resize_file(path("a"), 40'960);
   EXPECT_THAT(
       [&] { run(1s); },
-      ThrowsMessage<Error>(HasSubstr("the recording has become shorter while it was read")));
+      ThrowsMessage<Error>(HasSubstr("the recording was truncated during reading")));
   executor_->remove_node(player);
 }
 

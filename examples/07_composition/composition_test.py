@@ -70,6 +70,6 @@ for executor in executors:
 refused = subprocess.run([takt, "component", "load", "nobody", "pipeline::Sink"], env=environment,
                          capture_output=True, text=True)
 check("a container that is not there", refused.returncode == 2
-      and "container 'nobody' has not been found" in refused.stderr,
+      and "container 'nobody' was not found" in refused.stderr,
       refused.returncode, refused.stderr)
 finish()

@@ -67,7 +67,7 @@ class IoUringWaitBackend final : public Reactor {
   }
   ~IoUringWaitBackend() override {
     close_ring();
-    if (event_fd_ >= 0) close(event_fd_);
+    if (completion_fd_ >= 0) close(completion_fd_);
   }
 
   void prepare() override {
@@ -76,7 +76,7 @@ class IoUringWaitBackend final : public Reactor {
     close_ring();
     if (const int error = -io_uring_queue_init(kEntries, &ring_, kFlags)) throw refusal(error);
     owner_ = thread;
-    if (event_fd_ >= 0) io_uring_register_eventfd(&ring_, event_fd_);
+    if (completion_fd_ >= 0) io_uring_register_eventfd(&ring_, completion_fd_);
     const std::lock_guard lock(mutex_);
     arm(wake_);
     for (Watched& watched : watched_) {
@@ -89,11 +89,11 @@ class IoUringWaitBackend final : public Reactor {
 
   // The ring itself is not: nothing completes before its thread enters the kernel.
   int fd() noexcept override {
-    if (event_fd_ < 0 && owner_ != 0) {
-      event_fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-      io_uring_register_eventfd(&ring_, event_fd_);
+    if (completion_fd_ < 0 && owner_ != 0) {
+      completion_fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+      io_uring_register_eventfd(&ring_, completion_fd_);
     }
-    return event_fd_;
+    return completion_fd_;
   }
 
  private:
@@ -196,7 +196,7 @@ class IoUringWaitBackend final : public Reactor {
 
   io_uring ring_{};
   std::uint64_t owner_ = 0;  // the thread whose ring it is; 0: there is none
-  int event_fd_ = -1;        // made when somebody asks for it
+  int completion_fd_ = -1;   // made when somebody asks for it
   Watched wake_;             // without a listener: it only ends the wait
   std::atomic<bool> has_changes_{false};
 };
