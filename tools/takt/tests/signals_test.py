@@ -97,7 +97,7 @@ for number in (signal.SIGINT, signal.SIGTERM):
     status = run.end()
     check(f"{number.name} ends a process whose constructor never returns", status == -number, status)
     check("which says so", f"{number.name}; waiting for the constructor of component 'slow'"
-          in run.read("log") and "has not returned" in run.read("log"), run.read("log"))
+          in run.read("log") and "did not return" in run.read("log"), run.read("log"))
 
 run = Run(ONE).close("slow").begin()
 run.wait("slow.entered", 1)
@@ -131,7 +131,7 @@ run.send(signal.SIGTERM)
 status = run.end()
 check("of several processes the sound ones end by themselves", status == 1
       and run.read("sound.gone"), status, run.read("log"))
-check("the other one is killed, and named", "process 'slow_process' is killed" in run.read("log"),
+check("the other one is killed, and named", "killing process 'slow_process'" in run.read("log"),
       run.read("log"))
 
 # A child that was restarted, and was in its constructor, stopped the supervision of all others:
@@ -150,7 +150,7 @@ run.send(signal.SIGINT)
 status = run.end()
 check("Ctrl-C ends the sound process by its destructors", status == 1 and run.read("sound.gone"),
       status, run.read("log"))
-check("and the one in its constructor by a signal", "process 'slow_process' is killed"
+check("and the one in its constructor by a signal", "killing process 'slow_process'"
       in run.read("log"), run.read("log"))
 
 run = Run("containers:\n" + container("sound")
