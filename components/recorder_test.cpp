@@ -208,9 +208,8 @@ TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
   const auto player = std::make_shared<Player>(options({{"file", path("a")}}));
   executor_->add_node(player);
   std::filesystem::resize_file(path("a"), 40'960);
-  EXPECT_THAT(
-      [&] { run(1s); },
-      ThrowsMessage<Error>(HasSubstr("the recording was truncated during reading")));
+  EXPECT_THAT([&] { run(1s); },
+              ThrowsMessage<Error>(HasSubstr("the recording was truncated during reading")));
   executor_->remove_node(player);
 }
 
