@@ -194,13 +194,8 @@ class atomic {
 namespace takt_explored {
 
 // The other half of pool.hpp, which is not explored.
-PoolBase::PoolBase(std::size_t capacity)
-    : capacity_(capacity), next_(new std::atomic<std::uint32_t>[capacity]) {
-  for (std::uint32_t i = 0; i < capacity; ++i) push(lendable_, i, i);
-}
-PoolBase::~PoolBase() = default;
-void PoolBase::close() noexcept {
-  if (all_home()) delete this;
+void PoolBase::sweep(PoolBase* closed) noexcept {
+  if (closed != nullptr && closed->all_home()) delete closed;
 }
 
 namespace {

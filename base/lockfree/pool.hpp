@@ -30,13 +30,17 @@ class PoolBase {
   PoolBase& operator=(const PoolBase&) = delete;
   std::size_t capacity() const noexcept { return capacity_; }
   /// The owner's goodbye: frees the pool now, or some time after the last object has come home.
-  void close() noexcept;
+  void close() noexcept { sweep(this); }
 
  protected:
   static constexpr std::uint32_t kNone = UINT32_MAX;
 
-  explicit PoolBase(std::size_t capacity);  // all may be lent
-  virtual ~PoolBase();
+  explicit PoolBase(std::size_t capacity)  // all may be lent
+      : capacity_(capacity), next_(new std::atomic<std::uint32_t>[capacity]) {
+    sweep(nullptr);
+    for (std::uint32_t i = 0; i < capacity; ++i) push(lendable_, i, i);
+  }
+  virtual ~PoolBase() = default;
 
   /// kNone when all are out.
   std::uint32_t acquire_index() noexcept {
@@ -46,9 +50,9 @@ class PoolBase {
   void recycle_index(std::uint32_t index) noexcept { push(returned_, index, index); }
 
  private:
-  struct Closed;
-  static Closed& closed();
-  static void free_closed() noexcept;
+  /// Frees this pool and others that are closed, or keeps them for later. From any thread, under a
+  /// lock of its own.
+  static void sweep(PoolBase* closed) noexcept;
 
   // A list head is {change count, index of the first}: the count makes a stale swap fail (ABA).
   static std::uint64_t next_tag(std::uint64_t head) noexcept { return ((head >> 32) + 1) << 32; }
@@ -95,7 +99,8 @@ class PoolBase {
     }
     return index;
   }
-  // After close(). Counts the objects that are home; true when all are.
+
+  // In sweep only. Counts the objects that are home; true when all are.
   bool all_home() noexcept {
     while (pop(lendable_) != kNone) ++home_;
     while (pop(returned_) != kNone) ++home_;
@@ -104,7 +109,7 @@ class PoolBase {
 
   const std::size_t capacity_;
   const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
-  std::size_t home_ = 0;                                    // after close(): under the lock of all
+  std::size_t home_ = 0;                                    // after close(): guarded by sweep
   alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
   alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
 };
