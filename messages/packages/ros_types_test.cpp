@@ -128,6 +128,27 @@ TEST(RosTypes, AreThoseOfRos2) {
   }
 }
 
+// There is no data of ROS 2's for this package; these bytes are written by hand (XCDR1).
+TEST(RosTypes, OfDiagnosticsAreTheirBytes) {
+  diagnostic_msgs::msg::DiagnosticArray array;
+  array.header.stamp.set__sec(1).set__nanosec(2);
+  array.header.frame_id = "ab";
+  auto& status = array.status.emplace_back();
+  status.level = diagnostic_msgs::msg::DiagnosticStatus::ERROR;
+  status.name = "n";
+  status.values.emplace_back().set__key("k").set__value("v");
+  const std::vector<std::byte> bytes = bytes_of(
+      "00010000010000000200000003000000616200000100000002000000020000006e000000010000000000000001"
+      "0000000000000001000000020000006b000000020000007600");
+  const MessageType& type = message_type<diagnostic_msgs::msg::DiagnosticArray>();
+  ByteBuffer ours;
+  type.encode(&array, ours);
+  EXPECT_TRUE(std::ranges::equal(ours.bytes(), bytes));
+  diagnostic_msgs::msg::DiagnosticArray back;
+  EXPECT_TRUE(type.decode(bytes, &back));
+  EXPECT_EQ(back, array);
+}
+
 TEST(RosTypes, HaveConstantsAndDefaultValues) {
   static_assert(diagnostic_msgs::msg::DiagnosticStatus::ERROR == 2);
   static_assert(action_msgs::msg::GoalStatus::STATUS_ABORTED == 6);
