@@ -40,12 +40,15 @@ void PublisherBase::send(MessageBlock& block) noexcept {
   takt::send(writer_, remote_.get(), block);
 }
 
-OwnedBlock& PublisherBase::wrapper(bool has_message) {
-  if (!has_message) throw Error("a null message was published on '" + topic() + "'");
+OwnedBlock& PublisherBase::wrapper() {
   if (OwnedBlock* block = wrappers_->acquire()) return *block;
   auto* const block = new OwnedBlock;
   block->from_heap = true;
   return *block;
+}
+
+void PublisherBase::refuse_null() const {
+  throw Error("a null message was published on '" + topic() + "'");
 }
 
 void PublisherBase::refuse_loan() const {

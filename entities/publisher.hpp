@@ -109,8 +109,9 @@ class PublisherBase {
   }
   void write_lent(MessageBlock& block) noexcept { remote_->write_lent(block); }
   void send(MessageBlock& block) noexcept;
-  /// For a message that the user made. Throws Error when there is none.
-  OwnedBlock& wrapper(bool has_message);
+  /// For a message that the user made.
+  OwnedBlock& wrapper();
+  [[noreturn, gnu::cold]] void refuse_null() const;
   [[noreturn, gnu::cold]] void refuse_loan() const;
 
  private:
@@ -177,7 +178,8 @@ class Publisher : public PublisherBase {
  private:
   template <class Pointer>
   void publish_owned(Pointer message) {
-    OwnedBlock& block = wrapper(message != nullptr);
+    if (message == nullptr) refuse_null();
+    OwnedBlock& block = wrapper();
     block.own(std::move(message));
     send(block);
   }
