@@ -69,8 +69,7 @@ TEST(OneSidedTopics, AreHintedAtWhereAUserMayHaveErred) {
   EXPECT_EQ(
       hint_at({{"/map", true, {"/a"}}, {"/rosout", true, {"/a"}}, {"/scan", false, {"/b", "/c"}}}),
       "topics without publisher or without subscription: '/map' (no subscription; published by "
-      "/a), "
-      "'/scan' (no publisher; subscribed by /b, /c)");
+      "/a), '/scan' (no publisher; subscribed by /b, /c)");
   EXPECT_THAT(hint_at(std::vector<OneSidedTopic>(12, {"/map", true, {"/a"}})),
               HasSubstr(", and 2 more"));
 }

@@ -69,10 +69,9 @@ struct MessageType {
   std::vector<MessageField> fields;
   std::size_t size = 0;
   std::size_t alignment = 0;
-  bool fixed_size = true;      // no strings or sequences: copying its bytes copies the message
-  bool is_serialized = false;  // only the name is known: a message is a span of bytes
-  std::uint64_t layout_hash =
-      0;  // of names, types and offsets of all fields, including nested ones
+  bool fixed_size = true;         // no strings or sequences: copying its bytes copies the message
+  bool is_serialized = false;     // only the name is known: a message is a span of bytes
+  std::uint64_t layout_hash = 0;  // of all fields and nested fields: names, types, offsets
   void (*encode)(const void* message, ByteBuffer& bytes) = nullptr;
   /// Returns false if the bytes are no message of this type.
   bool (*decode)(std::span<const std::byte> bytes, void* message) = nullptr;

@@ -36,16 +36,16 @@ class ClientGoalHandle {
   std::atomic<GoalState> state_{GoalState::accepted};
 };
 
-/// Counts what one action client waits for, so that its limit is checked when the user calls, and
-/// not in a callback of the library, where nobody could catch the error.
+/// Limits what an action client waits for. The limit is checked when the user calls: an error in a
+/// callback of the library would end the executor's spin.
 /// Thread safety: every method from any thread.
 /// Real-time: nothing blocks; take() allocates.
 class ActionPlaces {
  public:
-  /// A place is free again when its last owner lets go.
+  /// Its last owner frees it.
   using Place = std::shared_ptr<void>;
 
-  /// `what` names the things that wait, in the error.
+  /// `what` names them in the error: "goals".
   ActionPlaces(std::string action, std::string what, std::size_t count);
   /// Throws Error when all places are taken.
   Place take() const;
@@ -67,9 +67,9 @@ struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
   /// as long as it needs.
   Nanoseconds timeout{0};
-  /// Limit of goals that async_send_goal has sent and whose end the client still waits for, and,
-  /// counted separately, of results awaited by result() and async_get_result(). The call that
-  /// exceeds it throws an Error.
+  /// Maximum number of goals whose result the client waits for after async_send_goal(). Calls of
+  /// result() and async_get_result() have the same limit, counted separately. The next call throws
+  /// an Error.
   std::size_t most_goals = 10;
   /// Of all its parts; nullptr: the default group.
   std::shared_ptr<CallbackGroup> group;
@@ -198,13 +198,13 @@ class ActionClient {
       const std::lock_guard lock(mutex_);
       std::erase_if(goals_, [](const Entry& entry) { return entry.handle.expired(); });
       goals_.push_back({id, handle, std::move(feedback)});
-      for (const auto& status : told_) tell(status);  // what came before the answer
+      for (const auto& status : last_) apply(status);  // what came before the answer
       return handle;
     }
-    void set_states(const std::vector<action_msgs::msg::GoalStatus>& told) {
+    void set_states(const std::vector<action_msgs::msg::GoalStatus>& statuses) {
       const std::lock_guard lock(mutex_);
-      told_ = told;
-      for (const auto& status : told_) tell(status);
+      last_ = statuses;
+      for (const auto& status : last_) apply(status);
     }
     void remove(const GoalId& id) {
       const std::lock_guard lock(mutex_);
@@ -224,7 +224,7 @@ class ActionClient {
       std::weak_ptr<ClientGoalHandle> handle;
       FeedbackCallback feedback;
     };
-    void tell(const action_msgs::msg::GoalStatus& status) noexcept {
+    void apply(const action_msgs::msg::GoalStatus& status) noexcept {
       for (const Entry& entry : goals_) {
         const Handle handle = entry.id == status.goal_info.goal_id ? entry.handle.lock() : nullptr;
         if (handle != nullptr) handle->set_state(static_cast<GoalState>(status.status));
@@ -232,7 +232,7 @@ class ActionClient {
     }
     PiMutex mutex_;
     std::vector<Entry> goals_;
-    std::vector<action_msgs::msg::GoalStatus> told_;  // last
+    std::vector<action_msgs::msg::GoalStatus> last_;  // of all goals of the server
   };
 
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,

@@ -98,8 +98,7 @@ void ConfigurationReader::read_file(const Value& root) {
        {"memory", "Memory settings.", [this](const Value& memory) { read_memory(memory); }},
        {"cpu_dma_latency_us",
         "Keeps `/dev/cpu_dma_latency` open with this value while the container lives, which limits "
-        "CPU "
-        "idle states. By default, the device is not used.",
+        "CPU idle states. By default, the device is not used.",
         into(system_.cpu_dma_latency_us, 0)},
        {"threads", "Thread attributes by name, for executors and DDS.",
         each_in_map([this](const Value& thread) { read_thread(thread); })},

@@ -183,9 +183,9 @@ class IoUringWaitBackend final : public Reactor {
     return *request;
   }
 
-  void add(Watched&) override { tell_of_changes(); }
-  void remove(Watched&) noexcept override { tell_of_changes(); }
-  void tell_of_changes() noexcept {
+  void add(Watched&) override { note_changes(); }
+  void remove(Watched&) noexcept override { note_changes(); }
+  void note_changes() noexcept {
     has_changes_.store(true);
     kick();
   }

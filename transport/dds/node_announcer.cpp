@@ -53,13 +53,13 @@ NodeAnnouncer::NodeAnnouncer(dds_entity_t participant, RosGraph form)
 void NodeAnnouncer::add_node(const std::string& node) {
   const std::lock_guard lock(mutex_);
   ++nodes_[node].count;
-  tell();
+  announce();
 }
 
 void NodeAnnouncer::remove_node(const std::string& node) {
   const std::lock_guard lock(mutex_);
   if (--nodes_[node].count == 0) nodes_.erase(node);
-  tell();
+  announce();
 }
 
 void NodeAnnouncer::add_endpoint(const std::string& node, dds_entity_t endpoint, bool is_writer) {
@@ -67,7 +67,7 @@ void NodeAnnouncer::add_endpoint(const std::string& node, dds_entity_t endpoint,
   const auto found = nodes_.find(node);
   if (found == nodes_.end()) return;
   (is_writer ? found->second.writers : found->second.readers)[endpoint] = guid_of(endpoint);
-  tell();
+  announce();
 }
 
 void NodeAnnouncer::remove_endpoint(dds_entity_t endpoint) {
@@ -76,10 +76,10 @@ void NodeAnnouncer::remove_endpoint(dds_entity_t endpoint) {
   for (auto& [name, node] : nodes_) {
     is_known = node.readers.erase(endpoint) + node.writers.erase(endpoint) != 0 || is_known;
   }
-  if (is_known) tell();
+  if (is_known) announce();
 }
 
-void NodeAnnouncer::tell() const {
+void NodeAnnouncer::announce() const {
   form_ == RosGraph::humble ? send<humble::ParticipantEntitiesInfo>()
                             : send<ParticipantEntitiesInfo>();
 }

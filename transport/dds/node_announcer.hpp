@@ -41,7 +41,7 @@ class NodeAnnouncer {
   };
   template <class ParticipantEntitiesInfo>
   void send() const;
-  void tell() const;
+  void announce() const;
 
   const RosGraph form_;
   const Guid participant_;

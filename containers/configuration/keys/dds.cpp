@@ -39,8 +39,7 @@ void ConfigurationReader::read_dds(const Value& value) {
                                  {"off", SharedMemory::off}})},
        {"synchronized_clocks",
         "The clocks of all hosts are synchronised, for example by PTP. Then latencies and "
-        "deadlines "
-        "of messages from other hosts start at publication, otherwise at arrival.",
+        "deadlines of messages from other hosts start at publication, otherwise at arrival.",
         into(dds.synchronized_clocks)},
        {"threads",
         "Name in `threads`: policy, priority and CPUs of all Cyclone threads; by default "
