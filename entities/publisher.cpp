@@ -2,7 +2,6 @@
 #include "takt/entities/publisher.hpp"
 
 #include "takt/base/error.hpp"
-#include "takt/entities/send.hpp"
 #include "takt/entities/staged_outputs.hpp"
 
 namespace takt {
@@ -26,18 +25,6 @@ PublisherBase::~PublisherBase() {
 bool PublisherBase::is_for_outside_only() const noexcept {
   const Dispatch* dispatch = Dispatch::current();
   return writer_.reader_count() == 0 && (dispatch == nullptr || dispatch->outputs == nullptr);
-}
-
-void PublisherBase::send(MessageBlock& block) noexcept {
-  const Dispatch* dispatch = Dispatch::current();
-  block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
-  block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
-  block.envelope.path = dispatch != nullptr ? dispatch->path : 0;
-  block.envelope.expected_period = expected_period_;
-  if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
-    return dispatch->outputs->add(writer_, remote_.get(), block);
-  }
-  takt::send(writer_, remote_.get(), block);
 }
 
 OwnedBlock& PublisherBase::wrapper() {

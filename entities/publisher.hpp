@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "takt/entities/entity.hpp"
+#include "takt/entities/send.hpp"
+#include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
@@ -108,7 +110,17 @@ class PublisherBase {
     return remote_ != nullptr && is_for_outside_only() ? remote_->lend(prototype) : nullptr;
   }
   void write_lent(MessageBlock& block) noexcept { remote_->write_lent(block); }
-  void send(MessageBlock& block) noexcept;
+  void send(MessageBlock& block) noexcept {
+    const Dispatch* dispatch = Dispatch::current();
+    block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
+    block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
+    block.envelope.path = dispatch != nullptr ? dispatch->path : 0;
+    block.envelope.expected_period = expected_period_;
+    if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
+      return dispatch->outputs->add(writer_, remote_.get(), block);
+    }
+    takt::send(writer_, remote_.get(), block);
+  }
   /// For a message that the user made.
   OwnedBlock& wrapper();
   [[noreturn, gnu::cold]] void refuse_null() const;

@@ -65,12 +65,6 @@ void SubscriptionBase::start() {
   remote_.store(own_remote_.get());
 }
 
-MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
-  MessageBlock* message = IntraProcessReader::take(more);
-  if (message == nullptr || message->payload() != nullptr) return message;
-  return decode_received(*message);
-}
-
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
   const auto bytes = received.encoded();
   MessageBlock* message = decode(bytes);

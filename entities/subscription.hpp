@@ -53,7 +53,11 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  protected:
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
-  MessageBlock* take_message(bool& more) noexcept;
+  MessageBlock* take_message(bool& more) noexcept {
+    MessageBlock* message = IntraProcessReader::take(more);
+    if (message == nullptr || message->payload() != nullptr) return message;
+    return decode_received(*message);
+  }
   /// The message that these bytes are, or nullptr. Called by the thread that takes.
   virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
   /// For a taker that may take again, after it might not.

@@ -444,7 +444,8 @@ void DispatchingExecutor::start_worker(std::size_t index) {
   prefault_stack();
 }
 
-// A worker's life: one function, with everything on the hot path inlined.
+// A worker's life: one function, with everything on the hot path inlined. What is not on it is
+// declared noinline: in a unity build the compiler sees all of it, and would inline that, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
   worker_of_ = this;
   worker_index_ = index;

@@ -187,7 +187,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
                bool taken, StagedOutputs* outputs) noexcept;
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
-  void caught(const CallbackRecord& record, std::exception_ptr exception) noexcept;
+  [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
+                                           std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
                                           TimePoint start) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
@@ -203,9 +204,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
       take_update_over();
   }
-  void take_update_over() noexcept;
+  [[gnu::cold, gnu::noinline]] void take_update_over() noexcept;
   static void install_updates_here() noexcept;
-  void look_at_file_descriptors() noexcept;
+  [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
   void wake() noexcept final;

@@ -136,7 +136,7 @@ class Trigger {
 
   /// From here on it is about these callbacks; `room` has an input for each.
   void set(std::vector<CallbackRecord*>& callbacks, std::vector<TriggerInput>& room) noexcept;
-  bool fires() noexcept;
+  [[gnu::noinline]] bool fires() noexcept;
 
  private:
   const TriggerOptions& options_;
@@ -234,7 +234,7 @@ class ReadySet {
   CallbackRecord* pick(const Limits& limits) noexcept;
   void begin(CallbackRecord& record) noexcept;
   /// Takes a snapshot, unless one is not finished.
-  void take_snapshot() noexcept;
+  [[gnu::noinline]] void take_snapshot() noexcept;
   /// Whether what waits may be served: what does not wait for a trigger.
   bool is_open() const noexcept { return is_open_.load(); }
   /// Looks for announcements and due timers: a polling point.
@@ -273,13 +273,13 @@ class ReadySet {
   }
   void hold(CallbackRecord& record) noexcept;
   void push(CallbackRecord& record) noexcept;
-  void push_checked(CallbackRecord& record) noexcept;
+  [[gnu::noinline]] void push_checked(CallbackRecord& record) noexcept;
   static void set_urgency(CallbackRecord& record) noexcept;
   void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more) noexcept;
-  void drain_inbox() noexcept;
-  void release_due_timers() noexcept;
+  [[gnu::noinline]] void drain_inbox() noexcept;
+  [[gnu::noinline]] void release_due_timers() noexcept;
   void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
   void arm_anew(ReadyCallback* first) noexcept;
