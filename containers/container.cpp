@@ -8,7 +8,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/container_parts.hpp"
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
 namespace takt {

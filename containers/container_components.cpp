@@ -7,7 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/container_parts.hpp"
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 
 namespace takt {
 namespace {

@@ -15,13 +15,13 @@
 #include <unistd.h>
 
 #include "run/child.hpp"
-#include "run/children.hpp"
 #include "run/container_json.hpp"
 #include "run/deliveries.hpp"
 #include "run/end_signals.hpp"
 #include "run/progress.hpp"
 #include "run/result_json.hpp"
 #include "run/shared_memory.hpp"
+#include "run/supervisor.hpp"
 
 namespace takt::tools {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 
 #include <exception>
 

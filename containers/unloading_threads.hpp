@@ -1,7 +1,7 @@
 // Threads that finish unloading components in the background.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_CONTAINERS_LOADERS_HPP_
-#define TAKT_CONTAINERS_LOADERS_HPP_
+#ifndef TAKT_CONTAINERS_UNLOADING_THREADS_HPP_
+#define TAKT_CONTAINERS_UNLOADING_THREADS_HPP_
 
 #include <condition_variable>
 #include <cstddef>
@@ -53,4 +53,4 @@ class Loaders {
 
 }  // namespace takt
 
-#endif  // TAKT_CONTAINERS_LOADERS_HPP_
+#endif  // TAKT_CONTAINERS_UNLOADING_THREADS_HPP_

@@ -1,7 +1,7 @@
 // The child processes of a run.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_TOOLS_TAKT_CHILDREN_HPP_
-#define TAKT_TOOLS_TAKT_CHILDREN_HPP_
+#ifndef TAKT_TOOLS_TAKT_SUPERVISOR_HPP_
+#define TAKT_TOOLS_TAKT_SUPERVISOR_HPP_
 
 #include <memory>
 #include <optional>
@@ -70,4 +70,4 @@ class Children {
 
 }  // namespace takt::tools
 
-#endif  // TAKT_TOOLS_TAKT_CHILDREN_HPP_
+#endif  // TAKT_TOOLS_TAKT_SUPERVISOR_HPP_

@@ -1,12 +1,11 @@
 // Tests of durations as people write them.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/configuration/duration.hpp"
-
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
+#include "takt/containers/configuration/duration.hpp"
 
 namespace takt {
 namespace {
