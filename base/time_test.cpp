@@ -1,11 +1,12 @@
 // Tests of durations as people write them.
 // SPDX-License-Identifier: Apache-2.0
+#include "takt/base/time.hpp"
+
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
-#include "takt/containers/configuration/duration.hpp"
 
 namespace takt {
 namespace {
