@@ -65,7 +65,7 @@ Container::~Container() {
     running->executor->cancel();
     running->thread.join();
   }
-  loaders_.reset();
+  unloading_threads_.reset();
   // Destroy components before their executors, in reverse order of construction.
   while (!components_.empty()) components_.pop_back();
 }

@@ -1,4 +1,4 @@
-// The service that changes parameters of callbacks at run time.
+// SetCallbackParameters: the service that changes parameters of callbacks at run time.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_SET_CALLBACK_PARAMETERS_HPP_
 #define TAKT_CONTAINERS_SET_CALLBACK_PARAMETERS_HPP_

@@ -22,13 +22,13 @@ namespace takt {
 /// creates and ends threads in long non-preemptible sections.
 /// Thread safety: run() from any thread.
 /// Real-time: no.
-class Loaders {
+class UnloadingThreads {
  public:
-  Loaders(ThreadAttributes attributes, Realtime realtime)
+  UnloadingThreads(ThreadAttributes attributes, Realtime realtime)
       : attributes_(std::move(attributes)), realtime_(realtime) {}
-  ~Loaders();
-  Loaders(const Loaders&) = delete;
-  Loaders& operator=(const Loaders&) = delete;
+  ~UnloadingThreads();
+  UnloadingThreads(const UnloadingThreads&) = delete;
+  UnloadingThreads& operator=(const UnloadingThreads&) = delete;
 
   /// Runs the task on one of the threads; the future is ready when it has returned.
   std::future<void> run(std::function<void()> work);

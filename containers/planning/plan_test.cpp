@@ -207,7 +207,7 @@ TEST(Plans, RefuseListedCallbacksThatTheExecutorHasNot) {
 
 // ---- Changes while it runs ----
 
-TEST(ParameterService, ChangesWhatTheRequestSaysOrNothing) {
+TEST(SetCallbackParameters, ChangesWhatTheRequestSaysOrNothing) {
   SystemDescription system =
       ConfigurationFile("robot.yaml", "threads: {container: {}}\n" + file_with("")).read();
   system.name = "my robot";
