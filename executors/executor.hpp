@@ -29,7 +29,7 @@ class Watchdog;
 enum class StatisticsLevel {
   off,    // nothing
   count,  // how often each ran
-  full,   // also latency and execution time: a clock reading per message and one per callback
+  full,   // also times: a clock reading for each message and two for each callback
 };
 
 /// When announced callbacks reach the scheduler.
@@ -107,20 +107,31 @@ struct ExecutorOptions {
   Clock* clock = &Clock::steady();
 };
 
-/// The recorded statistics of one callback.
-struct CallbackStatistics {
-  std::string node, group, callback, topic;
-  EntityKind kind = EntityKind::waitable;
-  std::uint64_t received = 0;      // executions
-  std::uint64_t expected = 0;      // messages sent to it; timers: received
-  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
-  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
-  std::uint64_t late = 0, too_late = 0;
+/// What an executor counts of one callback.
+struct CallbackCounts {
+  std::uint64_t received = 0;  // executions
+  std::uint64_t with_period = 0;         // messages whose publisher's period is known
+  std::uint64_t late = 0, too_late = 0;  // of these
   std::uint64_t deadline_misses = 0;
   /// Timer releases while one was outstanding, and executions longer than the budget.
   std::uint64_t overruns = 0;
-  Histogram latency;  // published or due → callback starts
-  Histogram execution;
+};
+
+/// What it measures of each message or release, at the level `full`. latency = waiting + take.
+struct CallbackTimes {
+  Histogram latency;    // published, before it was encoded, or due → the callback starts
+  Histogram waiting;    // published or due → a thread picks the callback
+  Histogram take;       // picked → the callback starts: the message is taken and decoded
+  Histogram execution;  // the callback alone
+};
+
+/// The recorded statistics of one callback.
+struct CallbackStatistics : CallbackCounts, CallbackTimes {
+  std::string node, group, callback, topic;
+  EntityKind kind = EntityKind::waitable;
+  std::uint64_t expected = 0;      // messages sent to it; timers: received
+  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
+  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
 };
 
 /// One execution, for a reader that does not know the executor's callbacks.

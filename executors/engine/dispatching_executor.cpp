@@ -107,6 +107,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
       records_times_(options.statistics == StatisticsLevel::full),
+      times_take_(shared_ || records_times_ || options.trace_events != 0),
       early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
       trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
                    ? std::make_unique<Trigger>(options_.trigger)
@@ -281,6 +282,7 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
     return false;
   pass_on();
   const ReadyCallback as_picked = *record;
+  const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
   const bool is_checked = record->is_checked;
   if (is_checked) [[unlikely]]
     watch_execution(*record);
@@ -288,7 +290,7 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   Slot slot;
   slot.sequence = as_picked.sequence;
   const bool is_taken = record->entity->take(slot);
-  execute(*record, as_picked, is_checked, slot, is_taken, nullptr);
+  execute(*record, as_picked, picked, is_checked, slot, is_taken, nullptr);
   return true;
 }
 
@@ -322,8 +324,9 @@ bool DispatchingExecutor::run_period() noexcept {
     }
     record.exclusion->admit(record);
     ready_.begin(record);
-    execute(record, execution.as_picked, execution.is_checked, execution.slot, execution.is_taken,
-            &let_->outputs);
+    // Its input was taken with those of all others, and has waited since.
+    execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
+            execution.is_taken, &let_->outputs);
   }
   return true;
 }
@@ -331,7 +334,7 @@ bool DispatchingExecutor::run_period() noexcept {
 // Without the lock before, and with it afterwards. `as_picked`, `is_checked`: what the record was
 // when it was picked.
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
-                                  bool is_checked, Slot& slot, bool taken,
+                                  TimePoint picked, bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
   if (record.is_reentrant()) [[unlikely]] {  // may be announced, and picked, again from here
     lock();
@@ -344,12 +347,12 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     discard(record, slot);
     taken = false;
   }
-  // Between the end of one callback and the start of the next lie some 50 ns of ours when there
-  // is one worker: one reading of the clock serves both.
+  // A scheduler that looks at times needs no more than when one callback ended and the next one
+  // was picked: on one worker that is one reading.
   const bool reads_clock = ready_.exact_time();
-  TimePoint start{};
-  if (reads_clock) [[unlikely]]
-    start = shared_ ? options_.clock->now() : ready_.now();
+  TimePoint start = picked;
+  if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
+    start = options_.clock->now();
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
@@ -368,13 +371,20 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   } else if (is_checked) {
     record.supervision->running[worker_index_].deadline.store(kNever);
   }
+  TimePoint end{};
+  if (reads_clock) [[unlikely]]
+    end = options_.clock->now();  // before the wait for the lock
   lock();
-  if (taken && options_.statistics != StatisticsLevel::off) ++record.statistics.received;
+  if (taken && options_.statistics != StatisticsLevel::off) ++record.counts.received;
   if (reads_clock) [[unlikely]] {
-    ready_.read_clock();
-    if (taken && records_times_) record_times(record, slot, start);
-    if (taken && trace_of_ != nullptr) trace(record, slot, start);
-    ready_.tell_scheduler(record, as_picked, ready_.now() - start);
+    if (shared_) {
+      ready_.read_clock();
+    } else {
+      ready_.set_now(end);
+    }
+    if (taken && records_times_) record_times(record, slot, picked, start, end);
+    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end);
+    ready_.tell_scheduler(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);
 }
@@ -397,8 +407,8 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
   wake_all();
 }
 
-void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
-                                TimePoint start) noexcept {
+void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
+                                TimePoint start, TimePoint end) noexcept {
   const std::uint64_t lost = record.entity->lost();
   trace_of_->record({.callback = record.id(),
                      .sequence = slot.sequence,
@@ -406,27 +416,30 @@ void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot,
                                            ? slot.sequence
                                            : instance_before_joins(slot.chain_instance),
                      .lost = lost - std::exchange(record.lost_before, lost),
-                     .ready = slot.ready_time == TimePoint{} ? start : slot.ready_time,
+                     .ready = slot.ready_time == TimePoint{} ? picked : slot.ready_time,
+                     .picked = picked,
                      .start = start,
-                     .end = ready_.now()});
+                     .end = end});
 }
 
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
-void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot,
-                                       TimePoint start) noexcept {
-  CallbackStatistics& statistics = record.statistics;
-  const TimePoint end = ready_.now();
-  statistics.execution.record(end - start);
+void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot, TimePoint picked,
+                                       TimePoint start, TimePoint end) noexcept {
+  CallbackTimes& times = *record.times;
+  times.execution.record(end - start);
   if (slot.ready_time == TimePoint{}) return;  // sent before anybody wanted its time
   const Nanoseconds latency = start - slot.ready_time;
-  statistics.latency.record(latency);
+  times.latency.record(latency);
+  times.waiting.record(picked - slot.ready_time);
+  times.take.record(start - picked);
   const Nanoseconds period = slot.expected_period;
   if (period == Nanoseconds::zero() || record.is_timer()) return;
+  ++record.counts.with_period;
   if (latency > std::min<Nanoseconds>(period, std::chrono::milliseconds(50))) {
-    ++statistics.too_late;
+    ++record.counts.too_late;
   } else if (latency > std::min<Nanoseconds>(period / 5, std::chrono::milliseconds(5))) {
-    ++statistics.late;
+    ++record.counts.late;
   }
 }
 

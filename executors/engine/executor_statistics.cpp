@@ -25,7 +25,9 @@ std::size_t DispatchingExecutor::pending() const noexcept {
 
 // Of a record that does not execute.
 CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
-  CallbackStatistics statistics = record.statistics;
+  CallbackStatistics statistics;
+  static_cast<CallbackCounts&>(statistics) = record.counts;
+  if (record.times != nullptr) static_cast<CallbackTimes&>(statistics) = *record.times;
   const Entity::Report report = record.entity->report();
   statistics.node = record.node;
   statistics.group = record.group->name();
@@ -50,7 +52,7 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
     throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
   }
   std::vector<CallbackStatistics> result;
-  result.reserve(records_.size());  // of 15 kB each
+  result.reserve(records_.size());  // of 37 kB each
   for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
   if (options_.statistics == StatisticsLevel::off) return result;
   PastStatistics past = past_;

@@ -82,7 +82,8 @@ struct CallbackRecord : ReadyCallback, Sink {
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
   std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
   std::string node;
-  CallbackStatistics statistics;
+  CallbackCounts counts;
+  std::unique_ptr<CallbackTimes> times;  // where statistics are full
   std::uint64_t lost_before = 0;         // what the entity had lost when last traced
 
   // What follows is read by publishers: a cache line that the worker does not write each time.

@@ -68,6 +68,9 @@ void print_callbacks(const json& run) {
   for (const json& row : run.at("callbacks")) {
     const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
     const auto number = [&](const char* key) { return row.at(key).get<std::uint64_t>(); };
+    const auto number_or_dash = [](const json& count) {
+      return count.is_null() ? "-" : text<std::uint64_t>(count);
+    };
     const json& latency = row.at("latency_us");
     const json& execution = row.at("execution_us");
     table.add(row.at("process"),
@@ -75,8 +78,8 @@ void print_callbacks(const json& run) {
                std::to_string(number("received")),
                word("kind") == "timer" ? "-" : std::to_string(number("lost")),
                word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
-               std::to_string(number("overruns")), std::to_string(number("late")),
-               std::to_string(number("too_late")), std::to_string(number("deadline_misses")),
+               std::to_string(number("overruns")), number_or_dash(row.at("late")),
+               number_or_dash(row.at("too_late")), std::to_string(number("deadline_misses")),
                us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
                us(latency.at("p999")), us(latency.at("max")), us(execution.at("p50")),
                us(execution.at("max"))});
@@ -227,8 +230,9 @@ void run(const Options& options) {
   if (!options.trace.empty()) write_trace(trace, options.trace);
   if (!options.json.empty() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
-      callback.at("latency_us").erase("histogram");
-      callback.at("execution_us").erase("histogram");
+      for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
+        callback.at(times).erase("histogram");
+      }
     }
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
