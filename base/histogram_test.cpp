@@ -63,7 +63,7 @@ TEST(Histogram, KnowsMinimumMaximumAndMeanExactly) {
   EXPECT_EQ(histogram.mean(), 666'668ns);
 }
 
-TEST(Histogram, TellsAPercentileAtMostThreePointTwoPercentTooHighAndNeverTooLow) {
+TEST(Histogram, ReturnsAPercentileAtMostThreePointTwoPercentTooHighAndNeverTooLow) {
   std::vector<Nanoseconds> values = random_durations(5000);
   Histogram histogram;
   for (const Nanoseconds value : values) histogram.record(value);
@@ -78,7 +78,7 @@ TEST(Histogram, TellsAPercentileAtMostThreePointTwoPercentTooHighAndNeverTooLow)
   }
 }
 
-TEST(Histogram, TellsASingleSampleExactlyAtEveryPercentile) {
+TEST(Histogram, ReturnsASingleSampleExactlyAtEveryPercentile) {
   Histogram histogram;
   histogram.record(123'457ns);
   EXPECT_EQ(histogram.percentile(0.0), 123'457ns);

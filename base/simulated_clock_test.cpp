@@ -16,7 +16,7 @@ struct Noting final : SimulatedClock::Listener {
   std::vector<Nanoseconds> changes;
 };
 
-TEST(SimulatedClock, StandsStillUntilItIsSetAndTellsByHowMuch) {
+TEST(SimulatedClock, StandsStillUntilItIsSetAndReportsByHowMuch) {
   SimulatedClock clock;
   Noting noting;
   clock.add(noting);

@@ -1,4 +1,4 @@
-// Time types: nanoseconds on the monotonic clock.
+// Time types: nanoseconds on the monotonic clock. Durations as text: "800us".
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_TIME_HPP_
 #define TAKT_BASE_TIME_HPP_
@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <string_view>
 
 namespace takt {
 
@@ -28,6 +29,11 @@ constexpr TimePoint end_of(Nanoseconds timeout, TimePoint now) noexcept {
 /// Formats a duration in the largest unit that gives a whole number, as in configuration files:
 /// "1500us".
 std::string to_string(Nanoseconds duration);
+/// Reads a number directly followed by its unit (ns, us, ms, s, m or h): "20ms", "1.5s".
+/// Throws Error if the unit is missing; the error lists the units.
+Nanoseconds parse_duration(std::string_view text);
+/// As parse_duration, but throws Error for zero: the duration of a run or a measurement.
+Nanoseconds parse_run_time(std::string_view text);
 
 }  // namespace takt
 

@@ -7,7 +7,7 @@
 
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
-#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/unload_node.hpp"
 #include "takt/ros2/lifecycle_services.hpp"

@@ -8,7 +8,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/container_parts.hpp"
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
 namespace takt {
@@ -65,7 +65,7 @@ Container::~Container() {
     running->executor->cancel();
     running->thread.join();
   }
-  loaders_.reset();
+  unloading_threads_.reset();
   // Destroy components before their executors, in reverse order of construction.
   while (!components_.empty()) components_.pop_back();
 }

@@ -28,7 +28,7 @@
 
 namespace takt {
 
-class Loaders;
+class UnloadingThreads;
 
 /// Settings of the command line that override the file.
 struct ContainerOverrides {
@@ -188,7 +188,7 @@ class Container {
   std::vector<std::shared_ptr<Loaded>> components_;
   Plan plan_;
   std::uint64_t last_id_ = 0;
-  std::unique_ptr<Loaders> loaders_;  // created by the first unload
+  std::unique_ptr<UnloadingThreads> unloading_threads_;  // created by the first unload
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
   std::unique_ptr<Rosout> rosout_;

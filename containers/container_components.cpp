@@ -7,12 +7,12 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/container_parts.hpp"
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 
 namespace takt {
 namespace {
 
-constexpr const char* kLoaderThread = "loader";
+constexpr const char* kUnloadingThread = "loader";
 
 // Checks names against the constructed node: only its constructor creates timers, parameters and
 // topics.
@@ -286,13 +286,13 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
     loaded.reset();  // the component goes
   };
   loaded.reset();
-  if (loaders_ == nullptr) {
-    const Realtime realtime = has_thread(kLoaderThread)
+  if (unloading_threads_ == nullptr) {
+    const Realtime realtime = has_thread(kUnloadingThread)
                                   ? description_.realtime
                                   : std::min(description_.realtime, Realtime::prefer);
-    loaders_ = std::make_unique<Loaders>(thread(kLoaderThread), realtime);
+    unloading_threads_ = std::make_unique<UnloadingThreads>(thread(kUnloadingThread), realtime);
   }
-  std::future<void> done = loaders_->run(std::move(work));
+  std::future<void> done = unloading_threads_->run(std::move(work));
   if (done.wait_for(limit) == std::future_status::timeout) {
     throw Error(
         fmt::format("component {} '{}' still runs a callback after {}", id, name, to_string(limit)),

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "takt/containers/container.hpp"
-#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {
 

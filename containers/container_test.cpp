@@ -56,7 +56,7 @@ ProcessResult run(const SystemDescription& system, const ContainerOverrides& ove
   return container.result();
 }
 
-// Its node has the parameter of ROS 2, and its timer the time that somebody tells on /clock.
+// Its node has the parameter of ROS 2, and its timer the time that is published on /clock.
 TEST(Container, ComponentsMayUseSimulatedTime) {
   SystemDescription system = one_ticker();
   system.components[0].parameters = {{kUseSimTime, true}};

@@ -175,7 +175,7 @@ TEST_F(Lifecycle, ARequestThatNobodyAnswersIsSentAgain) {
   EXPECT_THAT(asked, ElementsAre("configure", "configure"));
 }
 
-TEST_F(Lifecycle, OfALostNodeIsOnlyToldWhereThatIsAskedFor) {
+TEST_F(Lifecycle, ReportsALostNodeOnlyIfAskedTo) {
   make(OnLoss::report, {{"/amcl", {"/map"}}});
   run(1s);
   take_trace();

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-/// What the components below tell the tests.
+/// What the components below report to the tests.
 struct Board {
   std::mutex mutex;
   std::condition_variable changed;

@@ -134,7 +134,7 @@ TEST(SchedulerLibrary, MayComeAfterAFirstTryThatFailed) {
   EXPECT_EQ(file.errors(), "no error\n");
 }
 
-TEST(SchedulerLibrary, ThatFailsIsToldOfOnceAndNotAgainWhereItIsUsed) {
+TEST(SchedulerLibrary, ThatFailsIsReportedOnceAndNotAgainWhereItIsUsed) {
   EXPECT_THAT(SchedulersFile("  mine: {library: ./no.so}\n", "mine").errors(),
               AllOf(StartsWith("robot.yaml:4: "), Not(HasSubstr("robot.yaml:1: "))));
   EXPECT_EQ(SchedulersFile("  mine: {}\n").errors(),

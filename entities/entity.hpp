@@ -24,7 +24,7 @@ struct Waiting;
 /// Real-time: remove and wait_for_removal block; the rest neither blocks nor allocates.
 class Sink : public ArrivalListener {
  public:
-  /// The time that next_release() tells has changed. As announce.
+  /// The result of next_release() has changed. As announce.
   virtual void release_changed() noexcept = 0;
   /// Lets the entity go: afterwards no thread announces to this sink and, unless the call comes
   /// from the entity's own callback, none executes the entity. Blocks until then.

@@ -18,7 +18,7 @@ enum class FileDescriptorEvents : std::uint8_t {
   readable = 1,
   writable = 2,
   hang_up = 4,  // the other end has gone, and all that it has sent is read
-  error = 8,    // read, write or getsockopt(SO_ERROR) tells which
+  error = 8,    // read, write or getsockopt(SO_ERROR) says which
 };
 
 constexpr FileDescriptorEvents operator|(FileDescriptorEvents a, FileDescriptorEvents b) noexcept {

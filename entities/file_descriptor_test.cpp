@@ -60,7 +60,7 @@ class FileDescriptorTest : public testing::Test {
   FileDescriptor& make(int fd, Events events, std::function<void(Events)> callback = {}) {
     return entity_.emplace("pipe", group_, clock_, fd, events, std::move(callback));
   }
-  // What the next take tells, none if there is nothing to take.
+  // What the next take reports; none if there is nothing to take.
   Events taken() { return entity_->take(slot_) ? static_cast<Events>(slot_.events) : Events::none; }
 
   ManualClock clock_{TimePoint(1h)};
@@ -86,7 +86,7 @@ TEST_F(FileDescriptorTest, IsReadyForAsLongAsThereIsSomethingToRead) {
   EXPECT_EQ(taken(), Events::none);
 }
 
-TEST_F(FileDescriptorTest, TellsWhatItIsReadyFor) {
+TEST_F(FileDescriptorTest, ReportsWhatItIsReadyFor) {
   make(ends_[1], Events::readable | Events::writable);
   EXPECT_EQ(taken(), Events::writable);
 }
@@ -130,7 +130,7 @@ TEST_F(FileDescriptorTest, PassesOnEventsOfTheKernelThatStillHold) {
 }
 
 // Else a callback that waits for the end would run for ever.
-TEST_F(FileDescriptorTest, TellsOfAHangUpOnceAndWhenAllIsRead) {
+TEST_F(FileDescriptorTest, ReportsAHangUpOnceAndWhenAllIsRead) {
   make(ends_[0], Events::readable);
   send("abc");
   close_end(1);
@@ -142,7 +142,7 @@ TEST_F(FileDescriptorTest, TellsOfAHangUpOnceAndWhenAllIsRead) {
 }
 
 // The end of a socket is readable for ever.
-TEST_F(FileDescriptorTest, TellsOfTheEndOfASocketOnce) {
+TEST_F(FileDescriptorTest, ReportsTheEndOfASocketOnce) {
   int sockets[2];
   ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, sockets), 0);
   make(sockets[0], Events::readable);
@@ -160,7 +160,7 @@ TEST_F(FileDescriptorTest, TellsOfTheEndOfASocketOnce) {
 }
 
 // A pipe that nobody reads is writable for ever.
-TEST_F(FileDescriptorTest, TellsWriterOnceThatNobodyReads) {
+TEST_F(FileDescriptorTest, ReportsOnceToAWriterThatNobodyReads) {
   make(ends_[1], Events::writable);
   EXPECT_EQ(taken(), Events::writable);
   close_end(0);
@@ -168,7 +168,7 @@ TEST_F(FileDescriptorTest, TellsWriterOnceThatNobodyReads) {
   EXPECT_EQ(taken(), Events::none);
 }
 
-TEST_F(FileDescriptorTest, TellsOfAHangUpAgainAfterItWasWell) {
+TEST_F(FileDescriptorTest, ReportsAHangUpAgainAfterItWasReconnected) {
   const std::string path = testing::TempDir() + "takt_file_descriptor_test_fifo";
   unlink(path.c_str());
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);

@@ -285,7 +285,7 @@ TEST_F(WireTest, AServiceAndAClient) {
   EXPECT_EQ(future.get()->sum, 15);
 }
 
-TEST_F(WireTest, WhatAProcessTellsOfItsNodes) {
+TEST_F(WireTest, WhatAProcessAnnouncesAboutItsNodes) {
   const auto bytewise = join(RosGraph::off);
   const auto reads =
       receiver(bytewise, "ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo",

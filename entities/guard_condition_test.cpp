@@ -72,7 +72,7 @@ TEST_F(GuardConditionTest, IsReadyAgainWhenTriggeredAfterItWasTaken) {
   EXPECT_TRUE(guard_.take(slot_));
 }
 
-TEST_F(GuardConditionTest, TellsWhenItWasFirstTriggered) {
+TEST_F(GuardConditionTest, ReportsWhenItWasFirstTriggered) {
   const TimePoint first_time = clock_.now();
   guard_.trigger();
   Arrival first;

@@ -48,7 +48,7 @@ class QosEvents : public testing::Test {
       std::make_shared<Node>("there", NodeOptions{.clock = &clock_});
 };
 
-TEST_F(QosEvents, TellOfMatchesAtBothEnds) {
+TEST_F(QosEvents, ReportMatchesAtBothEnds) {
   const auto scan = subscription();
   std::vector<MatchedStatus> at_subscription, at_publisher;
   const auto first = event(*scan, at_subscription);
@@ -75,7 +75,7 @@ TEST_F(QosEvents, TellOfMatchesAtBothEnds) {
   EXPECT_EQ(second->name(), "/scan/publisher/matched");
 }
 
-TEST_F(QosEvents, TellWhichPolicyIsInTheWay) {
+TEST_F(QosEvents, ReportTheIncompatiblePolicy) {
   const auto scan = subscription(QoS(10).transient_local());
   const auto from = publisher();
   std::vector<IncompatibleQosStatus> at_subscription, at_publisher;
@@ -89,7 +89,7 @@ TEST_F(QosEvents, TellWhichPolicyIsInTheWay) {
   EXPECT_EQ(at_publisher[0].total_count, 1u);
 }
 
-TEST_F(QosEvents, TellOfLostMessages) {
+TEST_F(QosEvents, ReportLostMessages) {
   const auto scan = subscription(1);
   const auto from = publisher();
   std::vector<MessageLostStatus> reported;
@@ -105,7 +105,7 @@ TEST_F(QosEvents, TellOfLostMessages) {
   EXPECT_EQ(reported[1].total_count, 3u);
 }
 
-TEST_F(QosEvents, TellOfMissedDeadlinesFromTheFirstMessageOn) {
+TEST_F(QosEvents, ReportMissedDeadlinesFromTheFirstMessageOn) {
   const auto scan = subscription(QoS(10).deadline(10ms));
   const auto from = publisher(QoS(10).deadline(10ms));
   std::vector<DeadlineMissedStatus> requested, offered;
@@ -134,7 +134,7 @@ TEST_F(QosEvents, TellOfMissedDeadlinesFromTheFirstMessageOn) {
               ThrowsMessage<Error>(HasSubstr("'/scan' has no deadline")));
 }
 
-TEST_F(QosEvents, TellWhoIsAlive) {
+TEST_F(QosEvents, ReportWhichPublisherIsAlive) {
   const auto scan = subscription();
   std::vector<LivelinessChangedStatus> reported;
   const auto liveliness = event(*scan, reported);
@@ -164,7 +164,7 @@ TEST_F(QosEvents, MayOutliveTheirEnds) {
   EXPECT_TRUE(reported.empty());
 }
 
-TEST_F(QosEvents, OfAKindTheLastOneIsToldAlsoWhenTheOneBeforeGoes) {
+TEST_F(QosEvents, OfAKindGoToTheLastOneAlsoWhenTheOneBeforeGoes) {
   const auto scan = subscription(1);
   const auto from = publisher();
   std::vector<MessageLostStatus> by_first, by_last;

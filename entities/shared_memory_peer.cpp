@@ -1,10 +1,10 @@
-// A process that publishes and subscribes as its standard input tells, for shared_memory_test.cpp
-// and for measuring. It answers each line with one.
+// A process that executes the commands from its standard input, for shared_memory_test.cpp and for
+// measuring. It answers each line with one.
 //   DOMAIN auto|require|off                 ok, or what Participant::create threw
 //   publisher|subscription block|image|text TOPIC DEPTH
 //   publish|copy TOPIC VALUE [TIMES PERIOD_US]   from a loan, or by const reference
-//   borrow TOPIC TIMES                      keeps loans, and tells how many there were
-//   return TOPIC                            gives them back
+//   borrow TOPIC TIMES                      keeps loans; answers how many it got
+//   return TOPIC                            returns them
 //   keep|check|forget TOPIC                 callbacks keep messages; how many are as they were
 //   matched|heard|state|received|latency|drop TOPIC    heard: how many publishers are known
 // SPDX-License-Identifier: Apache-2.0
@@ -58,11 +58,11 @@ bool is_sound(const T& message) {
                                   message.data.back() == (message.value & 0xff));
 }
 
-/// One end of a topic.
+/// A publisher or a subscription.
 class End {
  public:
   virtual ~End() = default;
-  virtual std::string tell(const std::string& command, std::istream& words) = 0;
+  virtual std::string handle(const std::string& command, std::istream& words) = 0;
   virtual void call_back() {}
 };
 
@@ -72,7 +72,7 @@ class Sender final : public End {
   Sender(Node& node, const std::string& topic, std::size_t depth)
       : publisher_(node.create_publisher<T>(topic, depth, {.loans = 16})) {}
 
-  std::string tell(const std::string& command, std::istream& words) override {
+  std::string handle(const std::string& command, std::istream& words) override {
     if (command == "matched") return std::to_string(publisher_->subscription_count());
     if (command == "return") return loans_.clear(), "ok";
     if (command == "borrow") {
@@ -123,7 +123,7 @@ class Receiver final : public End, ArrivalListener {
     if (subscription_ != nullptr) subscription_->set_listener(nullptr);
   }
 
-  std::string tell(const std::string& command, std::istream&) override {
+  std::string handle(const std::string& command, std::istream&) override {
     if (command == "keep") return keeps_ = true, "ok";
     if (command == "forget") return kept_.clear(), "ok";
     if (command == "check") {
@@ -240,7 +240,7 @@ int run() {
         const bool is_of_receiver = kOfReceiver.contains(command);
         std::unique_lock lock(mutex, std::defer_lock);
         if (is_of_receiver) lock.lock();
-        answer = ends.at(is_of_receiver ? topic + "/in" : topic)->tell(command, words);
+        answer = ends.at(is_of_receiver ? topic + "/in" : topic)->handle(command, words);
       }
     } catch (const std::exception& error) {
       answer = error.what();

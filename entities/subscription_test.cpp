@@ -278,7 +278,7 @@ TEST_F(SubscriptionTest, MixesAllFormsOnOneTopic) {
 
 // ---- MessageInfo ----
 
-TEST_F(SubscriptionTest, TellsEachFormOfCallbackAboutTheMessage) {
+TEST_F(SubscriptionTest, PassesMessageInfoToEachFormOfCallback) {
   const auto scans = publisher();
   std::vector<MessageInfo> infos;
   const auto looks =
@@ -351,7 +351,7 @@ TEST_F(SubscriptionTest, HasMessagesStampedOnlyForASinkThatWantsTime) {
   EXPECT_EQ(ready_time(), TimePoint{});
 }
 
-TEST_F(SubscriptionTest, TellsWhatWouldBeTakenNext) {
+TEST_F(SubscriptionTest, ReportsWhatWouldBeTakenNext) {
   const auto scans = publisher();
   const auto subscription = subscribe([](const Scan&) {});
   CountingSink sink(/*wants_time=*/true);

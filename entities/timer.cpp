@@ -36,10 +36,10 @@ void Timer::time_set(Nanoseconds change) noexcept {
     while (release != kNever && !next_release_.compare_exchange_weak(release, release + change)) {
     }
   }
-  if (next_release_.load() <= simulated_->now()) tell_release_changed();
+  if (next_release_.load() <= simulated_->now()) notify_release_changed();
 }
 
-void Timer::tell_release_changed() noexcept {
+void Timer::notify_release_changed() noexcept {
   const ReadSection section;
   if (Sink* sink = this->sink()) sink->release_changed();
 }
@@ -47,7 +47,7 @@ void Timer::tell_release_changed() noexcept {
 void Timer::release_at(TimePoint release) noexcept {
   is_given_.store(true);
   next_release_.store(release);
-  tell_release_changed();
+  notify_release_changed();
 }
 
 void Timer::cancel() noexcept {
@@ -57,7 +57,7 @@ void Timer::cancel() noexcept {
 void Timer::reset() noexcept {
   is_given_.store(false);
   next_release_.store(later(clock_.now(), period_));
-  tell_release_changed();
+  notify_release_changed();
 }
 
 // A release that is given meanwhile stays: release_at says so before it changes what was read here.
@@ -66,7 +66,7 @@ void Timer::begin_phase() noexcept {
   TimePoint release = next_release_.load();
   while (!is_given_.load() && !next_release_.compare_exchange_weak(release, first)) {
   }
-  tell_release_changed();
+  notify_release_changed();
 }
 
 void Timer::restart() noexcept {

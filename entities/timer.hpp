@@ -58,13 +58,14 @@ class Timer : public Entity, private SimulatedClock::Listener {
  protected:
   /// Restarts without a notification; a cancelled timer stays cancelled.
   void restart() noexcept;
+  /// Reports to the sink that next_release() has changed.
+  void notify_release_changed() noexcept;
   /// A release was taken and not served.
   void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }
 
  private:
   TimePoint simulated_release() const noexcept;
   void time_set(Nanoseconds change) noexcept override;
-  void tell_release_changed() noexcept;
 
   Clock& clock_;
   SimulatedClock* const simulated_;  // the clock, or nullptr

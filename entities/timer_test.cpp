@@ -154,7 +154,7 @@ TEST_F(TimerTest, RunsAgainWhenItIsResetAfterCancel) {
   EXPECT_EQ(take(timer), "105");
 }
 
-TEST_F(TimerTest, TellsItsSinkThatTheReleaseHasChanged) {
+TEST_F(TimerTest, NotifiesItsSinkThatTheReleaseHasChanged) {
   Timer timer = make(10ms);
   CountingSink sink;
   timer.attach(sink);

@@ -1,8 +1,8 @@
-// A process that does what its standard input tells: the other side of transport_test.cpp.
-//   DOMAIN, then lines: create TOPIC DEPTH DURABILITY | publish TOPIC VALUE TEXT | matched TOPIC |
-//   drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC
-// "last" is the value that was received last, "gaps" how often it was not one more than before.
-// It answers each line with one: "ok", or a number.
+// A process that executes the commands from its standard input: the other side of
+// transport_test.cpp. DOMAIN, then lines: create TOPIC DEPTH DURABILITY | publish TOPIC VALUE TEXT
+// | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC "last" is the
+// value that was received last, "gaps" how often it was not one more than before. It answers each
+// line with one: "ok", or a number.
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <map>

@@ -271,7 +271,7 @@ TEST_F(TwoParticipants, SurvivesAKilledPeerAndItsRestart) {
   }
 }
 
-TEST_F(TwoParticipants, TellsOfPublishersThatDieAndOfThoseThatOfferTooLittle) {
+TEST_F(TwoParticipants, ReportsPublishersThatDieAndThoseThatOfferTooLittle) {
   const auto subscription =
       here_->create_subscription<Labelled>("/events", 10, [](const Labelled&) {});
   const auto asks_for_more = here_->create_subscription<Labelled>(

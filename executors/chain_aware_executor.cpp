@@ -1,6 +1,7 @@
-// At every dispatch the most urgent callback of all that are ready then, as in PiCAS (RTAS 2021):
-// no snapshot stands between a critical callback and its start. One thread; several chains are
-// several executors. SPDX-License-Identifier: Apache-2.0
+// Runs at every dispatch the most urgent of all callbacks that are ready then, as in PiCAS (RTAS
+// 2021): a critical callback does not wait for the end of a snapshot. One thread; several chains
+// have several executors.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {

@@ -7,10 +7,10 @@
 
 namespace takt {
 
-/// Between begin and end of a spin, of whatever kind, this is the only one.
+/// Lives as long as a spin, of any kind: there is only one at a time.
 class IsolatedExecutor::Spin {
  public:
-  /// `handler`: of those that run on threads of their own; nullptr: they run on the caller.
+  /// `handler`: for children on threads of their own; nullptr: the children run on the caller.
   explicit Spin(IsolatedExecutor& executor, const ExceptionHandler* handler = nullptr)
       : executor_(executor) {
     const std::lock_guard lock(executor_.mutex_);
@@ -21,7 +21,7 @@ class IsolatedExecutor::Spin {
     if (handler != nullptr) executor_.handler_ = *handler;
   }
   ~Spin() {
-    executor_.remove_those_that_may_go();
+    executor_.finish_removals();
     executor_.backend_->leave(0);
     executor_.cancelled_.store(false);
     executor_.spinning_.store(false);
@@ -38,7 +38,7 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const Executo
       traits_(traits),
       backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
   for (const ThreadAttributes& thread : options.threads) thread.check();
-  make_wait_backend(options.wait, *options.clock, 1, false);  // or the children would throw
+  make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
 }
 
@@ -50,7 +50,8 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(
   return find_child(node, group);
 }
 
-// With the mutex held: so no pointer is made that might be the last one, and end a node.
+// Called with the mutex held: so it makes no pointer that might be the last one, and destroy a
+// node.
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
     const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) const {
   const auto is_same = [](const auto& a, const auto& b) {
@@ -62,8 +63,8 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
   return child == children_.end() ? nullptr : *child;
 }
 
-// What the group asks for of its thread.
-static void take_over(const CallbackParameters& parameters, ThreadAttributes& thread) {
+// Applies the parameters of a group to its thread.
+static void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& thread) {
   if (thread.policy == ThreadPolicy::fifo || thread.policy == ThreadPolicy::rr) {
     thread.priority = parameters.priority.value_or(thread.priority);
   } else if (thread.policy == ThreadPolicy::deadline) {
@@ -86,7 +87,7 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   }
   if (group != nullptr) {
     if (group != node->default_callback_group()) options.name += "/" + group->name();
-    take_over(group->parameters(), thread);
+    apply_parameters(group->parameters(), thread);
   }
   thread.name = options.name;
   options.threads.push_back(thread);
@@ -96,8 +97,8 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   return child;
 }
 
-// To the child of the node or, if there is one, the group; it is made when there is none, and stays
-// only when it got something.
+// Adds to the child of the node or, if there is one, of the group. Makes the child if there is
+// none, and keeps it only if something was added.
 template <class Add>
 void IsolatedExecutor::add(const std::shared_ptr<Node>& node,
                            const std::shared_ptr<CallbackGroup>& group, Add&& to_child) {
@@ -170,7 +171,7 @@ void IsolatedExecutor::add_node(const std::shared_ptr<Node>& node) {
   }
 }
 
-// The first callback of a group brings the group, and its thread.
+// The first callback of a group adds the group, and starts its thread.
 void IsolatedExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
   const std::shared_ptr<CallbackGroup>& group = entity->group();
   if (!group->automatically_add_to_executor() || !group->belongs_to(nullptr)) return;
@@ -179,7 +180,7 @@ void IsolatedExecutor::entity_added(Node& node, const std::shared_ptr<Entity>& e
     add(shared, group, [&](Executor& executor) { executor.add_callback_group(group, shared); });
   } catch (const Error&) {
     if (group->belongs_to(nullptr)) throw;
-    // Another thread has brought the group at the same time, and this callback with it.
+    // Another thread has added the group at the same time, and this callback with it.
   }
 }
 
@@ -212,7 +213,7 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   node->release(this);
 }
 
-// To the one of the same name, if it was there before.
+// Adds to the entry of the same name, if there is one.
 static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStatistics& thread) {
   const auto known = std::find_if(threads.begin(), threads.end(), [&](const auto& candidate) {
     return candidate.asked.name == thread.asked.name;
@@ -224,15 +225,15 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
   }
 }
 
-// With the mutex held. `node`: its own, if that is there.
+// Called with the mutex held. `node`: the child's own, if it exists.
 bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
   return child.adding != 0 || child.executor.is_used_by(node);
 }
 
-// In a callback nobody waits for the end of a thread, which may be in a callback that waits for
-// this one: the thread is cancelled, and the one that spins does the rest.
+// A callback does not wait for the end of the child's thread, which may be in a callback that waits
+// for this one: it cancels the thread, and the thread that spins does the rest.
 void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
-  const std::shared_ptr<Node> node = child->node.lock();  // goes after the lock
+  const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
   std::unique_lock lock(mutex_);
   if (child->is_gone || is_used(*child, node.get())) return;
   const bool has_thread = child->thread.joinable();
@@ -243,7 +244,7 @@ void IsolatedExecutor::remove_unless_used(const std::shared_ptr<Child>& child) {
   if (has_thread) child->executor.cancel();
 }
 
-// Those whose node or group was dropped without having been removed.
+// Removes children whose node or group was dropped without having been removed.
 void IsolatedExecutor::remove_forgotten() {
   for (const auto& child : children()) {
     if (child->node.expired() || (is_per_group() && child->group.expired())) {
@@ -252,8 +253,8 @@ void IsolatedExecutor::remove_forgotten() {
   }
 }
 
-// They were removed inside a callback.
-void IsolatedExecutor::remove_those_that_may_go() {
+// Ends the children that were removed inside a callback.
+void IsolatedExecutor::finish_removals() {
   for (const auto& child : children()) {
     const std::shared_ptr<Node> node = child->node.lock();
     std::unique_lock lock(mutex_);
@@ -261,13 +262,13 @@ void IsolatedExecutor::remove_those_that_may_go() {
   }
 }
 
-// With the mutex held, which is given up while it waits for the child's thread.
+// Called with the mutex held, which it releases while it waits for the child's thread.
 void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node,
                            std::unique_lock<std::mutex>& lock) {
   join(*child, lock);
-  if (child->is_gone) return;  // somebody else has removed it too
+  if (child->is_gone) return;  // another thread has removed it, too
   child->may_go = false;
-  if (is_used(*child, node)) return start(*child);  // again
+  if (is_used(*child, node)) return start(*child);  // it is used again
   try {
     for (const auto& thread : child->executor.thread_statistics()) {
       add_thread(past_threads_, thread);
@@ -289,8 +290,8 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
   remove_unless_used(child);
 }
 
-// With the mutex held. Starts the child's thread, if children have threads now and this one has
-// none; the thread that waits for the end of the last one does so itself.
+// Called with the mutex held. Starts the child's thread, if children have threads now and this one
+// has none; a thread that waits for the end of the last one starts it itself.
 void IsolatedExecutor::start(Child& child) {
   if (!runs_children_ || !child.may_spin || child.is_gone || child.is_joined ||
       child.thread.joinable())
@@ -311,7 +312,7 @@ void IsolatedExecutor::start(Child& child) {
   });
 }
 
-// With the mutex held, which is given up meanwhile. The second to come waits for the same end.
+// Called with the mutex held, which it releases meanwhile. A second caller waits for the same end.
 void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
   joined_.wait(lock, [&] { return !child.is_joined; });
   if (child.thread.joinable()) {
@@ -347,25 +348,24 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
   while (!cancelled_.load()) {
     backend_->wait(0, kNever);
     notified_.store(false);
-    remove_those_that_may_go();
+    finish_removals();
   }
   {
     const std::lock_guard lock(mutex_);
     runs_children_ = false;
   }
-  // All are cancelled before any is waited for. Under a manual clock, give way to those that must
-  // end.
+  // Cancels all before it waits for any. Under a manual clock, it gives way to those that must end.
   for (const auto& child : children()) {
     if (child->runs.load()) child->executor.cancel();
   }
   backend_->leave(0);
-  const auto all = children();  // they go after the lock
+  const auto all = children();  // destroyed after the lock
   std::unique_lock lock(mutex_);
   for (const auto& child : all) join(*child, lock);
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
-// It is the turn of the child after the one that has run last, so that none has to wait for ever.
+// Begins with the child after the one that has run last, so that none waits for ever.
 bool IsolatedExecutor::run_one() {
   const auto all = children_to_spin();
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -377,11 +377,11 @@ bool IsolatedExecutor::run_one() {
   return false;
 }
 
-/// Runs the children in turn on the calling thread until done() or the limit, or one callback; done
-/// is asked before every callback, and each time something wakes us.
+/// Runs the children in turn on the calling thread until done() or the limit, or one callback;
+/// done() is called before every callback, and after each wake-up.
 template <class Done>
 void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
-  std::vector<std::shared_ptr<Child>> observed;  // they stay as long as the back end watches them
+  std::vector<std::shared_ptr<Child>> observed;  // kept as long as the back end watches them
   const auto observe = [&](std::vector<std::shared_ptr<Child>> all) {
     for (const auto& child : all) child->executor.set_observer(this);
     for (const auto& child : observed) {

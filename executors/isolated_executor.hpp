@@ -100,7 +100,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   static bool is_used(const Child& child, const Node* node);
   void remove_unless_used(const std::shared_ptr<Child>& child);
   void remove_forgotten();
-  void remove_those_that_may_go();
+  void finish_removals();
   void end(const std::shared_ptr<Child>& child, const Node* node,
            std::unique_lock<std::mutex>& lock);
   void join(Child& child, std::unique_lock<std::mutex>& lock);

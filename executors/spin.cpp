@@ -51,7 +51,7 @@ class SignalThread {
     eventfd_write(fd_, 1);
     thread_.join();
     eventfd_t count = 0;
-    eventfd_read(fd_, &count);  // if the thread ended by a signal's
+    eventfd_read(fd_, &count);  // if a signal's event has ended the thread
   }
   SignalThread(const SignalThread&) = delete;
   SignalThread& operator=(const SignalThread&) = delete;
@@ -91,7 +91,7 @@ class SignalThread {
   std::mutex mutex_;  // guards executors_
   std::vector<Executor*> executors_;
   struct sigaction before_[std::size(kSignals)]{};
-  RealtimeThread thread_;  // the last, as it uses the others
+  RealtimeThread thread_;  // the last, because it uses the others
 };
 
 std::mutex signal_thread_mutex;

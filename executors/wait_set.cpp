@@ -60,7 +60,7 @@ WaitSet::~WaitSet() {
     for (const auto& member : members_) entities.push_back(member->entity);
   }
   for (const auto& entity : entities) remove(entity);
-  // Others may be removing one: they use the set until they are done.
+  // Other threads may be removing a member: they use the set until they have finished.
   for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
   backend_->leave(0);
 }
@@ -77,7 +77,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
     entity->set_owner(member.get());
   }
   members_.push_back(std::move(member));
-  // What wait has returned is being read: the next wait takes this instead.
+  // The caller may be reading what wait has returned: the next wait uses this vector instead.
   if (larger_.capacity() < members_.size()) {
     std::vector<std::shared_ptr<Entity>> larger;
     larger.reserve(2 * members_.size());
@@ -103,8 +103,8 @@ void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
   entity->leave_owner();
 }
 
-// Afterwards its users own it. It leaves the list first: the thread that adds it may not have
-// attached it yet.
+// Afterwards its users own the member. It leaves the list first: the thread that adds it may not
+// have attached it yet.
 void WaitSet::expel(Member& member) noexcept {
   {
     const std::lock_guard lock(mutex_);
@@ -117,7 +117,7 @@ void WaitSet::expel(Member& member) noexcept {
   member.entity->detach();
   {
     const std::lock_guard ownership(ownership_mutex());
-    member.entity->forget_earlier_owner(member);  // from here on nobody begins to wait
+    member.entity->forget_earlier_owner(member);  // from here on no thread begins to wait
   }
   member.expelled.store(1);
   member.expelled.notify_all();

@@ -153,7 +153,7 @@ TEST(MessageType, MayHaveNoFieldsAndEightyFields) {
   for (std::size_t i = 0; i < 80; ++i) EXPECT_EQ(type.fields[i].offset, i * sizeof(int));
 }
 
-TEST(MessageType, HasALayoutHashThatTellsLayoutsApart) {
+TEST(MessageType, HasADifferentLayoutHashForEachLayout) {
   const std::uint64_t hash = message_type<Base>().layout_hash;
   EXPECT_EQ(hash, message_type<SameAsBase>().layout_hash);
   EXPECT_NE(hash, message_type<OtherName>().layout_hash);

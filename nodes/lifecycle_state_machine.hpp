@@ -14,8 +14,8 @@ namespace takt {
 // Source of the table: design.ros2.org/articles/node_lifecycle.html, with the ids, labels and order
 // of rcl_lifecycle. Nothing here changes or throws, so it may be used from any thread.
 
-/// lifecycle_msgs/msg/State::id: the states in which a node rests, and those in which one of its
-/// callbacks runs.
+/// The id of lifecycle_msgs/msg/State: the states in which a node rests, and those in which one of
+/// its callbacks runs.
 enum class LifecycleState : std::uint8_t {
   unknown = 0,
   unconfigured = 1,
@@ -31,8 +31,8 @@ enum class LifecycleState : std::uint8_t {
   errorprocessing = 15,
 };
 
-/// lifecycle_msgs/msg/Transition::id: what can be requested, and what follows from the result of a
-/// callback.
+/// The id of lifecycle_msgs/msg/Transition: what can be requested, and what follows from the result
+/// of a callback.
 enum class TransitionId : std::uint8_t {
   create = 0,
   configure = 1,

@@ -18,8 +18,8 @@
 
 namespace takt {
 
-/// How a LifecycleNode notifies its managed entities. The gate alone decides whether they run; this
-/// is about which listener has to be woken.
+/// How a LifecycleNode notifies its managed entities. The gate alone decides whether they run;
+/// these calls wake their listeners.
 /// Thread safety: one call at a time; everything else of the entity meanwhile.
 /// Real-time: a lock with priority inheritance at most; nothing allocates.
 class Managed {
@@ -80,14 +80,8 @@ class ManagedTimer final : public GatedEntity<Base> {
     return this->gate().is_open() ? Timer::next_release() : kNever;
   }
   void opens() noexcept override { this->restart(); }
-  void has_opened() noexcept override { tell(); }
-  void has_closed() noexcept override { tell(); }
-
- private:
-  void tell() noexcept {
-    const ReadSection section;
-    if (Sink* sink = this->sink()) sink->release_changed();
-  }
+  void has_opened() noexcept override { this->notify_release_changed(); }
+  void has_closed() noexcept override { this->notify_release_changed(); }
 };
 
 /// Resumes the coroutines of a LifecycleNode: they continue when the node is active again.
@@ -142,7 +136,7 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
     const std::lock_guard lock(mutex_);
     this->set_listener(nullptr);
   }
-  /// What waits for the node is not expected to have been received.
+  /// Messages that wait for the node are not expected to have been received.
   Entity::Report report() const override {
     Entity::Report report = Base::report();
     if (!this->gate().is_open()) report.expected -= this->ring().size();

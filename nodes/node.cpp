@@ -391,7 +391,7 @@ void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
       entity->set_parameters(of_entity);
     }
   };
-  const auto tell = [this] {
+  const auto notify_listeners = [this] {
     notify([this](NodeListener& listener) { listener.parameters_changed(*this); });
   };
   {
@@ -399,13 +399,13 @@ void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
     exchange(checked(changes, all_groups, all_entities));
   }
   try {
-    tell();
+    notify_listeners();
   } catch (...) {  // a user's scheduler does not take them
     {
       const std::lock_guard lock(mutex_);
       exchange(ChangedParameters(before));
     }
-    tell();
+    notify_listeners();
     throw;
   }
 }

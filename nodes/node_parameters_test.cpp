@@ -99,7 +99,7 @@ TEST(NodeParameters, RefuseToBeDeclaredTwice) {
               ThrowsMessage<Error>("parameter 'rate' of node 'camera' is declared twice"));
 }
 
-TEST(NodeParameters, AreToldWhenNobodyDeclaredThem) {
+TEST(NodeParameters, AreListedWhenNobodyDeclaredThem) {
   const auto node =
       make_node("camera", {.parameters = {{"rate", std::int64_t{1}}, {"rat", std::int64_t{2}}}});
   EXPECT_THAT(node->unused_parameters(), ElementsAre("rat", "rate"));
@@ -284,7 +284,7 @@ TEST(SetParameters, ChangesNothingWhenOneIsRefused) {
   EXPECT_EQ(node->get_parameter<int>("a"), 1);
 }
 
-TEST(SetParameters, IsToldToCallbacksBeforeTheLatestFirst) {
+TEST(SetParameters, CallsCallbacksBeforehandTheLatestFirst) {
   const auto node = make_node("camera");
   node->declare_parameter("gain", 0.5);
   std::vector<std::string> trace;

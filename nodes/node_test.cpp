@@ -198,7 +198,7 @@ TEST(Node, RefusesARemapToAnInvalidTopic) {
               ThrowsMessage<Error>(HasSubstr("'/my picture' cannot be the name of a topic")));
 }
 
-TEST(Node, TellsWhichRemapsNobodyUsed) {
+TEST(Node, ListsRemapsThatNobodyUsed) {
   const auto node = make_node("camera", {.remap = {{"image", "a"}, {"imgae", "b"}, {"scan", "c"}}});
   EXPECT_THAT(node->unused_remaps(), ElementsAre("image", "imgae", "scan"));
   node->resolve("image");
@@ -337,7 +337,7 @@ class NotingListener final : public NodeListener {
   std::vector<std::string> trace;
 };
 
-TEST(NodeListeners, AreToldOfWhatIsAddedWhileTheyListen) {
+TEST(NodeListeners, GetWhatIsAddedWhileTheyListen) {
   const auto node = make_node("camera");
   NotingListener listener;
   const auto early = node->create_timer("early", 1ms, [] {});

@@ -168,7 +168,7 @@ TEST_F(LifecycleServicesTest, ListWhatThereIsAndWhatIsPossible) {
   EXPECT_THAT(available(), ElementsAre());
 }
 
-TEST_F(LifecycleServicesTest, TellOfEveryStateThatTheNodeGoesThrough) {
+TEST_F(LifecycleServicesTest, ReportEveryStateThatTheNodePasses) {
   std::vector<std::string> path;
   std::uint64_t last_time = 0;
   const auto events = caller_->create_subscription<TransitionEvent>(

@@ -190,7 +190,7 @@ TEST_F(ParameterServicesTest, SetAllTypesAtomicallyOrNone) {
   }
 }
 
-TEST_F(ParameterServicesTest, TellTheReasonOfACallback) {
+TEST_F(ParameterServicesTest, ReturnTheReasonOfACallback) {
   const auto handle = node_->add_on_set_parameters_callback([](const Parameters&) {
     return SetParametersResult{false, "not today"};
   });
@@ -248,7 +248,7 @@ TEST(ParameterServices, MayBeServedByTheNodeItself) {
   EXPECT_THAT(node->entities(), IsEmpty());
 }
 
-TEST_F(ParameterServicesTest, TellsOfWhatIsSetAndDeclared) {
+TEST_F(ParameterServicesTest, PublishWhatIsSetAndDeclared) {
   const auto reader =
       host_->create_subscription<wire::ParameterEvent>("/parameter_events", 10, [](const auto&) {});
   wire::ParameterEvent event;

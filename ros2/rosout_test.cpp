@@ -9,7 +9,7 @@
 namespace takt {
 namespace {
 
-TEST(Rosout, LinesOfNodesAndOthersAreTold) {
+TEST(Rosout, LinesOfNodesAndOthersArePublished) {
   Logger::instance().flush();  // what tests before have logged
   Logger::instance().set_writer([](LogLevel, std::string_view) {});
   const auto host = std::make_shared<Node>("container");

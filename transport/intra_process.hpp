@@ -51,7 +51,7 @@ class IntraProcessReader {
   /// When it returns, no message is being delivered any more. Joining again is possible.
   void leave() noexcept;
 
-  /// `arrival` tells what the envelope tells: the message may be gone once it is in the ring.
+  /// `arrival` repeats the envelope: the message may be gone once it is in the ring.
   [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival) noexcept {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return message.release();
@@ -77,7 +77,7 @@ class IntraProcessReader {
   void set_address(std::uint64_t address) noexcept { address_ = address; }
 
   /// The oldest message, which the caller must release; nullptr when there is none.
-  /// `more` tells whether more were there.
+  /// `more`: whether more were there.
   MessageBlock* take(bool& more) noexcept {
     MessageBlock* message = ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
     if (message != nullptr && message->can_expire()) [[unlikely]]

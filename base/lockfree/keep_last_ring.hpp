@@ -18,7 +18,7 @@ namespace takt {
 ///    with one compare-and-swap; what stood there is the item that it overwrote.
 /// 2. A taker looks at the cell of the head's ticket and swaps it for the same ticket without a
 ///    pointer. It never looks at an item before it owns it, so an item may be freed at any time.
-///    Beside the word the cell tells the whole ticket. If that is the head's, the taker needs no
+///    Beside the word, the cell holds the whole ticket. If that is the head's, the taker needs no
 ///    look at the tail to know that it was not overtaken, and leaves that cache line to the
 ///    publishers. Of the tail it keeps a copy, good for as long as that says that there is more.
 /// 3. A publisher that was preempted between its ticket and its swap delays no other: the taker
@@ -37,7 +37,7 @@ namespace takt {
 template <class T>
 class KeepLastRing {
  public:
-  /// The ticket in a cell has 16 bits, so half of that range tells older from newer.
+  /// The ticket in a cell has 16 bits, so half of that range separates older from newer.
   static constexpr std::size_t kMaxDepth = 16384;
 
   /// `depth` is from 1 to kMaxDepth; QoS checks it with an Error that the user sees.
@@ -177,7 +177,7 @@ class KeepLastRing {
                                      static_cast<std::uint16_t>(word >> 48));
   }
   /// Asked after the word was loaded: true when `age` may err, because its caller was preempted
-  /// for so long that the word may be of a ticket out of the range that 16 bits tell.
+  /// for so long that the word may be of a ticket outside the range of 16 bits.
   bool is_far(std::uint64_t ticket) const noexcept { return tail_.load() - ticket > 32768; }
   T* take_here() noexcept {
     return here_.load(std::memory_order_relaxed) == nullptr ? nullptr : here_.exchange(nullptr);

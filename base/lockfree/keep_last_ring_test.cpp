@@ -104,7 +104,7 @@ TEST(KeepLastRing, HasRoomAgainAfterPop) {
   EXPECT_EQ(ring.drain(), (std::vector<int>{3, 4}));
 }
 
-TEST(KeepLastRing, TellsWithAnItemWhetherThereAreMore) {
+TEST(KeepLastRing, ReturnsWithAnItemWhetherThereAreMore) {
   NumberRing ring(3);
   ring.pop();
   EXPECT_FALSE(ring.more());
@@ -135,7 +135,7 @@ TEST(KeepLastRing, OfDepthOneKeepsTheNewestOnly) {
   EXPECT_EQ(ring.drain(), (std::vector<int>{3}));
 }
 
-TEST(KeepLastRing, TellsOfTheOldestWithoutTakingIt) {
+TEST(KeepLastRing, ReadsTheOldestWithoutTakingIt) {
   NumberRing ring(2);
   ring.push(1);
   ring.push(2);
@@ -360,7 +360,7 @@ TEST(KeepLastRingStress, ManyPublishersLeaveExactlyDepthItemsBehind) {
 }
 
 // On one CPU a thread is often preempted between two steps of push or pop, and for as long as it
-// takes the others to wrap the 16 bits of a ticket that a cell tells.
+// takes the others to wrap the 16 bits of a ticket that a cell holds.
 TEST(KeepLastRingStress, LosesNothingWhenAThreadIsAwayForTensOfThousandsOfTickets) {
   constexpr int kRounds = 200, kPublishers = 2;
   constexpr std::uint64_t kPushes = 300'000;

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 
 namespace takt {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "takt/containers/configuration/system_reader.hpp"
-#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {
 

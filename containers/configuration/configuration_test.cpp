@@ -238,7 +238,7 @@ TEST(Configuration, DecidesTheQosOfTopics) {
   EXPECT_THAT(system.must_match.at("/odom"), EndsWith("robot.yaml:4"));
 }
 
-TEST(Configuration, TellsWhatHappensWhenSomethingFails) {
+TEST(Configuration, SaysWhatHappensWhenSomethingFails) {
   const SystemDescription system = read(
       "containers:\n"
       "- name: a\n"

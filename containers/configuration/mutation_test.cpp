@@ -18,7 +18,7 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/configuration/document.hpp"
-#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {
 namespace {

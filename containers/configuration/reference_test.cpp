@@ -68,7 +68,7 @@ TEST(Reference, LeadsToSectionsThatExist) {
   }
 }
 
-TEST(Reference, TellsValuesAsTheirReadersTakeThem) {
+TEST(Reference, ListsValuesAsTheirReadersAcceptThem) {
   EXPECT_EQ(find("memory", "lock").value, "`true` or `false`");
   EXPECT_EQ(find("the file", "realtime").value, "`require`, `prefer`, `off`");
   EXPECT_EQ(find("the file", "cpu_dma_latency_us").value, "integer from 0");
@@ -83,7 +83,7 @@ TEST(Reference, TellsValuesAsTheirReadersTakeThem) {
   EXPECT_EQ(find("a component", "remap").value, "map, each text");
 }
 
-TEST(Reference, TellsTheDefaultsOfTheCode) {
+TEST(Reference, ListsTheDefaultsOfTheCode) {
   EXPECT_EQ(find("the file", "realtime").default_value, "`prefer`");
   EXPECT_EQ(find("memory", "lock").default_value, "`false`");
   EXPECT_EQ(find("a thread", "policy").default_value, "`SCHED_OTHER`");
@@ -99,7 +99,7 @@ TEST(Reference, TellsTheDefaultsOfTheCode) {
   }
 }
 
-TEST(Reference, TellsWhichKeysAreNeeded) {
+TEST(Reference, MarksTheRequiredKeys) {
   EXPECT_TRUE(find("a component", "component").is_required);
   EXPECT_FALSE(find("a component", "name").is_required);
 }
@@ -110,7 +110,7 @@ TEST(Reference, DoesNotDependOnTheEnvironment) {
   unsetenv("ROS_DOMAIN_ID");
 }
 
-TEST(Reference, TellsPlannedKeysThatNoMapHas) {
+TEST(Reference, ListsPlannedKeysThatNoMapHas) {
   for (const ReferenceSection& section : describe_configuration()) {
     for (const ReferenceKey& key : section.keys) {
       EXPECT_THAT(planned_keys(), Not(Contains(key.key)));

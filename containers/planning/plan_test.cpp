@@ -7,7 +7,7 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 #include "takt/containers/container.hpp"
-#include "takt/containers/parameter_service.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {
 namespace {
@@ -207,7 +207,7 @@ TEST(Plans, RefuseListedCallbacksThatTheExecutorHasNot) {
 
 // ---- Changes while it runs ----
 
-TEST(ParameterService, ChangesWhatTheRequestSaysOrNothing) {
+TEST(SetCallbackParameters, ChangesWhatTheRequestSaysOrNothing) {
   SystemDescription system =
       ConfigurationFile("robot.yaml", "threads: {container: {}}\n" + file_with("")).read();
   system.name = "my robot";

@@ -51,7 +51,7 @@ for options in [["--transport", "shm"], ["--transport", "shm", "--composition", 
           and all(topic["transport"] == "shared memory" for topic in topics)
           and all(writers[topic]["messages"] == readers[topic]["messages"] > 0
                   and readers[topic]["lost"] == 0 for topic in writers), status, said, topics)
-    # The process that sends to itself waited for messages that it had, and told a falsehood.
+    # The process that sends to itself waited for messages that it had, and reported them as missing.
     check(f"{name}: nothing was in transit at the end", "still in transit" not in said, said)
     check(f"{name}: what is lent is not copied, and read where it lies",
           all(topic["uncopied"] == topic["messages"]

@@ -5,7 +5,7 @@
 
 namespace pipeline {
 
-/// Tells, after the last sample, how many have come and what their values come to.
+/// Prints, after the last sample, how many samples arrived and the sum of their values.
 class Sink : public takt::Node {
  public:
   explicit Sink(const takt::NodeOptions& options) : Node("sink", options) {

@@ -80,7 +80,7 @@ def wiretap():
     return tap
 
 
-def tells_type(tap):
+def shows_type(tap):
     """Whether the type of the topic was in one of the datagrams of our domain. (The topic itself is
     named in the permissions, which are no secret: each shows them to the others.)"""
     ports = range(7400 + 250 * domain, 7400 + 250 * (domain + 1))
@@ -104,9 +104,9 @@ tap = wiretap()
 check("two with identities and permissions exchange messages", sent > 100 and received > 50,
       sent, received, said)
 if tap is None:
-    print("skipped: what the wire tells; it takes the right to listen (root)")
+    print("skipped: what the wire shows; listening needs root")
 else:
-    check("the wire does not show the type", not tells_type(tap))
+    check("the wire does not show the type", not shows_type(tap))
 
 # Without an identity: neither receives nor is received.
 plain = (r"(?s)dds:.*?container", "dds: {}\ncontainer")
@@ -119,7 +119,7 @@ check("'mallory' without an identity is received by no process with one", receiv
 tap = wiretap()
 _, (received, said, _) = run("mallory", "spy")
 check("these two hear each other", received > 50, received, said)
-check("and the wire tells all of it", tap is None or tells_type(tap))
+check("and the wire shows all of it", tap is None or shows_type(tap))
 
 # An identity that somebody else has signed.
 write("stranger.yaml", "talker.yaml", ("keys/", "other/"))

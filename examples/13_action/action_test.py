@@ -17,11 +17,11 @@ environment["TAKT_COMPONENT_PATH"] = build
 server = subprocess.Popen([takt, "run", here / "navigator.yaml"], env=environment,
                           stdout=subprocess.DEVNULL)
 try:
-    told = subprocess.run([client], env=environment, text=True, capture_output=True,
+    output = subprocess.run([client], env=environment, text=True, capture_output=True,
                           timeout=60).stdout
-    check("a goal is rejected, one reached with feedback, one cancelled", told.splitlines() == [
+    check("a goal is rejected, one reached with feedback, one cancelled", output.splitlines() == [
         "rejected", "succeeded after 0.2 m, with feedback", "canceled of soon on the way, 1 goal"],
-        told)
+        output)
     services = json.loads(subprocess.run([takt, "service", "list", "--all", "--json", "-"],
                                          env=environment, text=True,
                                          capture_output=True).stdout)

@@ -120,7 +120,7 @@ TEST_P(ConformanceFileDescriptors, WhatACallbackLeavesItIsCalledForAgain) {
   EXPECT_THAT(received, ElementsAre("a", "b", "c", "d"));
 }
 
-TEST_P(ConformanceFileDescriptors, AClosedWriterIsToldOnce) {
+TEST_P(ConformanceFileDescriptors, AClosedWriterIsReportedOnce) {
   const auto executor = make();
   std::atomic<int> calls{0}, hang_ups{0}, rounds{0};
   const auto reader =

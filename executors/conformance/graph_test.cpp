@@ -418,7 +418,7 @@ class KnowsItsCallbacks : public Scheduler {
 };
 
 // The scheduler that a removal brings has no room for what was removed: it must not hear of it.
-TEST(Schedulers, AreNotToldOfTheEndOfACallbackThatIsRemovedMeanwhile) {
+TEST(Schedulers, DoNotGetTheEndOfACallbackThatIsRemovedMeanwhile) {
   schedulers().add("knowing", {"", [] { return std::make_unique<KnowsItsCallbacks>(); }});
   const auto executor = executors().make("events", {.scheduler = "knowing"});
   const auto node = std::make_shared<Node>("node");

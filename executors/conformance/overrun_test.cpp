@@ -33,7 +33,7 @@ class ConformanceOverrun : public Conformance {
   std::vector<int> misses_, overruns_, starts_;
 };
 
-TEST_P(ConformanceOverrun, CountsAndTellsMissesAndOverrunsWhenTheCallbackReturns) {
+TEST_P(ConformanceOverrun, CountsAndReportsMissesAndOverrunsWhenTheCallbackReturns) {
   int run = 0;
   const auto timer =
       node_->create_timer("timer", 10ms, [&] { clock_.work(++run == 2 ? 7ms : 2ms); });
@@ -67,7 +67,7 @@ TEST_P(ConformanceOverrun, CountsAndTellsMissesAndOverrunsWhenTheCallbackReturns
   EXPECT_EQ(find(*executor, "timer").overruns, 1u);
 }
 
-TEST_P(ConformanceOverrun, AWatchdogTellsAtTheDeadlineAndOnlyOnce) {
+TEST_P(ConformanceOverrun, AWatchdogReportsAtTheDeadlineAndOnlyOnce) {
   const auto watchdog =
       std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);
   int run = 0;
@@ -112,7 +112,7 @@ TEST_P(ConformanceOverrun, AHandlerOnTheWatchdogMayMakeAnExecutorForIt) {
 }
 
 // The deadline of the second execution took the place of the first one's.
-TEST_P(ConformanceOverrun, AWatchdogTellsOfEveryExecutionOfAReentrantGroup) {
+TEST_P(ConformanceOverrun, AWatchdogReportsEveryExecutionOfAReentrantGroup) {
   if (!is_pool()) GTEST_SKIP() << "one worker: one execution at a time";
   const auto watchdog =
       std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);

@@ -10,30 +10,30 @@
 namespace takt::conformance {
 namespace {
 
-/// A guard condition that tells, once, what is done to it: the test may hold that up.
-class Told final : public GuardCondition {
+/// A guard condition with hooks, which run once: a test may block in them.
+class HookedGuard final : public GuardCondition {
  public:
   using GuardCondition::GuardCondition;
   std::function<void()> on_detach, on_watch;
   int fd = -1;
   void detach() noexcept override {
-    if (const auto tell = std::exchange(on_detach, nullptr)) tell();
+    if (const auto hook = std::exchange(on_detach, nullptr)) hook();
     GuardCondition::detach();
   }
   Watch watch() noexcept override {
-    if (const auto tell = std::exchange(on_watch, nullptr)) tell();
+    if (const auto hook = std::exchange(on_watch, nullptr)) hook();
     return {.fd = fd, .events = 1, .listener = nullptr};
   }
 };
 
-class TellingNode final : public Node {
+class HookedNode final : public Node {
  public:
   using Node::Node;
-  std::shared_ptr<Told> make(
+  std::shared_ptr<HookedGuard> make(
       std::string name, std::function<void()> callback = [] {},
       std::shared_ptr<CallbackGroup> group = nullptr) {
-    return adopt<Told>(std::make_shared<Told>(std::move(name), group_or_default(std::move(group)),
-                                              clock().real(), std::move(callback)));
+    return adopt<HookedGuard>(std::make_shared<HookedGuard>(
+        std::move(name), group_or_default(std::move(group)), clock().real(), std::move(callback)));
   }
 };
 
@@ -48,12 +48,12 @@ class Gate {
   const std::shared_future<void> future_{promise_.get_future()};
 };
 
-/// Tells, once, that an update is being made, which is when an executor has begun to add or to
+/// Its hooks run once. An executor configures it for an update: when it has begun to add or to
 /// remove, and holds its mutex.
-class Telling : public Scheduler {
+class HookedScheduler : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo>) override {
-    if (const auto tell = std::exchange(on_configure, nullptr)) tell();
+    if (const auto hook = std::exchange(on_configure, nullptr)) hook();
   }
   void push(ReadyCallback& callback) noexcept override {
     callback.next = std::exchange(first_, &callback);
@@ -61,14 +61,14 @@ class Telling : public Scheduler {
   ReadyCallback* pop() noexcept override {
     return first_ == nullptr ? nullptr : std::exchange(first_, first_->next);
   }
-  ~Telling() override {
-    if (const auto tell = std::exchange(on_destroy, nullptr)) tell();
+  ~HookedScheduler() override {
+    if (const auto hook = std::exchange(on_destroy, nullptr)) hook();
   }
   static inline std::function<void()> on_configure, on_destroy;
   static const std::string& name() {
     static const std::string name = [] {
-      schedulers().add("telling", {"", [] { return std::make_unique<Telling>(); }});
-      return "telling";
+      schedulers().add("hooked", {"", [] { return std::make_unique<HookedScheduler>(); }});
+      return "hooked";
     }();
     return name;
   }
@@ -99,7 +99,7 @@ class Removal : public Conformance {
   }
 
   const std::unique_ptr<Executor> executor_ = make(Clock::steady());
-  const std::shared_ptr<TellingNode> node_ = std::make_shared<TellingNode>("node");
+  const std::shared_ptr<HookedNode> node_ = std::make_shared<HookedNode>("node");
 };
 
 // ---- Removed by two threads, and added again by the one that is ready first ----
@@ -127,10 +127,10 @@ class HeldUp : public Removal {
 
   Gate is_there_, may_go_on_;
   int ran_ = 0;
-  const std::shared_ptr<Told> first_ = node_->make("first");
+  const std::shared_ptr<HookedGuard> first_ = node_->make("first");
   const std::shared_ptr<CallbackGroup> group_ =
       node_->create_callback_group("group", CallbackGroupType::MutuallyExclusive);
-  const std::shared_ptr<Told> second_ = node_->make(
+  const std::shared_ptr<HookedGuard> second_ = node_->make(
       "second", [this] { ++ran_; }, group_);
   std::thread remover_;
 };
@@ -170,7 +170,7 @@ TEST_P(HeldUp, ARemoverLeavesAloneWhatAWaitSetHasMeanwhile) {
 
 // A wait set, and not an executor, is slow to let the entity go.
 TEST(WaitSetRemoval, IsOverForNobodyBeforeTheEntityHasBeenDetached) {
-  const auto node = std::make_shared<TellingNode>("node");
+  const auto node = std::make_shared<HookedNode>("node");
   Gate is_there, may_go_on;
   const auto guard = node->make("guard");
   guard->on_detach = [&] {
@@ -203,7 +203,7 @@ class Circle {
   explicit Circle(std::vector<Executor*> executors) : executors_(std::move(executors)) {
     all_are_inside_ = std::make_unique<std::latch>(static_cast<std::ptrdiff_t>(size()));
     for (std::size_t i = 0; i < size(); ++i) {
-      nodes_.push_back(std::make_shared<TellingNode>("node_" + std::to_string(i)));
+      nodes_.push_back(std::make_shared<HookedNode>("node_" + std::to_string(i)));
       idle_.push_back(nodes_[i]->make("idle", [this] { ++ran; }));
       busy_.push_back(nodes_[i]->make("busy", [this, i] {
         ++ran;
@@ -228,7 +228,7 @@ class Circle {
     for (Executor* executor : std::set(executors_.begin(), executors_.end())) {
       spins.push_back(std::make_unique<SpinThread>(*executor));
     }
-    for (const auto& entity : entities_) static_cast<Told&>(*entity).trigger();
+    for (const auto& entity : entities_) static_cast<HookedGuard&>(*entity).trigger();
     while (returned < static_cast<int>(size())) std::this_thread::yield();
   }
 
@@ -238,8 +238,8 @@ class Circle {
  private:
   const std::vector<Executor*> executors_;
   std::unique_ptr<std::latch> all_are_inside_;
-  std::vector<std::shared_ptr<TellingNode>> nodes_;
-  std::vector<std::shared_ptr<Told>> idle_, busy_;
+  std::vector<std::shared_ptr<HookedNode>> nodes_;
+  std::vector<std::shared_ptr<HookedGuard>> idle_, busy_;
   std::vector<std::shared_ptr<Entity>> entities_;
 };
 
@@ -331,11 +331,11 @@ TEST_P(Removal, ACallbackMayRemoveItsOwnNodeAndAddItAgain) {
 // The callback did not wait for the remover, and came to its worker again.
 TEST_P(Removal, ACallbackThatDropsItselfWhileAnotherThreadRemovesItDoesNotRunAgain) {
   ExecutorOptions options;
-  options.scheduler = Telling::name();
+  options.scheduler = HookedScheduler::name();
   const auto executor = make(options);
   Gate is_inside, is_removing, may_remove;
   std::atomic<int> ran{0};
-  std::shared_ptr<Told> guard;
+  std::shared_ptr<HookedGuard> guard;
   guard = node_->make("guard", [&] {
     if (++ran > 1) return;
     is_inside.open();
@@ -347,7 +347,7 @@ TEST_P(Removal, ACallbackThatDropsItselfWhileAnotherThreadRemovesItDoesNotRunAga
   SpinThread spin(*executor);
   guard->trigger();
   is_inside.wait();
-  Telling::on_configure = [&] {
+  HookedScheduler::on_configure = [&] {
     is_removing.open();
     may_remove.wait();
   };
@@ -381,16 +381,16 @@ class Refusal : public Removal {
   }
 
   const std::shared_ptr<CallbackGroup> group_ = make_group("group");
-  std::shared_ptr<Told> guard_ = node_->make(
+  std::shared_ptr<HookedGuard> guard_ = node_->make(
       "guard", [] {}, group_);
   const std::shared_ptr<Entity> entity_ = node_->find_entity("guard");
   std::thread dropper_;
 };
 
 TEST_P(Refusal, ByItsSchedulerOfWhatIsDroppedMeanwhile) {
-  const auto executor = executors().make(executor_name(), {.scheduler = Telling::name()});
+  const auto executor = executors().make(executor_name(), {.scheduler = HookedScheduler::name()});
   guard_->on_watch = [this] {
-    Telling::on_configure = [this] {
+    HookedScheduler::on_configure = [this] {
       drop();
       throw Error("refused");
     };
@@ -406,7 +406,7 @@ TEST_P(Refusal, ByItsWaitBackEndOfWhatIsDroppedMeanwhile) {
 }
 
 TEST(WaitSetRefusal, OfWhatIsDroppedMeanwhile) {
-  const auto node = std::make_shared<TellingNode>("node");
+  const auto node = std::make_shared<HookedNode>("node");
   auto guard = node->make("guard");
   const auto entity = node->find_entity("guard");
   std::thread dropper;
@@ -426,9 +426,9 @@ TEST(WaitSetRefusal, OfWhatIsDroppedMeanwhile) {
 // records.
 TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   if (is_isolated()) GTEST_SKIP() << "its children go as the others do";
-  auto executor = executors().make(executor_name(), {.scheduler = Telling::name()});
+  auto executor = executors().make(executor_name(), {.scheduler = HookedScheduler::name()});
   const auto other = make(Clock::steady());
-  const auto stays = std::make_shared<TellingNode>("stays");
+  const auto stays = std::make_shared<HookedNode>("stays");
   const auto idle = stays->make("idle");
   auto guard = node_->make("guard", [&] { executor->remove_node(node_); });
   executor->add_node(stays);
@@ -436,11 +436,10 @@ TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   guard->trigger();
   executor->spin_some();
   other->add_node(node_);
-  // An update that has been installed goes with the executor, and nothing else that tells goes
-  // late.
+  // An installed update is destroyed with the executor, and no other scheduler is destroyed later.
   stays->set_callback_parameters({.callbacks = {{"idle", {.priority = 1}}}});
   executor->spin_some();
-  Telling::on_configure = [] { throw Error("refused"); };
+  HookedScheduler::on_configure = [] { throw Error("refused"); };
   Gate is_dropping, may_go_on;
   guard->on_detach = [&] {
     is_dropping.open();
@@ -451,7 +450,9 @@ TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
     dropper = std::thread([&] { guard.reset(); });
     is_dropping.wait();
   };
-  Telling::on_destroy = [&] { Telling::on_destroy = drop; };  // the first is the refused one
+  HookedScheduler::on_destroy = [&] {
+    HookedScheduler::on_destroy = drop;
+  };  // the first is the refused one
   executor.reset();
   may_go_on.open();
   ASSERT_TRUE(dropper.joinable());

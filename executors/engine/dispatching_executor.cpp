@@ -3,36 +3,15 @@
 
 #include <algorithm>
 #include <mutex>
-#include <thread>
-
-#include <fmt/format.h>
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
-#include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 
 namespace takt {
-namespace {
-
-std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
-                                          const ExecutorTraits& traits) {
-  std::vector<ThreadAttributes> threads = options.threads;
-  if (threads.empty()) {
-    threads.resize(traits.pool ? std::max(2u, std::thread::hardware_concurrency()) : 1);
-  }
-  if (threads.size() > traits.max_threads) {
-    throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
-                fmt::format("this type takes {} at the most", traits.max_threads));
-  }
-  return threads;
-}
-
-}  // namespace
-
 // The model is repeated: otherwise this file would call a function for each access.
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ =
@@ -44,10 +23,11 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
 
-/// Between begin and end of a spin, of whatever kind, this is the only one.
+/// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
  public:
-  /// `has_workers`: the calling thread is all there is; a pool tells when it is complete.
+  /// `has_workers`: the calling thread is the only worker. A pool sets it when all its threads
+  /// exist.
   explicit Spin(DispatchingExecutor& executor, bool has_workers = true) : executor_(executor) {
     Logger::instance().start();  // not in the first callback that logs
     const std::lock_guard lock(executor_.control_mutex_);
@@ -56,7 +36,7 @@ class DispatchingExecutor::Spin {
     }
     if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
     executor_.backend_->prepare();
-    if (executor_.has_changes_) executor_.hand_update_over();
+    if (executor_.has_changes_) executor_.publish_update();
     executor_.spinning_.store(true);
     executor_.was_spun_ = true;
     outer_ = std::exchange(worker_of_, &executor_);
@@ -67,7 +47,7 @@ class DispatchingExecutor::Spin {
     const ReadSection registers_this_thread;
     executor_.install_update();
     executor_.ready_.read_clock();
-    // Between two spins nobody has waited.
+    // Between two spins no thread has waited for file descriptors.
     if (executor_.watched_.load() != 0) executor_.backend_->look();
     executor_.has_workers_.store(has_workers);
   }
@@ -85,7 +65,7 @@ class DispatchingExecutor::Spin {
   Spin(const Spin&) = delete;
   Spin& operator=(const Spin&) = delete;
 
-  /// True when a cancel has come, from before the spin or during it: it is used up now.
+  /// Consumes a cancel that arrived before or during the spin; returns true if there was one.
   bool take_cancel() noexcept { return executor_.cancelled_.exchange(false); }
 
   DispatchingExecutor* outer() const noexcept { return outer_; }
@@ -99,65 +79,6 @@ class DispatchingExecutor::Spin {
   TraceRing* outer_trace_;
 };
 
-DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
-                                         const ExecutorTraits& traits)
-    : options_(options),
-      traits_(traits),
-      scheduler_(options.scheduler.empty() ? traits.scheduler : options.scheduler),
-      threads_(threads_for(options, traits)),
-      shared_(threads_.size() > 1),
-      records_times_(options.statistics == StatisticsLevel::full),
-      times_take_(shared_ || records_times_ || options.trace_events != 0),
-      early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
-      trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
-                   ? std::make_unique<Trigger>(options_.trigger)
-                   : nullptr),
-      let_(options_.trigger.let_period > Nanoseconds::zero()
-               ? std::make_unique<Let>(options_.trigger)
-               : nullptr),
-      ready_(traits.readiness, *options.clock,
-             records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
-                 schedulers().traits(scheduler_).uses_time,
-             options.watchdog.get(), trigger_.get()),
-      has_changes_(true) {  // the first update brings the scheduler
-  if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
-  if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
-    throw Error(
-        fmt::format("executor '{}': early_wake is {} ns", options.name, early_wake_.count()),
-        fmt::format("write 0 to {} ns", kMostEarlyWake.count()));
-  }
-  if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
-    throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
-                            options.name),
-                "leave out `trigger` and `let`, or choose 'triggered'");
-  }
-  if (options.trigger.kind == TriggerOptions::Kind::one && options.trigger.one.empty()) {
-    throw Error(
-        fmt::format("executor '{}' is triggered by one callback without a name", options.name),
-        "name it: node/callback");
-  }
-  if (options.trigger.let_period < Nanoseconds::zero()) {
-    throw Error(fmt::format("executor '{}' has a period of {}", options.name,
-                            to_string(options.trigger.let_period)),
-                "give it time");
-  }
-  if (options.per != Isolation::node) {
-    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
-                "leave out `per`, or choose 'isolated'");
-  }
-  for (std::size_t i = 0; i < threads_.size(); ++i) {
-    ThreadAttributes& thread = threads_[i];
-    if (thread.name.empty()) {
-      thread.name = i == 0 ? options.name : fmt::format("{}-{}", options.name, i);
-    }
-    thread.check();
-  }
-  if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
-    backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
-  }
-  if (options.watchdog != nullptr) options.watchdog->add(watched_callbacks_);
-}
-
 // ---- Sleeping and waking ----
 
 bool DispatchingExecutor::claim_idle() noexcept {
@@ -168,14 +89,14 @@ bool DispatchingExecutor::claim_idle() noexcept {
   return false;
 }
 
-// From another thread, or to one of several workers.
+// Called from another thread, or in an executor with several workers.
 void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
   if (ready_.announce(record, arrival) && let_ == nullptr) wake();
 }
 
-// Wakes one sleeping worker. The announcing thread has written its announcement before, and a
-// worker counts itself idle before it looks for events a last time, both sequentially consistent:
-// no wake-up is lost, and without sleepers it costs two loads.
+// Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
+// itself idle before it looks for events a last time. Both are sequentially consistent, so no
+// wake-up is lost. Without sleepers this costs two loads.
 void DispatchingExecutor::wake() noexcept {
   if (claim_idle()) {
     backend_->post();
@@ -188,7 +109,7 @@ void DispatchingExecutor::wake_all() noexcept {
   while (claim_idle()) backend_->post();
 }
 
-// Without the lock. True: somebody has posted.
+// Called without the lock. Returns true if another thread has posted.
 bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint release,
                                const FutureState* future) noexcept {
   const Clock& clock = *options_.clock;
@@ -200,7 +121,7 @@ bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint 
   if (now < early) {
     if (backend_->wait(index, early)) return true;
     now = clock.now();
-    if (now < early) return false;  // something else has ended the wait
+    if (now < early) return false;  // the wait has ended for another reason
   }
   while (now < deadline && !has_announcements() && update_.load() == nullptr &&
          !cancelled_.load() && (future == nullptr || !future->ready())) {
@@ -209,7 +130,8 @@ bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint 
   return false;
 }
 
-// With the lock held, after `next` found nothing. True: look again; false: the limit has come.
+// Called with the lock held, after `next` found nothing. Returns true if the worker must look
+// again, false at the limit.
 bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                                 const FutureState* future) noexcept {
   TimePoint deadline = limit;
@@ -224,7 +146,8 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                          (future != nullptr && future->ready());
   unlock();
   const bool was_woken = !is_needed && wait(index, deadline, release, future);
-  // We are still counted as idle, unless somebody is about to wake us: then we take the post.
+  // This worker still counts as idle, unless another thread is about to wake it: then it takes the
+  // post.
   if (!was_woken && !claim_idle()) {
     while (!backend_->wait(index, kNever)) {
     }
@@ -235,8 +158,8 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   return ready_.now() < limit || is_needed;
 }
 
-// With the lock held, when a worker is about to execute: if there is more to do than it can, or
-// no timekeeper left, another is woken.
+// Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
+// or if no timekeeper is left.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_ || idle_.load() == 0) return;
   const TimePoint release = ready_.next_release();
@@ -250,7 +173,8 @@ void DispatchingExecutor::cancel() noexcept {
   wake_all();
 }
 
-// Inside a callback: those of all executors whose callbacks this thread is in.
+// Called inside a callback. Installs the updates of all executors whose callbacks this thread is
+// in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
@@ -264,13 +188,13 @@ void DispatchingExecutor::install_updates_here() noexcept {
 
 // ---- Dispatch ----
 
-// Sleepers are woken for file descriptors. While nobody does, somebody has to look now and then;
-// under a manual clock, which knows nothing of them, always.
+// Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
+// time to time; under a manual clock, which does not watch them, at every dispatch.
 void DispatchingExecutor::look_at_file_descriptors() noexcept {
   if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
 }
 
-// With the lock held, before and after.
+// The lock is held before and after.
 bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   install_update();
   if (watched_.load(std::memory_order_relaxed) != 0) [[unlikely]]
@@ -294,8 +218,8 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   return true;
 }
 
-// On the only thread. What was sent in the period that ends goes out; then all inputs of the next
-// one are taken before any callback runs.
+// Runs on the only thread. Publishes the outputs of the period that ends; then takes all inputs of
+// the next one, before any callback runs.
 bool DispatchingExecutor::run_period() noexcept {
   ready_.read_clock();
   if (let_->next == TimePoint{}) let_->next = later(ready_.now(), let_->period);
@@ -305,7 +229,7 @@ bool DispatchingExecutor::run_period() noexcept {
   let_->missed += static_cast<std::uint64_t>(missed);
   let_->next = later(let_->next + missed * let_->period, let_->period);
   ready_.take_snapshot();
-  // A callback may bring another update, and with it another place for the next period.
+  // A callback may install an update, which replaces the vector for the next period.
   const std::shared_ptr<void> keeps = let_->taken;
   auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
   executions.clear();
@@ -331,12 +255,12 @@ bool DispatchingExecutor::run_period() noexcept {
   return true;
 }
 
-// Without the lock before, and with it afterwards. `as_picked`, `is_checked`: what the record was
-// when it was picked.
+// Called without the lock, returns with it. `as_picked`, `is_checked`: as the record was when it
+// was picked.
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
                                   TimePoint picked, bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
-  if (record.is_reentrant()) [[unlikely]] {  // may be announced, and picked, again from here
+  if (record.is_reentrant()) [[unlikely]] {  // from here on it may be announced and picked again
     lock();
     ready_.taken(record, slot.more);
     pass_on();
@@ -384,12 +308,12 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     }
     if (taken && records_times_) record_times(record, slot, picked, start, end);
     if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end);
-    ready_.tell_scheduler(record, as_picked, end - start);
+    ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);
 }
 
-// A message of a chain instance that was aborted.
+// Discards a message of an aborted chain instance.
 void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
   record.entity->discard(slot);
   lock();
@@ -397,7 +321,7 @@ void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
   unlock();
 }
 
-// A callback has thrown: the user's handler gets it, or spin ends with it.
+// Gives the exception of a callback to the user's handler, or ends spin with it.
 void DispatchingExecutor::caught(const CallbackRecord& record,
                                  std::exception_ptr exception) noexcept {
   if (handler_ && handler_({record.node, record.entity->name(), exception})) return;
@@ -407,28 +331,13 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
   wake_all();
 }
 
-void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
-                                TimePoint start, TimePoint end) noexcept {
-  const std::uint64_t lost = record.entity->lost();
-  trace_of_->record({.callback = record.id(),
-                     .sequence = slot.sequence,
-                     .chain_instance = slot.chain_instance == 0
-                                           ? slot.sequence
-                                           : instance_before_joins(slot.chain_instance),
-                     .lost = lost - std::exchange(record.lost_before, lost),
-                     .ready = slot.ready_time == TimePoint{} ? picked : slot.ready_time,
-                     .picked = picked,
-                     .start = start,
-                     .end = end});
-}
-
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
 void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot, TimePoint picked,
                                        TimePoint start, TimePoint end) noexcept {
   CallbackTimes& times = *record.times;
   times.execution.record(end - start);
-  if (slot.ready_time == TimePoint{}) return;  // sent before anybody wanted its time
+  if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
   const Nanoseconds latency = start - slot.ready_time;
   times.latency.record(latency);
   times.waiting.record(picked - slot.ready_time);
@@ -449,16 +358,8 @@ void DispatchingExecutor::rethrow() {
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
-void DispatchingExecutor::start_worker(std::size_t index) {
-  thread_statistics_[index].asked = threads_[index];
-  thread_statistics_[index].in_force = index == 0 && options_.threads.empty()
-                                           ? this_thread_state()
-                                           : apply(threads_[index], options_.realtime);
-  prefault_stack();
-}
-
-// A worker's life: one function, with everything on the hot path inlined. What is not on it is
-// declared noinline: in a unity build the compiler sees all of it, and would inline that, too.
+// The loop of a worker: one function, with the whole hot path inlined. All else is declared
+// noinline: in a unity build the compiler sees it, and would inline it, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
   worker_of_ = this;
   worker_index_ = index;
@@ -498,7 +399,7 @@ void DispatchingExecutor::spin(const ExceptionHandler& handler) {
     try {
       for (std::size_t i = 1; i < threads_.size(); ++i) {
         pool.push_back(std::make_unique<RealtimeThread>(threads_[i], options_.realtime, [this, i] {
-          has_workers_.wait(false);  // nothing runs before all threads are there
+          has_workers_.wait(false);  // nothing runs before all threads exist
           work(i);
         }));
         thread_statistics_[i].asked = threads_[i];
@@ -548,7 +449,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
   const TimePoint limit =
       max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
   lock();
-  // A snapshot that spin_once has left unfinished is finished instead of taking another.
+  // Finishes a snapshot that spin_once has left unfinished, instead of taking another.
   if (let_ == nullptr) ready_.take_snapshot();
   const ReadySet::Limits limits{
       .last_sequence = ready_.is_wait_set() ? UINT64_MAX : next_sequence(), .may_poll = false};
@@ -575,7 +476,7 @@ void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   rethrow();
 }
 
-// With the lock held.
+// Called with the lock held.
 bool DispatchingExecutor::has_time_left(TimePoint limit) noexcept {
   if (limit == kNever) return true;
   ready_.read_clock();

@@ -20,7 +20,7 @@
 
 namespace takt {
 
-/// How it works:
+/// Runs the callbacks of its nodes: the engine of the named executors.
 /// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready
 ///    set's inbox, and one sleeping worker is woken, if there is one.
 /// 2. A worker takes the dispatch lock (only where there is more than one worker), picks a callback
@@ -28,8 +28,7 @@ namespace takt {
 /// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
 ///    when the first timer is due.
 /// 4. A control thread builds a change as an update; a worker installs it at its next dispatch.
-/// While
-///    no thread spins, the control thread installs it itself.
+///    While no thread spins, the control thread installs it itself.
 /// Thread safety and real-time: as Executor.
 class DispatchingExecutor : public Executor, private Wakeable {
  public:
@@ -62,24 +61,25 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   /// Runs one callback if one is ready.
   bool run_one();
-  /// As remove_callback_group, for those of the groups, and the node if it is meant, that are here.
+  /// As remove_callback_group, for all of these groups that belong to this executor; `with_node`:
+  /// and for the node.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
   /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
   /// longer than their node: then `node` is nullptr.
   bool is_used_by(const Node* node) const;
-  /// Takes back a cancel that has come after the end of spin.
+  /// Discards a cancel that arrived after the end of spin.
   void forget_cancel() noexcept { cancelled_.store(false); }
-  /// When the first timer is due; ask only while no thread spins. Others may remove timers
-  /// meanwhile.
+  /// When the first timer is due. Call it only while no thread spins; other threads may remove
+  /// timers meanwhile.
   TimePoint next_release() const noexcept {
     const std::lock_guard lock(control_mutex_);
     return ready_.next_release();
   }
-  /// For another wait back end: ready when a file descriptor that we serve is; -1 when there are
-  /// none. Ask only on the thread of the last spin, after it.
+  /// A descriptor for another wait back end, ready when a file descriptor of this executor is; -1
+  /// if it has none. Call it only on the thread of the last spin, after that spin.
   int wait_fd() const noexcept { return watched_.load() == 0 ? -1 : backend_->fd(); }
-  /// Is woken when something becomes ready and no thread of ours sleeps.
+  /// The observer is woken when a callback becomes ready and no worker sleeps.
   void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
 
  protected:
@@ -90,14 +90,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
   using Records = std::vector<std::shared_ptr<Record>>;
   class Spin;
 
-  /// What the watchdog calls, from its thread: complete before the executor is.
+  /// The watchdog calls it from its thread: a member, which is complete before the executor is.
   struct Watched final : Watchdog::Watched {
     explicit Watched(DispatchingExecutor& of) : executor(of) {}
-    TimePoint tell_misses(TimePoint now) noexcept override { return executor.tell_misses(now); }
+    TimePoint report_misses(TimePoint now) noexcept override { return executor.report_misses(now); }
     DispatchingExecutor& executor;
   };
 
-  /// What nodes call, from any thread: complete until no call can come.
+  /// Nodes call it from any thread: a member, which lives until no call can come.
   struct Listener final : NodeListener {
     explicit Listener(DispatchingExecutor& of) : executor(of) {}
     void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override {
@@ -115,7 +115,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
     std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
   };
 
-  /// A callback whose input is taken, and which has still to run.
+  /// A callback whose input is taken and which has not run yet.
   struct Execution {
     Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
         : record(of), as_picked(picked), is_checked(checked) {}
@@ -141,7 +141,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group);
   void parameters_changed(Node& node);
   CallbackSettings settings(const Record& record, const Node& node) const;
-  TimePoint tell_misses(TimePoint now) noexcept;
+  TimePoint report_misses(TimePoint now) noexcept;
   void refuse_when_frozen(const char* what) const;
   void choose_wait_backend();
   void watch(Record& record);
@@ -155,17 +155,17 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::uint64_t begin_to_leave(const void* what);
   bool ends_leaving(const void* what, std::uint64_t removal) noexcept;
   void removal_is_over(std::size_t count) noexcept;
-  void let_nobody_wait() noexcept;
+  void drain_removals() noexcept;
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
   void take_out(Record& record) noexcept;
   void forget_at_rest(const std::vector<Record*>& records) noexcept;
-  void hand_update_over();
-  void hand_removal_over() noexcept;
+  void publish_update();
+  void publish_removal() noexcept;
   std::unique_ptr<ScheduleUpdate> make_update(const ScheduleUpdate* earlier) const;
   void configure(ScheduleUpdate& update) const;
   void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
-  Records take_what_is_gone() noexcept;
+  Records take_unused_records() noexcept;
   CallbackStatistics statistics_of(const Record& record) const;
   void remember_statistics_of(const Record& record);
   void remember(const std::shared_ptr<Node>& node);
@@ -204,9 +204,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
                                const FutureState* future = nullptr) noexcept;
   void install_update() noexcept {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
-      take_update_over();
+      install_pending_update();
   }
-  [[gnu::cold, gnu::noinline]] void take_update_over() noexcept;
+  [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept;
   static void install_updates_here() noexcept;
   [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
@@ -219,7 +219,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool stopping() const noexcept { return cancelled_.load() || exception_ != nullptr; }
   void rethrow();
 
-  // The executor whose worker the calling thread is: removing from it must not wait for ourselves.
+  // The executor whose worker the calling thread is: a removal from it must not wait for this
+  // thread.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit DispatchingExecutor* worker_of_;
   // The innermost of its spins; nullptr on the threads of a pool.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
@@ -238,7 +239,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds early_wake_;
-  std::unique_ptr<WaitBackend> backend_;  // made at the first spin when it was left to us
+  std::unique_ptr<WaitBackend> backend_;  // `auto`: made at the first spin
 
   const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
   const std::unique_ptr<Let> let_;          // nullptr: none
@@ -255,8 +256,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<bool> cancelled_{false};
-  std::atomic<bool> spinning_{false};     // in a spin of whatever kind
-  std::atomic<bool> has_workers_{false};  // and all its threads are there
+  std::atomic<bool> spinning_{false};     // in any kind of spin
+  std::atomic<bool> has_workers_{false};  // and all its threads exist
   std::atomic<Wakeable*> observer_{nullptr};
   std::atomic<ScheduleUpdate*> update_{nullptr};  // handed over, not yet installed
   std::atomic<std::size_t> watched_{0};           // file descriptors
@@ -267,12 +268,12 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
   Records removed_records_;                                // until no thread can touch them
-  // Groups and nodes that are being removed, by one thread or several, with the number of that
-  // removal: the first thread that is ready ends it for all.
+  // Groups and nodes that one or more threads are removing, with the number of the removal: the
+  // first thread that finishes ends it for all.
   std::map<const void*, std::uint64_t> leaving_;
   std::uint64_t last_leaving_ = 0;
-  PastStatistics past_;     // of those that are gone
-  bool is_ending_ = false;  // statistics are not asked for any more
+  PastStatistics past_;     // of removed callbacks
+  bool is_ending_ = false;  // no more statistics are kept
   ScheduleUpdate changes_;  // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
@@ -289,15 +290,15 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
 struct DispatchingExecutor::Record final : CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
-  ~Record() { let_entity_go(); }
+  ~Record() { release_entity(); }
   DispatchingExecutor& executor;
-  std::atomic<int> users{0};  // threads that remove it, or wait until it is gone
-  // Of those, the first detaches the entity, and the others wait until it has: none comes
+  std::atomic<int> users{0};  // threads that remove it, or wait for its removal
+  // The first of these threads detaches the entity, and the others wait for it: none detaches it
   // later, when the entity may have another owner.
   std::atomic<bool> is_being_detached{false};
   std::atomic<std::uint32_t> detached{0};  // 1: no thread announces any more
   // Guarded by control_mutex_.
-  CallbackSettings wanted;                                    // what the next update brings
+  CallbackSettings wanted;                                    // from the next update on
   bool is_handed_over = false;                                // to the ready set, by an update
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
@@ -327,15 +328,15 @@ struct DispatchingExecutor::Record final : CallbackRecord {
     waits_for_us.removal_is_over(1);
   }
   bool has_let_go() const noexcept override { return detached.load() != 0; }
-  /// True: and no thread begins to wait from here on.
+  /// Returns true if no thread uses the record; from then on none begins to wait for it.
   bool is_awaited_by_nobody() noexcept {
     const std::lock_guard ownership(ownership_mutex());
     if (users.load() != 0) return false;
     forget_earlier_owner();
     return true;
   }
-  /// As the record does at its end.
-  std::shared_ptr<Entity> let_entity_go() noexcept {
+  /// As the destructor does.
+  std::shared_ptr<Entity> release_entity() noexcept {
     if (entity == nullptr) return nullptr;
     const std::lock_guard ownership(ownership_mutex());
     forget_earlier_owner();

@@ -25,7 +25,7 @@ DispatchingExecutor::~DispatchingExecutor() {
     }
   }
   remove(mine);
-  let_nobody_wait();
+  drain_removals();
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
       for (const auto& group : node->groups()) group->release(&listener_);
@@ -33,12 +33,12 @@ DispatchingExecutor::~DispatchingExecutor() {
     }
   }
   delete update_.load();
-  take_what_is_gone();
+  take_unused_records();
 }
 
-// When all threads have ended that remove, or wait for a removal, no other begins to wait: one that
-// drops a handle later finds no record.
-void DispatchingExecutor::let_nobody_wait() noexcept {
+// Waits until no thread removes a callback or waits for a removal. From then on none begins to
+// wait: a thread that drops a handle later finds no record.
+void DispatchingExecutor::drain_removals() noexcept {
   for (;;) {
     for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
     const std::lock_guard lock(control_mutex_);
@@ -106,7 +106,7 @@ void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup
 
 void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
   const std::lock_guard lock(control_mutex_);
-  if (nodes_.size() == nodes_.capacity()) {  // seldom, so that n nodes cost O(n)
+  if (nodes_.size() == nodes_.capacity()) {  // rarely, so that n nodes cost O(n)
     std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
   }
   nodes_.push_back(node);
@@ -133,8 +133,8 @@ void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
   Records gone;
   const std::lock_guard lock(control_mutex_);
-  if (leaving_.contains(entity->group().get())) return;  // as if it were made after the removal
-  gone = take_what_is_gone();
+  if (leaving_.contains(entity->group().get())) return;  // as if created after the removal
+  gone = take_unused_records();
   auto record = std::make_shared<Record>(*this);
   record->entity = entity;
   record->group = entity->group();
@@ -171,7 +171,8 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   ++next_callback_id_;
   {
     const std::lock_guard ownership(ownership_mutex());
-    // Seen twice, in the node's list and as an added one; or dropped, and not yet destroyed.
+    // It was found twice, in the node's list and as an added entity; or it was dropped, and is not
+    // destroyed yet.
     if (!entity->is_free() || entity->is_retired()) return;
     entity->set_owner(record.get());
   }
@@ -181,15 +182,15 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   try {
     watch(added);
     has_changes_ = true;
-    if (spinning_.load()) hand_update_over();
-  } catch (...) {  // a user's scheduler does not take it: all is as before
+    if (spinning_.load()) publish_update();
+  } catch (...) {  // a user's scheduler refuses it: undo all
     give_up(added);
     throw;
   }
 }
 
-// With control_mutex_ held. A thread that has dropped the entity meanwhile waits for that mutex,
-// and does the rest of the removal.
+// Called with control_mutex_ held. If another thread has dropped the entity meanwhile, it waits for
+// that mutex and completes the removal.
 void DispatchingExecutor::give_up(Record& record) noexcept {
   take_out(record);
   {
@@ -220,15 +221,15 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
   release_groups({group}, *node);
 }
 
-// With control_mutex_ held. The number of the removal that is under way, or begins.
+// Called with control_mutex_ held. Returns the number of the removal in progress, or begins one.
 std::uint64_t DispatchingExecutor::begin_to_leave(const void* what) {
   const auto [removal, is_new] = leaving_.try_emplace(what, last_leaving_ + 1);
   if (is_new) ++last_leaving_;
   return removal->second;
 }
 
-// With control_mutex_ held. False: another thread has ended this removal; what the executor has now
-// was added later.
+// Called with control_mutex_ held. Returns false if another thread has ended this removal: what the
+// executor has now was added later.
 bool DispatchingExecutor::ends_leaving(const void* what, std::uint64_t removal) noexcept {
   const auto known = leaving_.find(what);
   if (known == leaving_.end() || known->second != removal) return false;
@@ -236,8 +237,8 @@ bool DispatchingExecutor::ends_leaving(const void* what, std::uint64_t removal) 
   return true;
 }
 
-// All callbacks of these groups, as far as the groups are ours, by one change of the ready set.
-// Those that another thread is removing already are waited for.
+// Removes all callbacks of those groups that belong to this executor, with one update. Waits for
+// callbacks that another thread is already removing.
 void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups,
                                          Node& node, bool with_node) noexcept {
   const auto is_meant = [&](const Record& record) {
@@ -287,31 +288,32 @@ bool DispatchingExecutor::is_used_by(const Node* node) const {
                      [this](const auto& group) { return group->belongs_to(&listener_); });
 }
 
-// With control_mutex_ held. True: the caller, and nobody else, removes the record.
+// Called with control_mutex_ held. Returns true if the caller, and no other thread, removes the
+// record.
 bool DispatchingExecutor::claim_removal(Record& record) noexcept {
   const std::lock_guard ownership(ownership_mutex());
-  if (record.entity->owner() != &record) return false;  // its remover is on the way
+  if (record.entity->owner() != &record) return false;  // another thread removes it
   record.entity->set_owner(nullptr);
   record.expect_remove();
   return true;
 }
 
-// In its own callback the removal is complete when that returns; and of callbacks that remove each
-// other one must not wait. A thread that waits in a callback is perhaps the only one that can
-// install an update that another thread waits for: its own executor's, or that of a callback
-// further out.
+// A callback that removes itself does not wait: the removal is complete when it returns. Of
+// callbacks that remove each other, one must not wait. A thread that waits inside a callback may be
+// the only one that can install an update for which another thread waits: one of its own executor,
+// or of the executor of an outer callback.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
   if (worker_of_ == nullptr) return record.gone.wait(0);
   const WaitInCallback wait(record);
   for (;;) {
-    const std::uint32_t seen = WaitInCallback::moves();
+    const std::uint32_t seen = WaitInCallback::progress();
     install_updates_here();
     if (record.gone.load() != 0 || (wait.is_for_itself() && record.forgotten.load())) return;
-    WaitInCallback::wait_for_move(seen);
+    WaitInCallback::wait_for_progress(seen);
   }
 }
 
-// A thread that is preempted here holds up others for that long, and no longer.
+// A thread that is preempted here delays others only for that time.
 void DispatchingExecutor::detach(Record& record) noexcept {
   if (record.is_being_detached.exchange(true)) return record.detached.wait(0);
   record.entity->detach();
@@ -328,12 +330,12 @@ void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
   if (expected_removals_.fetch_sub(count) == count) expected_removals_.notify_all();
 }
 
-// 1. The records leave the list, so that the next update does not know them. Their file descriptors
-//    are not watched any more.
-// 2. A dispatch point installs that update: from then on they are skipped wherever they stand.
-// 3. The running callbacks end; then nobody executes the entities any more.
-// 4. The entities forget their sinks; when all read sections have ended, nobody announces any more.
-// 5. A record is freed when it has come out of inbox and scheduler.
+// 1. The records leave the list, so that the next update does not contain them. Their file
+//    descriptors are no longer watched.
+// 2. A dispatch point installs that update: from then on they are skipped wherever they are.
+// 3. The running callbacks end; then no thread executes the entities.
+// 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
+// 5. A record is freed when it is in no inbox and no scheduler.
 void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
   if (records.empty()) return;
   bool at_rest = false;
@@ -344,12 +346,13 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     if (at_rest) {
       forget_at_rest(records);
     } else {
-      hand_removal_over();
+      publish_removal();
     }
   }
   for (const Record* record : records) wait_until_gone(*record);
   for (Record* record : records) detach(*record);
-  // What the user's callbacks hold goes without the lock: it may be another entity of ours.
+  // Destroy what the user's callbacks hold without the lock: it may be another entity of this
+  // executor.
   std::vector<std::shared_ptr<Entity>> released;
   Records gone;
   {
@@ -357,11 +360,11 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
     for (Record* record : records) {
       if (at_rest) {
         remember_statistics_of(*record);
-        released.push_back(record->let_entity_go());
+        released.push_back(record->release_entity());
       }
       record->users.fetch_sub(1);  // from here on it may be freed
     }
-    if (!at_rest || changes_.removed.empty()) gone = take_what_is_gone();
+    if (!at_rest || changes_.removed.empty()) gone = take_unused_records();
   }
   released.clear();
   gone.clear();
@@ -391,8 +394,9 @@ void DispatchingExecutor::take_out(Record& record) noexcept {
   }
 }
 
-// With control_mutex_ held, while nobody spins: nobody executes. The ready set forgets the records
-// at the next spin, or when they are many: so taking n callbacks down costs O(n log n).
+// Called with control_mutex_ held while no thread spins, so none executes. The ready set drops the
+// records at the next spin, or when there are many of them: so removing n callbacks costs O(n log
+// n).
 void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) noexcept {
   for (Record* record : records) {
     record->removed = true;
@@ -400,9 +404,9 @@ void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) no
   }
   if (changes_.removed.size() <= records_.size()) return;
   try {
-    hand_update_over();
+    publish_update();
     install_update();
-  } catch (...) {  // a user's scheduler: the next spin says so
+  } catch (...) {  // a user's scheduler threw: the next spin reports it
   }
 }
 
@@ -424,7 +428,8 @@ void DispatchingExecutor::choose_wait_backend() {
   }
 }
 
-// Before the first spin may have chosen the back end nothing can be watched; then it is done there.
+// While the first spin has still to choose the back end, nothing can be watched:
+// choose_wait_backend does it.
 void DispatchingExecutor::watch(Record& record) {
   const Watch watch = record.entity->watch();
   if (watch.fd < 0 || backend_ == nullptr) return;

@@ -4,6 +4,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/nodes/chain_join.hpp"
 
 namespace takt {
 
@@ -14,7 +15,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   std::size_t count = let_ != nullptr ? let_->outputs.size() : 0;
   for (const auto& [id, record] : records_) {
     // In this order: a thread that sees that a message was taken sees that its callback executes.
-    // The entity's kind, as a worker may be installing the record's.
+    // It reads the entity's kind, because a worker may be changing the record's.
     const bool is_timer = record->entity->kind() == EntityKind::timer;
     const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
                           record->held.load() || record->queued.load();
@@ -23,7 +24,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
   return count;
 }
 
-// Of a record that does not execute.
+// Only for a record that is not executing.
 CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
   CallbackStatistics statistics;
   static_cast<CallbackCounts&>(statistics) = record.counts;
@@ -62,6 +63,21 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   return past.with(std::move(result));
 }
 
+void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
+                                TimePoint start, TimePoint end) noexcept {
+  const std::uint64_t lost = record.entity->lost();
+  trace_of_->record({.callback = record.id(),
+                     .sequence = slot.sequence,
+                     .chain_instance = slot.chain_instance == 0
+                                           ? slot.sequence
+                                           : instance_before_joins(slot.chain_instance),
+                     .lost = lost - std::exchange(record.lost_before, lost),
+                     .ready = slot.ready_time == TimePoint{} ? picked : slot.ready_time,
+                     .picked = picked,
+                     .start = start,
+                     .end = end});
+}
+
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
   const std::lock_guard lock(control_mutex_);
   if (spinning_.load()) {
@@ -69,7 +85,7 @@ std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
   }
   std::vector<ThreadStatistics> threads = thread_statistics_;
   if (traces_.empty()) return threads;
-  threads.resize(threads_.size());  // when it was not spin that ran them
+  threads.resize(threads_.size());  // when spin_some or the like ran the callbacks
   const auto named = [this](const TraceEvent& event) {
     NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
     if (const auto found = records_.find(event.callback); found != records_.end()) {

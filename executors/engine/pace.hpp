@@ -1,4 +1,4 @@
-// For what a busy loop does now and then.
+// Limits how often a busy loop does something.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_PACE_HPP_
 #define TAKT_EXECUTORS_ENGINE_PACE_HPP_
@@ -10,9 +10,9 @@
 
 namespace takt {
 
-/// Tells a loop that goes round quickly when about an interval has passed, and spares clock
-/// readings: it takes one in a tenth of the interval, or in 64 rounds when these are very short.
-/// When short rounds suddenly become long, up to 64 of them may pass first.
+/// Shows a fast loop that about one interval has passed, with few clock readings: one in a tenth of
+/// the interval, or one in 64 rounds when these are very short. When short rounds suddenly become
+/// long, up to 64 of them may pass first.
 /// Thread safety: none.
 /// Real-time: a decrement, and now and then a reading of the clock.
 class Pace {

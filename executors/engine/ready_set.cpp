@@ -27,7 +27,7 @@ bool must_be_checked(const CallbackRecord& record, const CallbackSettings& setti
 void CallbackRecord::has_gone() noexcept {
   gone.store(1);
   gone.notify_all();
-  WaitInCallback::something_has_moved();
+  WaitInCallback::notify_progress();
 }
 
 void Trigger::set(std::vector<CallbackRecord*>& callbacks,
@@ -72,7 +72,7 @@ bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
   return name == callback || (callback.starts_with('/') && name == callback.substr(1));
 }
 
-// A snapshot that the trigger lets through is served to its end.
+// Once the trigger has fired, the snapshot is served to its end.
 void ReadySet::take_snapshot() noexcept {
   if (trigger_ == nullptr) {
     if (!is_wait_set() || waiting_ == 0) poll();
@@ -83,8 +83,8 @@ void ReadySet::take_snapshot() noexcept {
   is_open_.store(waiting_ != 0 && trigger_->fires());
 }
 
-// Schedulers are emptied before anything changes that they may look at, and filled again
-// afterwards. Removed records stay behind: the update has no room for them.
+// Empties the schedulers before anything changes that they may read, and refills them afterwards.
+// Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
@@ -101,7 +101,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     if (!record->removed) set(*record, settings);
   }
 
-  const auto for_those_who_stay = [](ReadyCallback* callback, auto&& stays) noexcept {
+  const auto for_each_remaining = [](ReadyCallback* callback, auto&& stays) noexcept {
     while (callback != nullptr) {
       auto& record = static_cast<CallbackRecord&>(*std::exchange(callback, callback->next));
       if (record.removed) {
@@ -114,14 +114,14 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
-  for_those_who_stay(first, [this](CallbackRecord& record) { hand_back(&record); });
+  for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
-    for_those_who_stay(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
-    hand_back(exclusion->unpark());  // the one that was handed back before may have been removed
+    for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
+    hand_back(exclusion->unpark());  // the one handed back before may have been removed
   }
   update.timers.clear();
-  for (const auto& timer : timers_) {  // within what was reserved
+  for (const auto& timer : timers_) {  // within the reserved capacity
     if (!timer.second->removed) update.timers.push_back(timer);
   }
   timers_.swap(update.timers);
@@ -149,7 +149,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   }
 }
 
-// The record stands in no scheduler.
+// The record must be in no scheduler.
 void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noexcept {
   record.settings = settings;
   record.demoted_info = settings.info;
@@ -159,7 +159,7 @@ void ReadySet::set(CallbackRecord& record, const CallbackSettings& settings) noe
   record.demoted_info.period = Nanoseconds::zero();
   record.is_checked = must_be_checked(record, settings);
   if (!record.is_checked) record.is_demoted = false;
-  set_urgency(record);  // it may wait: then it goes back by what holds now
+  set_urgency(record);  // it may be waiting: then it goes back with the new urgency
 }
 
 void ReadySet::set_urgency(CallbackRecord& record) noexcept {
@@ -178,24 +178,24 @@ void ReadySet::push_checked(CallbackRecord& record) noexcept {
   hand_back(&record);
 }
 
-// What was announced goes to the scheduler, and timers whose time has changed are armed anew.
+// Moves announced records to the scheduler, and rearms timers whose release time has changed.
 void ReadySet::drain_inbox() noexcept {
   ReadyCallback* changed = nullptr;
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
     if (record->is_timer()) {
-      // Cleared before the release time is read: a thread that changes it again announces again. Of
-      // a removed record this is our last touch.
+      // Cleared before the release time is read: a thread that changes it again announces again.
+      // For a removed record this is the last access.
       const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
       record->changed.store(false);
       if (is_idle) {
-        record->begins_anew = true;
+        record->is_rearming = true;
         record->next = std::exchange(changed, record);
       }
     } else if (record->held.load(std::memory_order_relaxed)) {
       record->drained = true;
     } else if (record->removed) {
-      record->queued.store(false);  // our last touch of it
+      record->queued.store(false);  // the last access to it
     } else {
       record->drained = true;
       record->arrived(record->announced);
@@ -203,10 +203,10 @@ void ReadySet::drain_inbox() noexcept {
     }
     record = next;
   }
-  if (changed != nullptr) arm_anew(changed);
+  if (changed != nullptr) rearm(changed);
 }
 
-// Looks take turns with as many dispatches as fill the time between them, so far.
+// Adapts the number of dispatches between two looks to the time that they took so far.
 void ReadySet::look_at_clock() noexcept {
   constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
   const TimePoint before = now_;
@@ -220,7 +220,7 @@ void ReadySet::look_at_clock() noexcept {
 }
 
 void ReadySet::release_due_timers() noexcept {
-  if (!exact_time()) look_at_clock();  // stopped or not: it begins the count to the next look
+  if (!exact_time()) look_at_clock();  // even if stopped: it restarts the count to the next look
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();
@@ -238,13 +238,13 @@ void ReadySet::arm(CallbackRecord& record) noexcept {
   std::push_heap(timers_.begin(), timers_.end(), due_later);
 }
 
-// All at once: one by one, n timers that begin together would cost n².
-void ReadySet::arm_anew(ReadyCallback* first) noexcept {
-  std::erase_if(timers_, [](const auto& timer) { return timer.second->begins_anew; });
+// All at once: one by one, n timers that begin together would cost O(n²).
+void ReadySet::rearm(ReadyCallback* first) noexcept {
+  std::erase_if(timers_, [](const auto& timer) { return timer.second->is_rearming; });
   std::make_heap(timers_.begin(), timers_.end(), due_later);
   while (first != nullptr) {
     auto& record = static_cast<CallbackRecord&>(*std::exchange(first, first->next));
-    record.begins_anew = false;
+    record.is_rearming = false;
     arm(record);
   }
 }

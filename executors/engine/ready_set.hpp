@@ -1,4 +1,4 @@
-// The callbacks of one executor that are ready, and how they come to be: readiness × scheduler.
+// The ready callbacks of one executor, and how they become ready: readiness × scheduler.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
 #define TAKT_EXECUTORS_ENGINE_READY_SET_HPP_
@@ -22,7 +22,7 @@
 
 namespace takt {
 
-/// What the parameters of a callback come to. They may change at a dispatch point.
+/// The effective parameters of a callback. They may change at a dispatch point.
 struct CallbackSettings {
   CallbackInfo info;
   OverrunPolicy overrun = OverrunPolicy::catch_up;
@@ -30,21 +30,22 @@ struct CallbackSettings {
   friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
 };
 
-/// What is kept of a callback for the handlers of its overruns; it outlives the record while they
-/// run. Names and handlers never change.
+/// What the overrun handlers of a callback need; it outlives the record while they run. Names and
+/// handlers never change.
 struct Supervision {
-  /// A deadline that the watchdog reports when it passes: of the release that waits, and of each
+  /// A deadline that the watchdog reports when it passes: one for the waiting release, one for each
   /// execution.
   struct Watch {
-    /// True: there is a deadline to report if it is missed, here or by the watchdog, which then
-    /// takes it out. Worker only.
+    /// Whether a miss has to be reported, here or by the watchdog, which then clears the deadline.
+    /// Only the worker uses it.
     bool is_watched = false;
     std::atomic<TimePoint> deadline{kNever};
-    std::atomic<std::uint64_t> chain_instance{0};  // that runs
+    std::atomic<std::uint64_t> chain_instance{0};  // the running one
   };
   explicit Supervision(std::size_t workers) : running(workers) {}
 
-  /// The waiting release begins to run. Under the dispatch lock, which a new release takes too.
+  /// The waiting release begins to run. Called under the dispatch lock, which a new release takes
+  /// too.
   Watch& begin(std::size_t worker) noexcept {
     running[worker].is_watched = std::exchange(waiting.is_watched, false);
     running[worker].deadline.store(waiting.deadline.exchange(kNever));
@@ -57,14 +58,14 @@ struct Supervision {
   std::vector<Watch> running;  // one for each worker
 };
 
-/// All that an executor keeps of one entity, made by a control thread when the entity is added.
+/// All that an executor keeps of one entity. A control thread creates it when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
 struct CallbackRecord : ReadyCallback, Sink {
   std::shared_ptr<Entity> entity;
   std::shared_ptr<CallbackGroup> group;
-  std::shared_ptr<Exclusion> exclusion;  // one for all of the group
+  std::shared_ptr<Exclusion> exclusion;  // shared by the group
   CallbackSettings settings;
-  CallbackInfo demoted_info;  // as settings.info, and less urgent than all others
+  CallbackInfo demoted_info;  // as settings.info, but less urgent than all others
   bool is_demoted = false;
   bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
   std::shared_ptr<Supervision> supervision;
@@ -72,11 +73,11 @@ struct CallbackRecord : ReadyCallback, Sink {
   bool removed = false;
   std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
 
-  // The scheduler, a parking place or a worker has the record: once, in all. It is given back when
-  // the last message was taken (exclusive groups: when its callback has returned). Written
+  // The scheduler, a parking place or a worker has the record: one of them, once. It is released
+  // when the last message was taken (exclusive groups: when its callback has returned). Written
   // serialised; read by pending(), and by the thread that waits to free a removed record.
   std::atomic<bool> held{false};
-  bool begins_anew = false;            // a timer, while it is armed with others
+  bool is_rearming = false;            // a timer, while several are rearmed together
   bool drained = false;                // `queued`, and out of the inbox: settling answers it
   bool announced_again = false;        // from a callback of the only worker, while it was held
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
@@ -86,11 +87,11 @@ struct CallbackRecord : ReadyCallback, Sink {
   std::unique_ptr<CallbackTimes> times;  // where statistics are full
   std::uint64_t lost_before = 0;         // what the entity had lost when last traced
 
-  // What follows is read by publishers: a cache line that the worker does not write each time.
+  // Publishers read what follows: a cache line that the worker does not write each time.
 
   // Announced through the inbox, by any thread, and not yet answered.
   alignas(64) std::atomic<bool> queued{false};
-  // A timer's record stands in the inbox because its release time has changed.
+  // A timer's record is in the inbox because its release time has changed.
   std::atomic<bool> changed{false};
   Arrival announced{};  // written by the thread that has set `queued`
   CallbackRecord* inbox_next = nullptr;
@@ -99,9 +100,9 @@ struct CallbackRecord : ReadyCallback, Sink {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
-  /// It is removed and does not execute. The last touch by the caller.
+  /// It is removed and does not execute. The caller's last access.
   [[gnu::cold, gnu::noinline]] void has_gone() noexcept;
-  /// The last touch of a removed record: the thread that waits to free it may do so.
+  /// The last access to a removed record: the thread that waits to free it may do so.
   void let_go() noexcept {
     if (drained) queued.store(false);
     held.store(false, std::memory_order_release);  // pairs with the load before it is freed
@@ -110,7 +111,7 @@ struct CallbackRecord : ReadyCallback, Sink {
   bool is_described_by(const CallbackInfo* of) const noexcept {
     return of == &settings.info || of == &demoted_info;
   }
-  /// When what became ready then should have ended.
+  /// The deadline of what became ready at that time.
   TimePoint deadline_of(TimePoint ready) const noexcept {
     const Nanoseconds relative = settings.info.deadline;
     return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
@@ -122,20 +123,20 @@ struct CallbackRecord : ReadyCallback, Sink {
   ~CallbackRecord() = default;
 };
 
-/// Whether this is its name: "node/callback", with or without the first slash of either.
+/// Whether this is the record's name: "node/callback", with or without the first slash of either.
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 
-/// Whether each execution has something to keep, or is measured as part of a chain.
+/// Whether each execution has limits to keep, or is measured as part of a chain.
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
-/// Whether what is ready may be served, as far as there is a condition.
+/// The condition on which ready callbacks may be served.
 /// Thread safety: none; the executor calls it at dispatch points.
 /// Real-time: nothing blocks or allocates, unless the user's function does.
 class Trigger {
  public:
   explicit Trigger(const TriggerOptions& options) : options_(options) {}
 
-  /// From here on it is about these callbacks; `room` has an input for each.
+  /// From here on it evaluates these callbacks; `room` has an input for each.
   void set(std::vector<CallbackRecord*>& callbacks, std::vector<TriggerInput>& room) noexcept;
   [[gnu::noinline]] bool fires() noexcept;
 
@@ -146,25 +147,24 @@ class Trigger {
   const CallbackRecord* one_ = nullptr;  // of Kind::one, while there is such a callback
 };
 
-/// Everything that depends on which callbacks there are. A control thread builds it, with all the
-/// memory that will be needed; the executor takes it over at a dispatch point, and what it
-/// replaces goes back in the same object to be freed by a control thread.
+/// Everything that depends on the set of callbacks. A control thread builds it, with all the memory
+/// that will be needed. The executor installs it at a dispatch point, and leaves in it what it
+/// replaces, which a control thread frees.
 struct ScheduleUpdate {
   struct Parking {
     Exclusion* exclusion;
     std::unique_ptr<Scheduler> scheduler;
-    ReadyCallback* parked = nullptr;  // while the one takes the place of the other
+    ReadyCallback* parked = nullptr;  // during the exchange
   };
   struct Change {
     CallbackRecord* record;
     CallbackSettings settings;
   };
-  std::unique_ptr<Scheduler>
-      scheduler;  // nullptr, here and for groups: the one that is there stays
+  std::unique_ptr<Scheduler> scheduler;  // nullptr, here and for groups: keep the present one
   std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
   std::vector<CallbackRecord*> added, removed;
-  std::vector<Change> changed;  // in order: the last one holds
+  std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
   std::vector<TriggerInput> trigger_inputs;  // room for all
   bool reads_clock = false;                  // from now on
@@ -172,16 +172,17 @@ struct ScheduleUpdate {
   ScheduleUpdate* inbox_next = nullptr;
 };
 
+/// Collects what becomes ready, and gives it out in the order of the scheduler.
 /// Thread safety: announce, announce_change and has_announcements from any thread; all else is
-/// serialised by the executor ("at a dispatch point"). Real-time: nothing blocks or allocates;
-/// O(log n) a callback for heap-ordered schedulers.
+/// serialised by the executor ("at a dispatch point").
+/// Real-time: nothing blocks or allocates; O(log n) a callback for heap-ordered schedulers.
 class ReadySet {
  public:
-  /// `exact_time`: the clock is read at every dispatch, to look for due timers and to tell the
-  /// scheduler how long callbacks ran. Otherwise, to spare clock readings, due timers are looked
-  /// for whenever nothing else is ready, and about every two microseconds: at every dispatch when
-  /// callbacks are long, at every 64th when they are very short.
-  /// `trigger`: nullptr, or when a snapshot may be served.
+  /// `exact_time`: the clock is read at every dispatch, to look for due timers and to report to the
+  /// scheduler how long callbacks ran. Otherwise, to save clock readings, it looks for due timers
+  /// whenever nothing else is ready, and about every two microseconds: at every dispatch when
+  /// callbacks are long, at every 64th when they are very short. `trigger`: the condition for
+  /// serving a snapshot, or nullptr.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, Watchdog* watchdog, Trigger* trigger)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
@@ -190,10 +191,10 @@ class ReadySet {
         trigger_(trigger),
         exact_time_(exact_time) {}
 
-  /// Whether the clock is read at every dispatch. An update may begin it.
+  /// Whether the clock is read at every dispatch. An update may turn it on.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
 
-  /// An entity became ready. True when a worker may have to be woken for it.
+  /// An entity became ready. Returns true if a worker may have to be woken for it.
   bool announce(CallbackRecord& record, Arrival arrival) noexcept {
     // Most announcements of a busy callback end here. Sequentially consistent: see settle().
     if (record.queued.load() || record.queued.exchange(true)) return false;
@@ -202,7 +203,7 @@ class ReadySet {
     return true;
   }
   /// The same from a callback, on the thread of the only worker: none has to be woken. No other
-  /// thread can be at the scheduler, so an event goes there without any atomic operation.
+  /// thread can be in the scheduler, so an event goes there without any atomic operation.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
     if (is_wait_set()) {
       announce(record, arrival);
@@ -211,7 +212,7 @@ class ReadySet {
     } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
       record.arrived(arrival);
       hold(record);
-    }  // else it is in the inbox, and what is taken out of there looks at all messages
+    }  // otherwise it is in the inbox, and draining finds all its messages
   }
   /// A timer's release time has changed.
   bool announce_change(CallbackRecord& record) noexcept {
@@ -221,7 +222,7 @@ class ReadySet {
   }
   bool has_announcements() const noexcept { return !inbox_.empty(); }
 
-  /// Takes the update over and leaves in it what it replaces.
+  /// Installs the update and leaves in it what it replaces.
   void install(ScheduleUpdate& update) noexcept;
 
   /// What `next` may do.
@@ -234,22 +235,22 @@ class ReadySet {
   /// The same in two steps, for a caller that takes several before it executes them.
   CallbackRecord* pick(const Limits& limits) noexcept;
   void begin(CallbackRecord& record) noexcept;
-  /// Takes a snapshot, unless one is not finished.
+  /// Takes a snapshot, unless the last one is unfinished.
   [[gnu::noinline]] void take_snapshot() noexcept;
-  /// Whether what waits may be served: what does not wait for a trigger.
+  /// Whether the snapshot may be served: it does not wait for a trigger.
   bool is_open() const noexcept { return is_open_.load(); }
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
   /// After take, in a reentrant group: what remains may run on another worker now.
   void taken(CallbackRecord& record, bool more) noexcept { settle(record, more); }
-  /// After execute, where the time is exact; `as_picked` is how the record was when it was picked.
-  void tell_scheduler(const CallbackRecord& record, const ReadyCallback& as_picked,
-                      Nanoseconds execution_time) noexcept {
-    // A scheduler that came with the removal does not know the callback.
+  /// After execute, if the time is exact. `as_picked`: as the record was when it was picked.
+  void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
+                        Nanoseconds execution_time) noexcept {
+    // A scheduler installed with the removal does not know the callback.
     if (!record.removed) scheduler_->done(as_picked, execution_time);
   }
-  /// After that; `more` is what take said.
+  /// After that. `more`: as take has reported.
   void finished(CallbackRecord& record, bool more) noexcept;
 
   /// Gives back what `next` has put aside because of Limits::last_sequence.
@@ -283,11 +284,11 @@ class ReadySet {
   [[gnu::noinline]] void release_due_timers() noexcept;
   void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
-  void arm_anew(ReadyCallback* first) noexcept;
+  void rearm(ReadyCallback* first) noexcept;
 
   const Readiness readiness_;
-  // Where there are no polling points, what arrives now belongs to the window after the one that
-  // is being handed out: so under `ros` none overtakes for ever.
+  // Without polling points, what arrives now belongs to the window after the one that is being
+  // served: so under `ros` no callback overtakes for ever.
   const std::uint64_t windows_ahead_;
   Clock& clock_;
   Watchdog* const watchdog_;
@@ -297,7 +298,7 @@ class ReadySet {
   Inbox<CallbackRecord> inbox_;
   std::unique_ptr<Scheduler> scheduler_;
   bool is_order_ = false;           // the scheduler
-  ReadyCallback* alone_ = nullptr;  // it need not know this one: no other waits
+  ReadyCallback* alone_ = nullptr;  // the scheduler need not know it: no other waits
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   ReadyCallback* deferred_ = nullptr;                          // linked by next
   std::size_t waiting_ = 0;                                    // in the scheduler, or alone
@@ -309,7 +310,7 @@ class ReadySet {
 
 // ---- The hot path: inline, so that a worker's dispatch is one function ----
 
-// Back into the scheduler with its old order of arrival.
+// Puts it back into the scheduler, with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   if (callback == nullptr) [[likely]]  // no callback of the group is parked
     return;
@@ -353,7 +354,7 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   --waiting_;
   auto& record = static_cast<CallbackRecord&>(*first);
   window_ = std::max(window_, record.window);
-  record.announced_again = false;  // what was sent so far, take sees
+  record.announced_again = false;  // take sees what was sent so far
   return &record;
 }
 
@@ -375,9 +376,9 @@ inline CallbackRecord* ReadySet::next(const Limits& limits) noexcept {
   return nullptr;
 }
 
-// The record has been served: it is given back, or goes to the scheduler again if more is there.
-// Announcements from other threads are answered so that none is lost: the publisher writes its
-// message and then reads `queued`, we write `queued` and then look for messages, both sequentially
+// The record has been served: it is released, or goes to the scheduler again if it has more. No
+// announcement from another thread is lost: the publisher writes its message and then reads
+// `queued`; this thread writes `queued` and then looks for messages. Both are sequentially
 // consistent, so one of the two sees the other.
 inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
   if (record.removed) [[unlikely]]
@@ -402,7 +403,7 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
     push(record);
     return;
   }
-  // Into the next snapshot, with the announcement that was not answered or a new one.
+  // It goes into the next snapshot, with the unanswered announcement or a new one.
   record.held.store(false, std::memory_order_relaxed);
   if (std::exchange(record.drained, false)) {
     record.announced = arrival;

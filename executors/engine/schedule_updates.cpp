@@ -1,4 +1,4 @@
-// What control threads change, as an update that a dispatch point installs.
+// Changes by control threads: updates, which a dispatch point installs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <mutex>
@@ -12,7 +12,7 @@
 
 namespace takt {
 
-// What the parameters of the callback, and its most critical chain, come to.
+// The effective parameters of the callback: its own, and those of its most critical chain.
 CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
   const CallbackParameters parameters = node.callback_parameters(*record.entity);
   CallbackSettings settings = record.wanted;
@@ -60,8 +60,8 @@ void DispatchingExecutor::parameters_changed(Node& node) {
   }
   if (before.empty() || !spinning_.load()) return;
   try {
-    hand_update_over();
-  } catch (...) {  // a user's scheduler does not take them: all is as before
+    publish_update();
+  } catch (...) {  // a user's scheduler refuses them: undo all
     for (const auto& [record, settings] : before) record->wanted = settings;
     changes_.changed.erase(changes_.changed.begin() + static_cast<std::ptrdiff_t>(changes),
                            changes_.changed.end());
@@ -69,8 +69,8 @@ void DispatchingExecutor::parameters_changed(Node& node) {
   }
 }
 
-// With control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
-void DispatchingExecutor::hand_update_over() {
+// Called with control_mutex_ held. Throws what a user's scheduler throws; then nothing has changed.
+void DispatchingExecutor::publish_update() {
   std::unique_ptr<ScheduleUpdate> earlier{update_.exchange(nullptr)};
   std::unique_ptr<ScheduleUpdate> update;
   try {
@@ -87,11 +87,11 @@ void DispatchingExecutor::hand_update_over() {
   send(std::move(update));
 }
 
-// As hand_update_over; but a scheduler that refuses to do with fewer callbacks goes on with what it
-// has: that is more than it needs.
-void DispatchingExecutor::hand_removal_over() noexcept {
+// As publish_update; but a scheduler that throws keeps the callbacks that it has: more than it
+// needs.
+void DispatchingExecutor::publish_removal() noexcept {
   try {
-    hand_update_over();
+    publish_update();
   } catch (...) {
     log(LogLevel::error,
         "executor '{}': scheduler '{}' threw when callbacks were removed; it goes "
@@ -110,7 +110,7 @@ void DispatchingExecutor::hand_removal_over() noexcept {
   }
 }
 
-// What an earlier update, not yet installed, would have changed is taken along.
+// Includes the changes of an earlier update that is not installed yet.
 std::unique_ptr<ScheduleUpdate> DispatchingExecutor::make_update(
     const ScheduleUpdate* earlier) const {
   auto update = std::make_unique<ScheduleUpdate>();
@@ -126,7 +126,7 @@ std::unique_ptr<ScheduleUpdate> DispatchingExecutor::make_update(
     Exclusion* const exclusion = record.exclusion.get();
     if (known.insert(exclusion).second) update->parking.push_back({exclusion, {}});
   };
-  // A group whose last callback goes gets an empty parking place instead of the one with its
+  // A group that loses its last callback gets an empty parking place instead of the one with its
   // records.
   for (const CallbackRecord* record : update->removed) park(*record);
   for (const auto& [id, record] : records_) {
@@ -163,23 +163,23 @@ void DispatchingExecutor::configure(ScheduleUpdate& update) const {
 
 void DispatchingExecutor::send(std::unique_ptr<ScheduleUpdate> update) noexcept {
   update_.store(update.release());
-  WaitInCallback::something_has_moved();
+  WaitInCallback::notify_progress();
   wake();
 }
 
-// Serialised with dispatch: by a worker under the lock, or while nobody spins.
-void DispatchingExecutor::take_update_over() noexcept {
+// Serialised with dispatch: called by a worker under the lock, or while no thread spins.
+void DispatchingExecutor::install_pending_update() noexcept {
   if (ScheduleUpdate* update = update_.exchange(nullptr)) {
     ready_.install(*update);
     if (let_ != nullptr) let_->taken.swap(update->room);
     used_updates_.push(*update);
-    WaitInCallback::something_has_moved();
+    WaitInCallback::notify_progress();
   }
 }
 
-// With control_mutex_ held; the caller destroys them after it is released, because what a user's
-// callback holds goes with them, and may be another entity of ours.
-DispatchingExecutor::Records DispatchingExecutor::take_what_is_gone() noexcept {
+// Called with control_mutex_ held. The caller destroys the records after it has released the mutex:
+// a user's callback is destroyed with its record, and may hold another entity of this executor.
+DispatchingExecutor::Records DispatchingExecutor::take_unused_records() noexcept {
   for (ScheduleUpdate* update = used_updates_.take_all(); update != nullptr;) {
     const std::unique_ptr<ScheduleUpdate> used(update);
     update = update->inbox_next;

@@ -11,23 +11,23 @@
 
 namespace takt {
 
-// With the lock held. The watchdog may have looked while the deadline was on its way from the
-// release to the execution: so it is expected again.
+// Called with the lock held. The watchdog may have looked while the deadline moved from the release
+// to the execution, so it is expected again.
 void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
   const Supervision::Watch& watch = record.supervision->begin(worker_index_);
   const TimePoint deadline = watch.deadline.load();
   if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
 }
 
-// What the end of this execution means: for its deadline and budget, for the next release, and for
-// the chains that it belongs to. The handlers are the user's: they are called without the lock.
+// Evaluates the end of an execution: its deadline and budget, the next release, and its chains.
+// Calls the user's handlers without the lock.
 void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
                                        const Dispatch& dispatch, TimePoint start) noexcept {
   const TimePoint end = options_.clock->now();
   Supervision& supervision = *record.supervision;
   Supervision::Watch& watch = supervision.running[worker_index_];
   watch.chain_instance.store(0);
-  // The thread that takes the deadline out reports the miss.
+  // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
   lock();
   const Nanoseconds budget = record.settings.info.budget;
@@ -71,17 +71,18 @@ void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
   }
 }
 
-// On the watchdog's thread. One after another, for handlers run without the mutex.
-TimePoint DispatchingExecutor::tell_misses(TimePoint now) noexcept {
+// Runs on the watchdog's thread. Finds one miss at a time, because handlers run without the mutex.
+TimePoint DispatchingExecutor::report_misses(TimePoint now) noexcept {
   for (;;) {
     TimePoint next = kNever;
     std::shared_ptr<Supervision> late;
     TimePoint missed = kNever;
-    // True: this deadline has passed, and we have taken it out.
+    // Clears a deadline that has passed; returns true if it has a handler.
     const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
       TimePoint deadline = watch.deadline.load();
       next = std::min(next, deadline > now ? deadline : kNever);
-      // If that fails, it has just ended; if it has begun again, the watchdog expects it.
+      // If this fails, the execution has just ended; if it has begun again, the watchdog expects
+      // it.
       if (deadline > now || !watch.deadline.compare_exchange_strong(deadline, kNever)) return false;
       const std::uint64_t chain_instance = watch.chain_instance.load();
       if (chain_instance != 0 && record.wanted.overrun == OverrunPolicy::abort) {

@@ -27,7 +27,7 @@ TEST(TraceRing, KeepsTheNewestAndCountsTheRest) {
   EXPECT_THAT(sequences, ElementsAre(3, 4, 5, 6));
 }
 
-TEST(Trace, TellsWhatRanWhenAndWhatWasLost) {
+TEST(Trace, RecordsWhatRanWhenAndWhatWasLost) {
   ManualClock clock;
   NodeOptions node_options;
   node_options.clock = &clock;

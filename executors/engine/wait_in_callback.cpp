@@ -23,13 +23,13 @@ bool is_inside(const Dispatch* dispatch, const CallbackRecord& record) noexcept 
 }  // namespace
 
 constinit WaitInCallback* WaitInCallback::first_ = nullptr;
-constinit std::atomic<std::uint32_t> WaitInCallback::moves_{0};
+constinit std::atomic<std::uint32_t> WaitInCallback::progress_{0};
 
-// What is known has no circle, so this ends.
-bool WaitInCallback::leads_here(const CallbackRecord& record) noexcept {
+// The known waits form no cycle, so this ends.
+bool WaitInCallback::closes_cycle(const CallbackRecord& record) noexcept {
   if (is_inside(Dispatch::current(), record)) return true;
   for (const WaitInCallback* wait = first_; wait != nullptr; wait = wait->next_) {
-    if (is_inside(wait->inside_, record) && leads_here(wait->until_)) return true;
+    if (is_inside(wait->inside_, record) && closes_cycle(wait->until_)) return true;
   }
   return false;
 }
@@ -37,7 +37,7 @@ bool WaitInCallback::leads_here(const CallbackRecord& record) noexcept {
 WaitInCallback::WaitInCallback(const CallbackRecord& until) noexcept
     : until_(until), inside_(Dispatch::current()) {
   const std::lock_guard lock(waits_mutex());
-  is_for_itself_ = leads_here(until);
+  is_for_itself_ = closes_cycle(until);
   if (!is_for_itself_) next_ = std::exchange(first_, this);
 }
 

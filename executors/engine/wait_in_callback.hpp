@@ -13,8 +13,8 @@ namespace takt {
 struct CallbackRecord;
 
 /// The calling thread waits, for as long as the object lives, until a callback that is removed has
-/// returned. All such waits of the process are known, so that of callbacks that wait for each
-/// other, in a circle of any length, the one that would close it finds out and does not wait.
+/// returned. All such waits of the process are known. If callbacks wait for each other, in a cycle
+/// of any length, the one that would close the cycle detects that and does not wait.
 ///
 /// Thread safety: an object belongs to the thread that made it.
 class WaitInCallback {
@@ -27,23 +27,23 @@ class WaitInCallback {
   /// The callback cannot return before one that the calling thread is in.
   bool is_for_itself() const noexcept { return is_for_itself_; }
 
-  /// An update was handed over or installed, or a callback has gone: all that wait look again.
-  static void something_has_moved() noexcept {
-    moves_.fetch_add(1);
-    moves_.notify_all();
+  /// An update was published or installed, or a callback is gone: all waiting threads look again.
+  static void notify_progress() noexcept {
+    progress_.fetch_add(1);
+    progress_.notify_all();
   }
-  static std::uint32_t moves() noexcept { return moves_.load(); }
-  static void wait_for_move(std::uint32_t seen) noexcept { moves_.wait(seen); }
+  static std::uint32_t progress() noexcept { return progress_.load(); }
+  static void wait_for_progress(std::uint32_t seen) noexcept { progress_.wait(seen); }
 
  private:
-  static bool leads_here(const CallbackRecord& record) noexcept;
+  static bool closes_cycle(const CallbackRecord& record) noexcept;
 
   const CallbackRecord& until_;
   const Dispatch* const inside_;  // innermost; it does not change while we wait
   bool is_for_itself_ = false;
   WaitInCallback* next_ = nullptr;
   static constinit WaitInCallback* first_;  // guarded by a mutex
-  static constinit std::atomic<std::uint32_t> moves_;
+  static constinit std::atomic<std::uint32_t> progress_;
 };
 
 }  // namespace takt

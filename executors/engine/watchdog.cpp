@@ -17,7 +17,7 @@ Watchdog::Watchdog(const ThreadAttributes& thread, Realtime realtime, Clock& clo
 Watchdog::~Watchdog() {
   stopping_.store(true);
   backend_->post();
-  // Under a manual clock nobody but us lets the thread come to its end.
+  // Under a manual clock, only this thread can let the watchdog's thread end.
   if (ManualClock* manual = clock_.as_manual()) {
     while (!has_ended_.load()) manual->settle();
   }
@@ -38,11 +38,11 @@ void Watchdog::remove(Watched& watched) noexcept {
     called_.wait(lock, [&] { return calling_ != &watched; });
   }
   lock.unlock();
-  backend_->post();  // the round that runs may have passed over another
+  backend_->post();  // the current round may have skipped another
 }
 
-// A thread that expects something writes it down before it looks at wakes_at_; we write wakes_at_
-// before we look at what is written down: one of the two sees the other.
+// A thread that expects a deadline stores it before it reads wakes_at_; this thread writes
+// wakes_at_ before it reads the deadlines. So one of the two sees the other.
 void Watchdog::run() noexcept {
   while (!stopping_.load()) {
     wakes_at_.store(kNever);
@@ -53,14 +53,14 @@ void Watchdog::run() noexcept {
       for (std::size_t i = 0; i < watched_.size(); ++i) {
         calling_ = watched_[i];
         lock.unlock();
-        next = std::min(next, calling_->tell_misses(clock_.now()));
+        next = std::min(next, calling_->report_misses(clock_.now()));
         lock.lock();
         calling_ = nullptr;
         called_.notify_all();
       }
     }
     TimePoint nothing_earlier = kNever;
-    wakes_at_.compare_exchange_strong(nothing_earlier, next);  // else a post is on its way
+    wakes_at_.compare_exchange_strong(nothing_earlier, next);  // otherwise a post is coming
     backend_->wait(0, next);
   }
   backend_->leave(0);

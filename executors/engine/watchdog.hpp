@@ -16,7 +16,7 @@
 
 namespace takt {
 
-/// A thread that sleeps until the first deadline of all executors that were given it, and calls the
+/// A thread that sleeps until the first deadline of all executors that use it, and calls the
 /// handlers of callbacks that have not ended by then. It costs about one wake-up for each release
 /// of a callback with a deadline. Give its thread more urgency than those that it watches.
 /// Thread safety: every method from any thread, handlers included.
@@ -24,11 +24,11 @@ namespace takt {
 /// the watchdog's thread, at the same time as the callback that is late.
 class Watchdog {
  public:
-  /// Whose callbacks are watched.
+  /// An executor, whose callbacks are watched.
   class Watched {
    public:
-    /// Reports what should have ended by now, and returns the next deadline.
-    virtual TimePoint tell_misses(TimePoint now) noexcept = 0;
+    /// Reports the deadlines that were missed by now, and returns the next one.
+    virtual TimePoint report_misses(TimePoint now) noexcept = 0;
 
    protected:
     ~Watched() = default;
@@ -45,9 +45,9 @@ class Watchdog {
   // For executors.
 
   void add(Watched& watched);
-  /// When it returns, no handler of this one runs any more, unless it is called by one.
+  /// When it returns, no handler of this executor runs, except one that has called it.
   void remove(Watched& watched) noexcept;
-  /// Something must have ended by this time.
+  /// An execution must have ended by this time.
   void expect(TimePoint deadline) noexcept {
     TimePoint wakes_at = wakes_at_.load();
     while (deadline < wakes_at) {

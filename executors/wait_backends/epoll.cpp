@@ -16,7 +16,7 @@
 namespace takt {
 namespace {
 
-/// All descriptors are watched edge-triggered: the kernel tells what is new, to one worker, and
+/// All descriptors are watched edge-triggered: the kernel reports what is new, to one worker, and
 /// nothing has to be armed again.
 class EpollWaitBackend final : public Reactor {
  public:

@@ -65,7 +65,7 @@ class EveryWaitBackend : public testing::TestWithParam<std::string> {
   Watch watch(CountingListener& listener, int fd) {
     return {.fd = fd, .events = POLLIN, .listener = &listener};
   }
-  // Looks until the back end has nothing more to tell.
+  // Looks until the back end has nothing more to report.
   void look() {
     for (int i = 0; i < 3; ++i) backend_->look();
   }
@@ -176,7 +176,7 @@ TEST_P(EveryWaitBackend, ReportsEventsOfFileDescriptors) {
   EXPECT_EQ(listener.announcements, 2);
 }
 
-TEST_P(EveryWaitBackend, TellsWhatWasReadyBefore) {
+TEST_P(EveryWaitBackend, ReportsWhatWasReadyBefore) {
   if (!backend_->serves_file_descriptors()) GTEST_SKIP() << "serves none";
   Pipe pipe;
   pipe.send();

@@ -10,8 +10,8 @@
 
 namespace takt {
 
-/// Locks all present and future pages of the process (mlockall), and tells malloc to keep what it
-/// has, so that no callback meets a page fault. Returns what was refused and why, or nothing.
+/// Locks all present and future pages of the process (mlockall), and sets malloc to keep its
+/// memory, so that no callback meets a page fault. Returns what was refused and why, or nothing.
 /// Throws Error when refused and `realtime` is require. Set-up only.
 std::string lock_memory(Realtime realtime);
 

@@ -54,7 +54,7 @@ TEST(LockMemory, LocksWhatTheProcessHasAndWillHave) {
   EXPECT_EQ(text, "locked");
 }
 
-TEST(LockMemory, TellsWhyItWasRefusedWhenPreferred) {
+TEST(LockMemory, ReportsWhyItWasRefusedWhenPreferred) {
   if (kLocksNothing) GTEST_SKIP() << kSanitizer;
   const std::string text = in_child(Rights::none, [] { return lock_memory(Realtime::prefer); });
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;

@@ -28,7 +28,7 @@ TEST(RealtimeThread, RunsItsBodyInAnotherThreadAndJoinsWhenItGoes) {
   EXPECT_NE(runner, std::this_thread::get_id());
 }
 
-TEST(RealtimeThread, TellsWhatIsInForceAsSoonAsItExists) {
+TEST(RealtimeThread, ReportsWhatIsInForceAsSoonAsItExists) {
   const int cpu = available_cpus().back();
   std::latch go_on(1);
   long tid = 0;

@@ -279,7 +279,7 @@ ThreadState thread_state(int tid) {
     if (known.number == static_cast<int>(attributes.policy)) state.policy = known.policy;
   }
   state.priority = static_cast<int>(attributes.priority);
-  if (state.policy == ThreadPolicy::deadline) {  // of others newer kernels tell the time slice
+  if (state.policy == ThreadPolicy::deadline) {  // for others, newer kernels report the time slice
     state.runtime = Nanoseconds(attributes.runtime);
     state.deadline = Nanoseconds(attributes.deadline);
     state.period = Nanoseconds(attributes.period);

@@ -143,7 +143,7 @@ TEST(ThreadAttributes, NameACpuThatIsNotThereAndThoseThatAre) {
 
 // ---- What is granted ----
 
-TEST(ThreadAttributes, TellWhatTheThreadHas) {
+TEST(ThreadAttributes, ReportWhatTheThreadHas) {
   ThreadState state;
   long tid = 0;
   std::thread([&] {
@@ -216,7 +216,7 @@ TEST(ThreadAttributes, ReserveATimeOfEveryPeriod) {
   EXPECT_EQ(state.period, 10ms);
 }
 
-TEST(ThreadAttributes, TellOfNoReservationWhereThereIsNone) {
+TEST(ThreadAttributes, ReportNoReservationWhereThereIsNone) {
   const ThreadState state = this_thread_state();
   EXPECT_EQ(state.runtime, 0ns);
   EXPECT_EQ(state.deadline, 0ns);

@@ -9,7 +9,6 @@ import argparse
 import ast
 import collections
 import dataclasses
-import functools
 import pathlib
 import re
 import subprocess
@@ -18,6 +17,7 @@ import urllib.parse
 
 import cpp_source
 from phrases import RETIRED
+from public_headers import internal_headers, is_public
 
 MOST_LINES = 500
 MOST_LINES_OF_FUNCTION = 60
@@ -26,7 +26,6 @@ CPP = {".cpp", ".hpp", ".c", ".h"}
 SOURCES = CPP | {".py", ".sh", ".cmake"}
 PROSE = SOURCES | {".md", ".in", ".yaml", ".xml"}
 SCRIPTS = {"dev", ".ci/run"}
-NOT_INSTALLED = {"bench", "examples", "measuring", "rt_tests", "testing", "tools"}
 RULES = {
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
@@ -99,24 +98,15 @@ def check_spdx(file, _):
         yield Finding(file.path, 1, "spdx", "no line 'SPDX-License-Identifier: Apache-2.0'")
 
 
-@functools.lru_cache
-def internal_headers(root):
-    """The pattern of the headers that cmake/TaktPackage.cmake does not install."""
-    package = root / "cmake/TaktPackage.cmake"
-    text = package.read_text(encoding="utf-8") if package.exists() else ""
-    found = re.search(r'headers EXCLUDE REGEX "((?:[^"\\]|\\.)*)"', text, re.DOTALL)
-    return re.compile(found[1].replace("\\\n", "").replace(r"\\", "\\") if found else r"_test\.hpp$")
-
-
 def check_contract(file, root):
-    if (file.suffix != ".hpp" or file.path.split("/")[0] in NOT_INSTALLED
-            or internal_headers(root).search(file.path)):
+    if not is_public(file.path, internal_headers(root)):
         return
     for kind, name, first, _, around in cpp_source.outline(file.text):
-        is_public = (kind == "class" and "::" not in name and
-                     all(scope == "namespace" and called and "detail" not in called.split("::")
-                         for scope, called in around))
-        if not is_public:
+        is_public_class = (
+            kind == "class" and "::" not in name and
+            all(scope == "namespace" and called and "detail" not in called.split("::")
+                for scope, called in around))
+        if not is_public_class:
             continue
         said = cpp_source.comment_above(file.lines, first)
         missing = [f"'{contract}:'" for contract in ("Thread safety", "Real-time")

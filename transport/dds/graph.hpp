@@ -11,9 +11,9 @@
 
 namespace takt {
 
-/// In whose form a process tells others of its nodes. They see its topics and services anyway.
+/// The form in which a process announces its nodes. Others see its topics and services anyway.
 enum class RosGraph {
-  off,     // it tells nothing, and sees no names of nodes
+  off,     // it announces none, and sees no names of nodes
   humble,  // ROS 2 up to Humble: no type hashes
   jazzy,   // since Iron
 };

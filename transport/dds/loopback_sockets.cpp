@@ -16,7 +16,7 @@ namespace {
 // RTPS gives each domain so many ports, from this one on.
 constexpr int kFirstPort = 7400, kPortsOfDomain = 250;
 
-// Cyclone does not tell its descriptors, but its ports are known.
+// Cyclone does not expose its descriptors, but its ports are known.
 bool receives_from_everywhere(int fd, int domain) {
   int type = 0;
   socklen_t size = sizeof(type);

@@ -1,4 +1,4 @@
-// Tells the other processes of a domain which nodes this one has.
+// Announces the nodes of this process to the other processes of the domain.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_NODE_ANNOUNCER_HPP_
 #define TAKT_TRANSPORT_DDS_NODE_ANNOUNCER_HPP_

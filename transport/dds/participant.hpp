@@ -57,7 +57,7 @@ struct DdsOptions {
   /// The format in which nodes are announced on the domain.
   RosGraph ros_graph = RosGraph::jazzy;
 
-  /// Containers tell what they log on `/rosout`.
+  /// Containers publish their log on `/rosout`.
   bool rosout = true;
   /// Containers answer ROS 2's parameter services: six for each node.
   bool parameter_services = true;

@@ -1,4 +1,4 @@
-// What ROS 2's processes tell each other of their nodes, in the form of each release.
+// The messages by which ROS 2's processes announce their nodes, in the form of each release.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_PARTICIPANT_ENTITIES_HPP_
 #define TAKT_TRANSPORT_DDS_PARTICIPANT_ENTITIES_HPP_

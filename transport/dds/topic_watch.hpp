@@ -18,7 +18,7 @@ namespace takt {
 /// Real-time: no. Discovered ends are compared on Cyclone's threads.
 class TopicWatch {
  public:
-  /// Throws Error when Cyclone refuses to tell what it discovers.
+  /// Throws Error when Cyclone refuses to report what it discovers.
   explicit TopicWatch(dds_entity_t participant);
   ~TopicWatch();
   TopicWatch(const TopicWatch&) = delete;

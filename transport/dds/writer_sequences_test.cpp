@@ -12,7 +12,7 @@ ChunkHeader chunk(std::uint64_t writer, std::uint64_t sequence, std::uint64_t be
   return {.writer = writer, .sequence = sequence, .before = before};
 }
 
-TEST(WriterSequences, TellWhatWasOverwrittenBetweenTwoMessagesOfAWriter) {
+TEST(WriterSequences, CountWhatWasOverwrittenBetweenTwoMessagesOfAWriter) {
   WriterSequences sequences;
   EXPECT_EQ(sequences.overwritten(chunk(7, 4, 1), 70, kAll), 2u);  // 2 and 3
   EXPECT_EQ(sequences.overwritten(chunk(8, 1), 80, kAll), 0u);

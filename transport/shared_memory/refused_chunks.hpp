@@ -1,4 +1,4 @@
-// What iceoryx refuses to give to a reader, which only Cyclone's log tells.
+// What iceoryx refuses to give to a reader, which only the log of Cyclone shows.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_SHARED_MEMORY_REFUSED_CHUNKS_HPP_
 #define TAKT_TRANSPORT_SHARED_MEMORY_REFUSED_CHUNKS_HPP_

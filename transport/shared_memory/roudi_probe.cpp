@@ -49,22 +49,22 @@ sockaddr_un address_of(const std::string& path) {
 class Probe {
  public:
   ~Probe() {
-    if (owner_ == getpid()) forget();
+    if (owner_ == getpid()) reset();
   }
 
   bool answers(std::uint64_t identity) {
     const std::lock_guard lock(mutex_);
-    if (owner_ != getpid()) socket_ = -1;  // a child, and the question is its parent's
-    if (owner_ != getpid() || identity != identity_) forget();
+    if (owner_ != getpid()) socket_ = -1;  // this is a child, and the socket is its parent's
+    if (owner_ != getpid() || identity != identity_) reset();
     owner_ = getpid();
     identity_ = identity;
     const SteadyTime limit = std::chrono::steady_clock::now() + (is_silent_ ? 0ms : kAnswerLimit);
-    is_silent_ = !(socket_ >= 0 || asks(limit)) || !is_answered(limit);
+    is_silent_ = !(socket_ >= 0 || register_at_roudi(limit)) || !receive_answer(limit);
     return !is_silent_;
   }
 
  private:
-  void forget() {
+  void reset() {
     if (socket_ >= 0) {
       close(socket_);
       unlink(path().c_str());
@@ -76,10 +76,10 @@ class Probe {
   std::string name() const { return fmt::format("iceoryx_rt_{}_takt", owner_); }
   std::string path() const { return "/tmp/" + name(); }
 
-  bool asks(SteadyTime limit) {
+  bool register_at_roudi(SteadyTime limit) {
     socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     const sockaddr_un address = address_of(path());
-    unlink(address.sun_path);  // of a process that had our number and was killed
+    unlink(address.sun_path);  // left by a killed process with the same number
     if (socket_ < 0 ||
         bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
       return false;
@@ -88,14 +88,14 @@ class Probe {
         static_cast<iox::cxx::Serialization>(iox::version::VersionInfo::getCurrentVersion());
     const std::string words =
         fmt::format("{},{},{},1,{}", name(), owner_, geteuid(), version.toString());
-    if (tells(IpcMessageType::REG, words, limit)) return true;
-    forget();
+    if (send_to_roudi(IpcMessageType::REG, words, limit)) return true;
+    reset();
     return false;
   }
 
-  /// From a socket of its own: one that is connected takes datagrams only from where it sends to,
-  /// and RouDi answers from another one.
-  static bool tells(IpcMessageType type, const std::string& words, SteadyTime limit) {
+  /// Uses a socket of its own: a connected one receives only from the address that it sends to, and
+  /// RouDi answers from another one.
+  static bool send_to_roudi(IpcMessageType type, const std::string& words, SteadyTime limit) {
     const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     const sockaddr_un address = address_of(kRoudiSocket);
     const std::string text = fmt::format("{},{},", static_cast<int>(type), words);
@@ -108,7 +108,7 @@ class Probe {
     return is_sent;
   }
 
-  bool is_answered(SteadyTime limit) {
+  bool receive_answer(SteadyTime limit) {
     std::array<char, 4096> message{};
     for (pollfd readable{socket_, POLLIN, 0}; poll(&readable, 1, milliseconds_to(limit)) == 1;) {
       const ssize_t size = recv(socket_, message.data(), message.size(), 0);
@@ -117,9 +117,9 @@ class Probe {
       if (!is_registered_ && is(text, IpcMessageType::REG_ACK)) {
         is_registered_ = true;
         limit = std::chrono::steady_clock::now() + kAnswerLimit;
-        tells(IpcMessageType::TERMINATION, name(), limit);
+        send_to_roudi(IpcMessageType::TERMINATION, name(), limit);
       } else if (is(text, IpcMessageType::TERMINATION_ACK)) {
-        forget();
+        reset();
         return true;
       }
     }

@@ -1,13 +1,13 @@
-// RouDi must not belong to a process that may be killed. Its parent is a keeper, a process that
-// nothing else ends, and the kernel says when to end it:
+// RouDi must not be the child of a process that may be killed. Its parent is a keeper, a process
+// that ends only when the kernel gives it a lock:
 //   1. A process that needs RouDi takes the lock `start`, so that one at a time looks for it, and
-//   then
-//      a share of the lock `users`, which it keeps. Its children inherit that.
-//   2. If none runs, it forks a keeper, which starts RouDi, answers by a pipe, and frees `start`.
-//   3. The keeper waits for the whole lock `users`. The kernel gives it when no user is left,
-//      however they have ended. It removes the files, kills RouDi, and ends.
-//   4. A user that ends waits for that, if it was the last: each keeper has a share of the lock
-//      `keepers`. One that begins meanwhile waits in step 1.
+//      then a share of the lock `users`, which it keeps. Its children inherit that.
+//   2. If RouDi does not run, it forks a keeper, which starts RouDi, reports through a pipe, and
+//      releases `start`.
+//   3. The keeper waits for the exclusive lock `users`. The kernel gives it when no user is left,
+//      however they have ended. The keeper removes the files, kills RouDi, and ends.
+//   4. The last user waits for that end: each keeper has a share of the lock `keepers`. A process
+//      that begins meanwhile waits in step 1.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@
 
 namespace takt {
 
-/// The kernel frees it when the last process that has it open has ended.
+/// A lock that the kernel releases when the last process that has the file open has ended.
 class RoudiProcess::LockFile {
  public:
   explicit LockFile(const char* name)
@@ -43,7 +43,7 @@ class RoudiProcess::LockFile {
   LockFile(const LockFile&) = delete;
   LockFile& operator=(const LockFile&) = delete;
 
-  /// LOCK_SH or LOCK_EX; false: it was not to be waited for, and is not free.
+  /// `how`: LOCK_SH or LOCK_EX. With LOCK_NB, returns false if the lock is not free.
   bool lock(int how) const {
     int result;
     do {
@@ -52,8 +52,8 @@ class RoudiProcess::LockFile {
     return result == 0;
   }
 
-  /// What the keeper does. It keeps `report` and, until RouDi serves, the lock `start`, because the
-  /// process that started it may be killed.
+  /// The main function of the keeper. It keeps `report` and, until RouDi serves, the lock `start`,
+  /// because the process that started it may be killed.
   [[noreturn]] static void keep(int report, const LockFile& start, std::vector<ChunkPool> pools);
 
  private:
@@ -77,7 +77,8 @@ constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
 std::vector<ChunkPool> arrange(std::vector<ChunkPool> pools) {
   std::sort(pools.begin(), pools.end(),
             [](const auto& a, const auto& b) { return a.message_bytes < b.message_bytes; });
-  const auto cost = [&pools](std::size_t i) {  // of giving the messages of i chunks of the next
+  // The cost of giving the messages of pool i chunks of the next pool.
+  const auto cost = [&pools](std::size_t i) {
     return pools[i].chunks * (pools[i + 1].message_bytes - pools[i].message_bytes);
   };
   const auto merge = [&pools](std::size_t i) {
@@ -85,7 +86,7 @@ std::vector<ChunkPool> arrange(std::vector<ChunkPool> pools) {
     pools.erase(pools.begin() + static_cast<std::ptrdiff_t>(i));
   };
   for (std::size_t i = 0; i + 1 < pools.size();) {
-    // iceoryx takes the smallest chunk that is large enough, and we ask for larger ones than that.
+    // iceoryx takes the smallest chunk that is large enough for the message and kChunkOverhead.
     if (pools[i + 1].message_bytes - pools[i].message_bytes < kChunkOverhead) {
       merge(i);
     } else {
@@ -113,8 +114,8 @@ void remove_files() {
        {kRoudiSocket, "/tmp/roudi.lock", kRoudiLock, kRoudiManagement, segment.c_str()}) {
     unlink(file);
   }
-  // Of clients that could not say goodbye, "iceoryx_rt_PID_TIME", and the keeper's own question to
-  // a RouDi that has died instead of an answer, "iceoryx_rt_PID_takt".
+  // The sockets of clients that could not unregister, "iceoryx_rt_PID_TIME", and of the keeper's
+  // own probe of a RouDi that has died before it answered, "iceoryx_rt_PID_takt".
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator("/tmp", ignored)) {
     int pid = 0;
@@ -156,7 +157,7 @@ Server::Server(std::vector<ChunkPool> pools) {
     configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
                                  chunk_bytes(pool.message_bytes), pool.chunks);
   }
-  remove_files();  // of one that was killed
+  remove_files();  // of a RouDi that was killed
   std::error_code failed;
   const fs::space_info space = fs::space("/dev/shm", failed);
   if (failed || space.available < bytes) {
@@ -181,11 +182,11 @@ Server::Server(std::vector<ChunkPool> pools) {
   }
 }
 
-// Not gently: it would first end all its clients, also those that are not ours. Its files go
-// first, so that nobody turns to it any more.
+// By SIGKILL: at SIGTERM it would first end all its clients, also those of other programs. Its
+// files are removed first, so that no more clients connect.
 Server::~Server() {
   const pid_t holder = holder_of_roudi_lock();
-  if (holder == pid_ || holder == 0) remove_files();  // else it has ended, and another has begun
+  if (holder == pid_ || holder == 0) remove_files();  // otherwise another RouDi has begun
   kill(pid_, SIGKILL);
   waitpid(pid_, nullptr, 0);
   std::error_code ignored;
@@ -210,12 +211,12 @@ void Server::wait_until_it_serves() {
   }
 }
 
-void tell(int report, const std::string& text) {
+void write_report(int report, const std::string& text) {
   [[maybe_unused]] const ssize_t ignored = write(report, text.data(), text.size());
   close(report);
 }
 
-std::string hear(int report) {
+std::string read_report(int report) {
   std::string text;
   std::array<char, 4096> part{};
   for (ssize_t size; (size = read(report, part.data(), part.size())) != 0;) {
@@ -233,8 +234,8 @@ void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector
   setsid();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
   prctl(PR_SET_NAME, "takt_roudi");
-  // Nothing else of its parent's stays open: neither its share of `users`, nor the pipe that
-  // somebody reads to its end.
+  // Closes all other descriptors of its parent: its share of `users`, and pipes that another
+  // process reads to the end.
   constexpr unsigned kFirst = STDERR_FILENO + 1;
   const auto [lower, higher] =
       std::minmax({static_cast<unsigned>(report), static_cast<unsigned>(start.fd_)});
@@ -248,11 +249,11 @@ void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector
     keepers.lock(LOCK_SH);
     Server server(std::move(pools));
     server.wait_until_it_serves();
-    tell(report, std::to_string(server.pid()));
+    write_report(report, std::to_string(server.pid()));
     close(start.fd_);
     users.lock(LOCK_EX);
   } catch (const std::exception& error) {
-    tell(report, error.what());
+    write_report(report, error.what());
   }
   _exit(0);
 }
@@ -266,7 +267,7 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
                 "remove it, if it is not yours");
   }
   pid_ = find_roudi().pid;
-  if (pid_ != 0) return;  // when it cannot be used, joining says why
+  if (pid_ != 0) return;  // if it cannot be used, joining reports why
   if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
   const std::vector<ChunkPool> wanted = pools();
   std::array<int, 2> ends{};
@@ -274,7 +275,7 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
   keeper_ = fork();
   if (keeper_ == 0) LockFile::keep(ends[1], start, wanted);
   close(ends[1]);
-  const std::string said = hear(ends[0]);
+  const std::string said = read_report(ends[0]);
   pid_ = std::atoi(said.c_str());
   if (pid_ != 0) return;
   waitpid(keeper_, nullptr, 0);
@@ -285,7 +286,7 @@ RoudiProcess::~RoudiProcess() {
   users_.reset();
   const LockFile start("start"), users("users"), keepers("keepers");
   start.lock(LOCK_EX);
-  // Others have shares of it, unless a keeper has the whole.
+  // Others hold shares of it, unless a keeper holds it exclusively.
   if (!users.lock(LOCK_EX | LOCK_NB) && users.lock(LOCK_SH | LOCK_NB)) return;
   users.lock(LOCK_UN);
   keepers.lock(LOCK_EX);

@@ -11,7 +11,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 #include "takt/measuring/ddsperf.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"

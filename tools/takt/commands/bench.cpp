@@ -13,7 +13,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "takt/base/histogram.hpp"
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"

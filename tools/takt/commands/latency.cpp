@@ -12,8 +12,8 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include "takt/base/time.hpp"
 #include "takt/base/version.hpp"
-#include "takt/containers/configuration/duration.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/cyclic.hpp"
 #include "takt/measuring/load.hpp"

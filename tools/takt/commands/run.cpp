@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"

@@ -15,13 +15,13 @@
 #include <unistd.h>
 
 #include "run/child.hpp"
-#include "run/children.hpp"
 #include "run/container_json.hpp"
 #include "run/deliveries.hpp"
 #include "run/end_signals.hpp"
 #include "run/progress.hpp"
 #include "run/result_json.hpp"
 #include "run/shared_memory.hpp"
+#include "run/supervisor.hpp"
 
 namespace takt::tools {
 namespace {
@@ -80,11 +80,11 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
 }
 
 /// Waits until all messages are served, or the time is over; returns the state of all processes.
-std::vector<json> drain(Children& children, const Countable& is_countable) {
+std::vector<json> drain(Supervisor& supervisor, const Countable& is_countable) {
   const TimePoint limit = Clock::steady().now() + kDrainLimit;
   std::vector<json> before;
   for (;;) {
-    std::vector<json> now = children.ask("status");
+    std::vector<json> now = supervisor.ask("status");
     // Require the same result twice: a message can be in transit from a process that was queried
     // late to one that was queried early.
     if ((all_is_served(now, is_countable) && now == before) || Clock::steady().now() > limit) {
@@ -97,21 +97,21 @@ std::vector<json> drain(Children& children, const Countable& is_countable) {
 
 json run_apart(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
                Nanoseconds duration, const EndSignals& signals) {
-  Children children(processes, overrides, signals);
-  const std::vector<json> made = children.hear();
+  Supervisor supervisor(processes, overrides, signals);
+  const std::vector<json> made = supervisor.hear();
   check_names(made);
-  children.ask_to_match(count_matches(made));
-  children.ask("start");
-  children.ask("release");
-  children.watch(duration);
-  if (uses_shared_memory(made)) children.bound_end();
-  children.ask("hold");
-  const Countable is_countable(ends_of(made), [&] { return children.are_complete(); });
-  const std::vector<json> states = drain(children, is_countable);
+  supervisor.ask_to_match(count_matches(made));
+  supervisor.ask("start");
+  supervisor.ask("release");
+  supervisor.watch(duration);
+  if (uses_shared_memory(made)) supervisor.bound_end();
+  supervisor.ask("hold");
+  const Countable is_countable(ends_of(made), [&] { return supervisor.are_complete(); });
+  const std::vector<json> states = drain(supervisor, is_countable);
   const Ends ends = ends_of(states);
   const auto sent = count_sent(states);
-  children.ask("shut_down");
-  const std::vector<json> answers = children.ask("stop");
+  supervisor.ask("shut_down");
+  const std::vector<json> answers = supervisor.ask("stop");
 
   json all = process_json({});
   for (const char* list :
@@ -129,8 +129,8 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }
   }
-  for (const std::string& death : children.deaths()) all.at("notes").push_back(death);
-  for (const std::string& failure : children.failures()) all.at("failed").push_back(failure);
+  for (const std::string& death : supervisor.deaths()) all.at("notes").push_back(death);
+  for (const std::string& failure : supervisor.failures()) all.at("failed").push_back(failure);
   if (!all_is_served(states, is_countable)) {
     all.at("notes").push_back(
         fmt::format("messages were still in transit between processes {} s after the last timer",

@@ -64,7 +64,7 @@ def kill_second(_, pids):
 status, said, runs = run("", kill_second)
 check("a container that is killed is reported", "process 'second' was ended by signal 9 (Killed)"
       in said, said)
-check("the others continue, and the exit status tells", status == 1 and runs is not None
+check("the others continue, and so does the exit status", status == 1 and runs is not None
       and [p["name"] for p in runs[0]["processes"]] == ["first"], status, said)
 
 status, said, runs = run("    restart: {policy: on_failure, delay: 50ms}\n", kill_second)

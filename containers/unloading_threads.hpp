@@ -1,7 +1,7 @@
 // Threads that finish unloading components in the background.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_CONTAINERS_LOADERS_HPP_
-#define TAKT_CONTAINERS_LOADERS_HPP_
+#ifndef TAKT_CONTAINERS_UNLOADING_THREADS_HPP_
+#define TAKT_CONTAINERS_UNLOADING_THREADS_HPP_
 
 #include <condition_variable>
 #include <cstddef>
@@ -22,13 +22,13 @@ namespace takt {
 /// creates and ends threads in long non-preemptible sections.
 /// Thread safety: run() from any thread.
 /// Real-time: no.
-class Loaders {
+class UnloadingThreads {
  public:
-  Loaders(ThreadAttributes attributes, Realtime realtime)
+  UnloadingThreads(ThreadAttributes attributes, Realtime realtime)
       : attributes_(std::move(attributes)), realtime_(realtime) {}
-  ~Loaders();
-  Loaders(const Loaders&) = delete;
-  Loaders& operator=(const Loaders&) = delete;
+  ~UnloadingThreads();
+  UnloadingThreads(const UnloadingThreads&) = delete;
+  UnloadingThreads& operator=(const UnloadingThreads&) = delete;
 
   /// Runs the task on one of the threads; the future is ready when it has returned.
   std::future<void> run(std::function<void()> work);
@@ -53,4 +53,4 @@ class Loaders {
 
 }  // namespace takt
 
-#endif  // TAKT_CONTAINERS_LOADERS_HPP_
+#endif  // TAKT_CONTAINERS_UNLOADING_THREADS_HPP_

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/loaders.hpp"
+#include "takt/containers/unloading_threads.hpp"
 
 #include <exception>
 
 namespace takt {
 
-Loaders::~Loaders() {
+UnloadingThreads::~UnloadingThreads() {
   {
     const std::lock_guard lock(mutex_);
     is_over_ = true;
   }
   changed_.notify_all();
-  for (std::thread& loader : threads_) loader.join();
+  for (std::thread& thread : threads_) thread.join();
 }
 
-std::future<void> Loaders::run(std::function<void()> work) {
+std::future<void> UnloadingThreads::run(std::function<void()> work) {
   Task task{std::move(work), {}};
   std::future<void> done = task.done.get_future();
   {
@@ -26,7 +26,7 @@ std::future<void> Loaders::run(std::function<void()> work) {
   return done;
 }
 
-void Loaders::serve() {
+void UnloadingThreads::serve() {
   apply(attributes_, realtime_);
   std::unique_lock lock(mutex_);
   for (;;) {

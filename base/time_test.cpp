@@ -1,6 +1,6 @@
 // Tests of durations as people write them.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/containers/configuration/duration.hpp"
+#include "takt/base/time.hpp"
 
 #include <string>
 

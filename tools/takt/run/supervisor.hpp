@@ -1,7 +1,7 @@
-// The child processes of a run.
+// Supervises the child processes of a run: starts, controls, restarts and ends them.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_TOOLS_TAKT_CHILDREN_HPP_
-#define TAKT_TOOLS_TAKT_CHILDREN_HPP_
+#ifndef TAKT_TOOLS_TAKT_SUPERVISOR_HPP_
+#define TAKT_TOOLS_TAKT_SUPERVISOR_HPP_
 
 #include <memory>
 #include <optional>
@@ -16,14 +16,14 @@
 
 namespace takt::tools {
 
-/// Starts, controls and ends the processes of a run. Prints their output with their names.
-class Children {
+/// The parent of the processes of a run. Prints their output with their names.
+class Supervisor {
  public:
-  Children(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
-           const EndSignals& signals);
-  ~Children();
-  Children(const Children&) = delete;
-  Children& operator=(const Children&) = delete;
+  Supervisor(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
+             const EndSignals& signals);
+  ~Supervisor();
+  Supervisor(const Supervisor&) = delete;
+  Supervisor& operator=(const Supervisor&) = delete;
 
   /// Sends the command to all children, then returns their responses; without a command, the
   /// documents that they send at their start. Throws Error if a child has ended.
@@ -47,7 +47,7 @@ class Children {
  private:
   struct Child;
   void begin(Child& child);
-  void begin_again(Child& child);
+  void restart(Child& child);
   void go_on(Child& child);
   std::optional<nlohmann::json> answer_of(Child& child);
   nlohmann::json hear(Child& child);
@@ -58,7 +58,7 @@ class Children {
   void end_now(Predicate is_meant, const std::string& why);
   static void forget(Child& child);
   std::string end_of(Child& child);
-  void bury(Child& child);
+  void handle_end(Child& child);
 
   const ContainerOverrides overrides_;
   const EndSignals& signals_;
@@ -70,4 +70,4 @@ class Children {
 
 }  // namespace takt::tools
 
-#endif  // TAKT_TOOLS_TAKT_CHILDREN_HPP_
+#endif  // TAKT_TOOLS_TAKT_SUPERVISOR_HPP_

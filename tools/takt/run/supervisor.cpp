@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run/children.hpp"
+#include "run/supervisor.hpp"
 
 #include <algorithm>
 #include <array>
@@ -71,7 +71,7 @@ class Output {
 
 }  // namespace
 
-struct Children::Child {
+struct Supervisor::Child {
   explicit Child(const SystemDescription& process) : description(process), name(process.name) {
     if (process.components.empty()) return;
     const auto found = process.restarts.find(process.components.front().container);
@@ -93,11 +93,11 @@ struct Children::Child {
   std::string error;       // the last error that it reported
   std::string death;
   int restarts = 0;
-  TimePoint begin_again = kNever;
+  TimePoint restart_at = kNever;
 };
 
-Children::Children(const std::vector<SystemDescription>& processes,
-                   const ContainerOverrides& overrides, const EndSignals& signals)
+Supervisor::Supervisor(const std::vector<SystemDescription>& processes,
+                       const ContainerOverrides& overrides, const EndSignals& signals)
     : overrides_(overrides), signals_(signals) {
   for (const SystemDescription& process : processes) {
     children_.push_back(std::make_unique<Child>(process));
@@ -105,7 +105,7 @@ Children::Children(const std::vector<SystemDescription>& processes,
   for (const auto& child : children_) begin(*child);
 }
 
-Children::~Children() {
+Supervisor::~Supervisor() {
   is_ending_ = true;
   for (const auto& child : children_) {
     if (child->channel) child->channel->finish();  // a child that still runs sees this end
@@ -133,7 +133,7 @@ Children::~Children() {
   }
 }
 
-std::vector<json> Children::hear() {
+std::vector<json> Supervisor::hear() {
   std::vector<json> answers;
   for (const auto& child : children_) {
     if (!child->takes_part()) continue;
@@ -142,44 +142,44 @@ std::vector<json> Children::hear() {
   return answers;
 }
 
-std::vector<json> Children::ask(const std::string& word) {
+std::vector<json> Supervisor::ask(const std::string& word) {
   for (const auto& child : children_) {
     if (child->takes_part()) child->channel->send({{"do", word}});
   }
   return hear();
 }
 
-void Children::ask_to_match(const std::vector<json>& wanted) {
+void Supervisor::ask_to_match(const std::vector<json>& wanted) {
   for (std::size_t i = 0; i < children_.size(); ++i) {
     children_[i]->channel->send({{"do", "match"}, {"wanted", wanted[i]}});
   }
   hear();
 }
 
-void Children::bound_end() {
+void Supervisor::bound_end() {
   limit_ = Clock::steady().now() + kSharedMemoryEndLimit;
 }
 
-void Children::watch(Nanoseconds duration) {
+void Supervisor::watch(Nanoseconds duration) {
   has_run_ = true;
   const Progress progress(duration);
   for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
     TimePoint next = kNever;
     bool is_any_left = false;
     for (const auto& child : children_) {
-      if (child->begin_again <= now) begin_again(*child);
-      next = std::min(next, child->begin_again);
-      is_any_left |= child->pid > 0 || child->begin_again != kNever;
+      if (child->restart_at <= now) restart(*child);
+      next = std::min(next, child->restart_at);
+      is_any_left |= child->pid > 0 || child->restart_at != kNever;
     }
     if (!is_any_left || signals_.take() != 0) break;
     pump(std::min(progress.show(now), next - now));
     for (const auto& child : children_) {
       if (child->pid > 0) go_on(*child);
-      if (child->pid > 0 && child->has_ended) bury(*child);
+      if (child->pid > 0 && child->has_ended) handle_end(*child);
     }
   }
   for (const auto& child : children_) {
-    child->begin_again = kNever;
+    child->restart_at = kNever;
     if (child->pid <= 0 || child->takes_part()) continue;
     child->death =
         fmt::format("process '{}' had not completed its restart at the end", child->name);
@@ -188,7 +188,7 @@ void Children::watch(Nanoseconds duration) {
   }
 }
 
-std::vector<std::string> Children::failures() const {
+std::vector<std::string> Supervisor::failures() const {
   std::vector<std::string> result;
   for (const auto& child : children_) {
     if (!child->takes_part()) result.push_back(child->death);
@@ -198,7 +198,7 @@ std::vector<std::string> Children::failures() const {
 
 // ---- Private ----
 
-void Children::begin(Child& child) {
+void Supervisor::begin(Child& child) {
   std::array<int, 2> ends{}, output{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0 ||
       pipe2(output.data(), O_CLOEXEC) != 0) {
@@ -230,21 +230,21 @@ void Children::begin(Child& child) {
 }
 
 // The other processes run already, so do not wait for all to match.
-void Children::begin_again(Child& child) {
-  child.begin_again = kNever;
+void Supervisor::restart(Child& child) {
+  child.restart_at = kNever;
   ++child.restarts;
   begin(child);
   child.steps = {"make", "start", "release"};  // it starts "make" without a command
 }
 
-void Children::go_on(Child& child) {
+void Supervisor::go_on(Child& child) {
   while (!child.steps.empty() && answer_of(child)) {
     child.steps.pop_front();
     if (!child.steps.empty()) child.channel->send({{"do", child.steps.front()}});
   }
 }
 
-std::optional<json> Children::answer_of(Child& child) {
+std::optional<json> Supervisor::answer_of(Child& child) {
   while (std::optional<json> answer = child.channel->next()) {
     if (!answer->contains("error")) {
       child.is_made = true;
@@ -255,7 +255,7 @@ std::optional<json> Children::answer_of(Child& child) {
   return std::nullopt;
 }
 
-json Children::hear(Child& child) {
+json Supervisor::hear(Child& child) {
   for (;;) {
     if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
     if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
@@ -273,7 +273,7 @@ json Children::hear(Child& child) {
 }
 
 // Waits for output and responses of the children, at most this long, and reads them.
-void Children::pump(Nanoseconds most) {
+void Supervisor::pump(Nanoseconds most) {
   std::vector<pollfd> events{{signals_.fd(), POLLIN, 0}};
   for (const auto& child : children_) {
     const bool listens = child->channel && !child->has_ended;
@@ -291,7 +291,7 @@ void Children::pump(Nanoseconds most) {
 }
 
 // Removes the children that have ended. Returns false if none is left.
-bool Children::end_some() {
+bool Supervisor::end_some() {
   bool is_any_left = false;
   for (const auto& child : children_) {
     if (child->pid <= 0) continue;
@@ -306,7 +306,7 @@ bool Children::end_some() {
   return is_any_left;
 }
 
-std::string Children::unmade_children() const {
+std::string Supervisor::unmade_children() const {
   std::vector<std::string> names;
   for (const auto& child : children_) {
     if (child->pid > 0 && !child->is_made) names.push_back("'" + child->name + "'");
@@ -315,7 +315,7 @@ std::string Children::unmade_children() const {
 }
 
 template <class Predicate>
-void Children::end_now(Predicate is_meant, const std::string& why) {
+void Supervisor::end_now(Predicate is_meant, const std::string& why) {
   for (const auto& child : children_) {
     if (child->pid <= 0 || !is_meant(*child)) continue;
     rt::to_stderr("takt: killing process '{}': {}\n", child->name, why);
@@ -324,7 +324,7 @@ void Children::end_now(Predicate is_meant, const std::string& why) {
   }
 }
 
-void Children::forget(Child& child) {
+void Supervisor::forget(Child& child) {
   child.pid = 0;
   close(std::exchange(child.pidfd, -1));
   child.channel.reset();
@@ -332,7 +332,7 @@ void Children::forget(Child& child) {
 }
 
 // "process 'x' was ended by signal 9 (Killed)", with its last output.
-std::string Children::end_of(Child& child) {
+std::string Supervisor::end_of(Child& child) {
   while (auto word = child.channel->next()) {
     if (word->contains("error")) child.error = word->at("error");
   }
@@ -351,7 +351,7 @@ std::string Children::end_of(Child& child) {
   return text;
 }
 
-void Children::bury(Child& child) {
+void Supervisor::handle_end(Child& child) {
   child.death = end_of(child);
   int status = 0;
   waitpid(child.pid, &status, 0);
@@ -361,7 +361,7 @@ void Children::bury(Child& child) {
                          (child.restart.policy == RestartOptions::Policy::on_failure && has_failed);
   std::string then = "the others continue";
   if (is_wanted && child.restarts < child.restart.most) {
-    child.begin_again = Clock::steady().now() + child.restart.delay;
+    child.restart_at = Clock::steady().now() + child.restart.delay;
     then = fmt::format("restart {} of {} in {}", child.restarts + 1, child.restart.most,
                        to_string(child.restart.delay));
   } else if (is_wanted) {

@@ -1,7 +1,7 @@
-// The service that changes parameters of callbacks at run time.
+// SetCallbackParameters: the service that changes parameters of callbacks at run time.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_CONTAINERS_PARAMETER_SERVICE_HPP_
-#define TAKT_CONTAINERS_PARAMETER_SERVICE_HPP_
+#ifndef TAKT_CONTAINERS_SET_CALLBACK_PARAMETERS_HPP_
+#define TAKT_CONTAINERS_SET_CALLBACK_PARAMETERS_HPP_
 
 #include <map>
 #include <string>
@@ -35,4 +35,4 @@ std::map<std::string, CallbackParameterChanges> read_parameter_changes(const std
 
 }  // namespace takt
 
-#endif  // TAKT_CONTAINERS_PARAMETER_SERVICE_HPP_
+#endif  // TAKT_CONTAINERS_SET_CALLBACK_PARAMETERS_HPP_

@@ -1,0 +1,97 @@
+// What an executor checks and makes before its workers run.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+namespace {
+
+std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
+                                          const ExecutorTraits& traits) {
+  std::vector<ThreadAttributes> threads = options.threads;
+  if (threads.empty()) {
+    threads.resize(traits.pool ? std::max(2u, std::thread::hardware_concurrency()) : 1);
+  }
+  if (threads.size() > traits.max_threads) {
+    throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
+                fmt::format("this type takes {} at the most", traits.max_threads));
+  }
+  return threads;
+}
+
+}  // namespace
+
+DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
+                                         const ExecutorTraits& traits)
+    : options_(options),
+      traits_(traits),
+      scheduler_(options.scheduler.empty() ? traits.scheduler : options.scheduler),
+      threads_(threads_for(options, traits)),
+      shared_(threads_.size() > 1),
+      records_times_(options.statistics == StatisticsLevel::full),
+      times_take_(shared_ || records_times_ || options.trace_events != 0),
+      early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
+      trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
+                   ? std::make_unique<Trigger>(options_.trigger)
+                   : nullptr),
+      let_(options_.trigger.let_period > Nanoseconds::zero()
+               ? std::make_unique<Let>(options_.trigger)
+               : nullptr),
+      ready_(traits.readiness, *options.clock,
+             records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
+                 schedulers().traits(scheduler_).uses_time,
+             options.watchdog.get(), trigger_.get()),
+      has_changes_(true) {  // the first update brings the scheduler
+  if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
+  if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
+    throw Error(
+        fmt::format("executor '{}': early_wake is {} ns", options.name, early_wake_.count()),
+        fmt::format("write 0 to {} ns", kMostEarlyWake.count()));
+  }
+  if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
+    throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
+                            options.name),
+                "leave out `trigger` and `let`, or choose 'triggered'");
+  }
+  if (options.trigger.kind == TriggerOptions::Kind::one && options.trigger.one.empty()) {
+    throw Error(
+        fmt::format("executor '{}' is triggered by one callback without a name", options.name),
+        "name it: node/callback");
+  }
+  if (options.trigger.let_period < Nanoseconds::zero()) {
+    throw Error(fmt::format("executor '{}' has a period of {}", options.name,
+                            to_string(options.trigger.let_period)),
+                "give it time");
+  }
+  if (options.per != Isolation::node) {
+    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
+                "leave out `per`, or choose 'isolated'");
+  }
+  for (std::size_t i = 0; i < threads_.size(); ++i) {
+    ThreadAttributes& thread = threads_[i];
+    if (thread.name.empty()) {
+      thread.name = i == 0 ? options.name : fmt::format("{}-{}", options.name, i);
+    }
+    thread.check();
+  }
+  if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
+    backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
+  }
+  if (options.watchdog != nullptr) options.watchdog->add(watched_callbacks_);
+}
+
+void DispatchingExecutor::start_worker(std::size_t index) {
+  thread_statistics_[index].asked = threads_[index];
+  thread_statistics_[index].in_force = index == 0 && options_.threads.empty()
+                                           ? this_thread_state()
+                                           : apply(threads_[index], options_.realtime);
+  prefault_stack();
+}
+
+}  // namespace takt
