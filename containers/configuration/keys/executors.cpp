@@ -10,9 +10,10 @@
 namespace takt {
 namespace {
 
-constexpr std::string_view kLibraryMeaning =
-    "A shared library. A relative path starts at the folder of this file. A name without a slash "
-    "is a file in this folder, else a library that the dynamic linker finds.";
+void find_type(const ExecutorDescription& executor) {
+  if (executor.library.empty()) return executors().check(executor.type);
+  load_executor(executor.type, executor.library);
+}
 
 // Only the executor type and the wait back end know how many threads they support. Constructing an
 // executor starts no thread; but the constructor of one from a library may throw anything.
@@ -38,7 +39,11 @@ void ConfigurationReader::read_scheduler(const Value& value) {
       broken_schedulers_.insert(value.name);
     }
   };
-  read_map(value, "a scheduler", {{"library", kLibraryMeaning, load, true}});
+  read_map(value, "a scheduler",
+           {{"library",
+             "A shared library. A relative path starts at the folder of this file. A name without "
+             "a slash is a file in this folder, else a library that the dynamic linker finds.",
+             load, true}});
 }
 
 SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
@@ -53,19 +58,15 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
                                                                       bool& is_sound) {
   return {
       {"library",
-       "Registers the type, if it is not one of Takt's. A shared library, found as that of a "
-       "scheduler.",
+       "A shared library that registers the type. It is found as the library of a scheduler is.",
        noting(is_sound, [&](const Value& library) { read_library(library, executor.library); })},
       {"type",
-       "The executor type, see `takt list executors`, or the name that `library` registers. "
-       "Required with `library`.",
+       "The executor type, see `takt list executors`. With `library`: the name that it registers, "
+       "which is required.",
+       // If it is not sound, its library is reported already.
        noting(is_sound, into_checked(executor.type,
                                      [&] {
-                                       if (!is_sound) return;  // its library is reported already
-                                       if (executor.library.empty()) {
-                                         return executors().check(executor.type);
-                                       }
-                                       load_executor(executor.type, executor.library);
+                                       if (is_sound) find_type(executor);
                                      }))},
       {"scheduler",
        "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
