@@ -17,6 +17,7 @@
 #include "takt/base/histogram.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/version.hpp"
 #include "takt/executors/engine/trace_ring.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -253,24 +254,40 @@ extern template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// Adds to `executors()`. For the macro below. Always true. Throws Error when the name is taken.
+/// Adds to `executors()`; while a library is loaded by load_executor(), only notes it for that.
+/// Always true. Throws Error when the name is taken.
+bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
+
+/// For the macro below.
 template <class Class>
-bool register_executor(std::string name, std::string description, ExecutorTraits traits) {
-  executors().add(std::move(name), {std::move(description),
-                                    [traits](const ExecutorOptions& options) {
-                                      return std::make_unique<Class>(options, traits);
-                                    },
-                                    traits});
-  return true;
+bool register_executor(std::string name, std::string description, ExecutorTraits traits,
+                       const char* version) {
+  return register_executor(std::move(name),
+                           {std::move(description),
+                            [traits](const ExecutorOptions& options) {
+                              return std::make_unique<Class>(options, traits);
+                            },
+                            traits},
+                           version);
 }
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
 /// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)             \
-  namespace {                                                             \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =               \
-      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}); \
+#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)                           \
+  namespace {                                                                           \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                             \
+      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}, TAKT_VERSION); \
   }
+
+/// Loads the library, and adds the executor that it registers under this name to executors(). What
+/// else the library registers is added by other calls, its schedulers by load_scheduler(), which
+/// says how a library is found. It tests nothing: the conformance suite does.
+/// Throws Error, and adds nothing, if the library cannot be loaded, does not register the name or
+/// registers it twice, if the name is taken, or if nobody has registered the scheduler of its
+/// traits.
+/// Thread safety: may be called from any thread.
+/// Real-time: no.
+void load_executor(const std::string& name, const std::string& library);
 
 }  // namespace takt
 

@@ -234,7 +234,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
 }
 
 void compare(const Options& options) {
-  for (const std::string& file : options.files) read_system(file);  // may load schedulers
+  for (const std::string& file : options.files) read_system(file);  // may load executors
   const std::vector<std::string> executor_names = selection(options.executors, executors());
   const std::vector<std::string> scheduler_names =
       options.schedulers.empty() ? std::vector<std::string>{""}

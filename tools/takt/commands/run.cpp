@@ -156,9 +156,15 @@ void print_processes(const json& run) {
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
+/// Call it when the file is read, which may load executors and schedulers.
+void check_names(const Options& options) {
+  if (!options.executor.empty()) executors().check(options.executor);
+  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+}
+
 /// An empty container for components that are loaded later.
 SystemDescription empty_container(const Options& options) {
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  check_names(options);
   SystemDescription system;
   system.file = "--name " + options.name;
   system.name = options.name;
@@ -184,8 +190,8 @@ void prepare_for_loading(SystemDescription& system) {
 /// The processes of the system, with the composition and transport of the options.
 std::vector<SystemDescription> processes(const Options& options) {
   if (!options.name.empty()) return {empty_container(options)};
-  SystemDescription system = read_system(options.file);  // may load schedulers
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  SystemDescription system = read_system(options.file);
+  check_names(options);
   const bool loads = options.composition == "dynamic";
   // Without DDS in the file, this is a measurement: parameter services would only distort it.
   const bool needs_dds = options.transport == "dds" || options.transport == "shm";
@@ -287,7 +293,6 @@ void set_up(CLI::App* command) {
     if (options->file.empty() && options->name.empty()) {
       throw Error("nothing to run", "give a FILE, or --name for an empty container");
     }
-    if (!options->executor.empty()) executors().check(options->executor);
     run(*options);
   });
 }
