@@ -37,10 +37,16 @@ class Histogram {
 
   void merge(const Histogram& other) noexcept;
   /// Adds `count` samples of bucket `bucket`, as `for_each_bucket` gave them (reading a result
-  /// file back); minimum, maximum and sum are then those of the bucket limits.
+  /// file back); minimum, maximum and sum are then those of the bucket limits, until set_exact.
   void add_bucket(std::size_t bucket, std::uint64_t count) noexcept;
+  void set_exact(Nanoseconds min, Nanoseconds max, Nanoseconds sum) noexcept {
+    min_ns_ = min.count();
+    max_ns_ = max.count();
+    sum_ns_ = sum.count();
+  }
 
   std::uint64_t count() const noexcept { return count_; }
+  Nanoseconds sum() const noexcept { return Nanoseconds(sum_ns_); }
   Nanoseconds min() const noexcept { return Nanoseconds(count_ == 0 ? 0 : min_ns_); }
   Nanoseconds max() const noexcept { return Nanoseconds(max_ns_); }
   Nanoseconds mean() const noexcept;

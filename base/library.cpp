@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/library.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <map>
 #include <mutex>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
 #include "takt/base/library_trial.hpp"
@@ -86,6 +90,34 @@ std::vector<Registration>& load_library(const std::string& path) {
                 "build it again, against this one");
   }
   return registrations;
+}
+
+Registration* find_registration(const std::string& noun, const std::string& name,
+                                const std::string& library, const std::vector<std::string>& taken) {
+  std::vector<std::string> names;
+  Registration* found = nullptr;
+  for (Registration& registration : load_library(library)) {
+    if (registration.noun != noun) continue;
+    names.push_back(registration.name);
+    if (registration.name == name) found = &registration;
+  }
+  if (found == nullptr) {
+    std::string macro = "TAKT_REGISTER_" + noun;
+    std::transform(macro.begin(), macro.end(), macro.begin(), ::toupper);
+    throw Error(
+        fmt::format("library '{}' registers no {} '{}'", library, noun, name),
+        names.empty() ? fmt::format("say {}(\"{}\", …) in it", macro, name) : suggest(name, names));
+  }
+  if (std::count(names.begin(), names.end(), name) > 1) {
+    throw Error(fmt::format("library '{}' registers {} '{}' twice", library, noun, name),
+                "give each its own name");
+  }
+  if (found->is_added) return nullptr;
+  if (std::find(taken.begin(), taken.end(), name) != taken.end()) {
+    throw Error(fmt::format("the name '{}' is taken by another {}", name, noun),
+                fmt::format("register it under another name than {}", fmt::join(taken, ", ")));
+  }
+  return found;
 }
 
 }  // namespace takt

@@ -1,12 +1,16 @@
-// Loads shared libraries that register schedulers or components.
+// Loads shared libraries that register executors, schedulers or components.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LIBRARY_HPP_
 #define TAKT_BASE_LIBRARY_HPP_
 
 #include <any>
+#include <functional>
+#include <mutex>
 #include <string>
-#include <string_view>
+#include <utility>
 #include <vector>
+
+#include "takt/base/registry.hpp"
 
 namespace takt {
 
@@ -30,6 +34,39 @@ bool note_registration(Registration registration);
 /// minor version). Thread safety: from any thread; the result lives as long as the process.
 /// Real-time: no.
 std::vector<Registration>& load_library(const std::string& path);
+
+/// For the functions behind TAKT_REGISTER_…: adds the entry to the registry, or leaves this to
+/// load_registered() if this thread is loading a library. Always true. Throws Error when the name
+/// is taken.
+template <class AnyRegistry>
+bool register_in(AnyRegistry& registry, std::string name, typename AnyRegistry::Entry entry,
+                 const char* version) {
+  if (!note_registration({registry.noun(), name, entry, version})) {
+    registry.add(std::move(name), std::move(entry));
+  }
+  return true;
+}
+
+/// Loads the library and returns what it registers under this name; nullptr: that is added already.
+/// Throws Error if the library does not register the name or registers it twice, or if it is one of
+/// `taken`.
+Registration* find_registration(const std::string& noun, const std::string& name,
+                                const std::string& library, const std::vector<std::string>& taken);
+
+/// Loads the library and adds to the registry what it registers under this name, unless that is
+/// added already. `check` throws Error if the entry is unsound; then nothing is added.
+template <class AnyRegistry>
+void load_registered(AnyRegistry& registry, const std::string& name, const std::string& library,
+                     const std::function<void(const typename AnyRegistry::Entry&)>& check) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  Registration* const found = find_registration(registry.noun(), name, library, registry.names());
+  if (found == nullptr) return;
+  const auto entry = std::any_cast<typename AnyRegistry::Entry>(found->entry);
+  check(entry);
+  registry.add(name, entry);
+  found->is_added = true;
+}
 
 }  // namespace takt
 

@@ -41,6 +41,8 @@ class Registry {
   /// `noun` is what errors call the product: "scheduler".
   explicit Registry(std::string noun) : noun_(std::move(noun)) {}
 
+  const std::string& noun() const noexcept { return noun_; }
+
   void add(std::string name, Entry entry) {
     const std::lock_guard lock(mutex_);
     const auto [known, is_new] = entries_.try_emplace(std::move(name), std::move(entry));

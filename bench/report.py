@@ -26,8 +26,12 @@ COLOURS = ["#3566a8", "#d0632b", "#3c8a4e", "#a83c6b", "#7a5cc0", "#8a6d3b", "#2
 LABELS = {
     "pss_mb": "memory, PSS (MB)", "cpu_percent": "CPU (% of one core)",
     "latency_us": "mean latency (µs)", "p99_us": "p99 latency (µs)",
-    "goodput_mb_s": "goodput (MB/s)", "hot_path_ms": "hot path, median (ms)",
-    "hot_path_max_ms": "hot path, maximum (ms)", "hot_path_drops": "hot path drops",
+    "goodput_mb_s": "goodput (MB/s)",
+    "hot_path_release_ms": "hot path, front lidar due → end, median (ms)",
+    "hot_path_release_max_ms": "hot path, front lidar due → end, maximum (ms)",
+    "hot_path_ms": "hot path, last lidar's start → start, median (ms)",
+    "hot_path_max_ms": "hot path, last lidar's start → start, maximum (ms)",
+    "hot_path_drops": "hot path drops",
     "planner_jitter_ms": "planner's mean distance from 100 ms (ms)"}
 # Of the paper's figures: experiment, metric → (x values, series, factor to our unit).
 PAPER = {
@@ -159,6 +163,28 @@ def boxes(page, named_buckets, caption):
     page.figure(figure, f"{caption} n = {samples} samples.")
 
 
+def centre(value):
+    """What is counted over all runs, or the median of all else."""
+    return value["sum"] if "sum" in value else value["median"]
+
+
+def ends(value):
+    """The range of the runs; a sum has none."""
+    return value.get("min", centre(value)), value.get("max", centre(value))
+
+
+def distances(values):
+    """From the centre to both ends, for error bars."""
+    return [[centre(value) - ends(value)[0] for value in values],
+            [ends(value)[1] - centre(value) for value in values]]
+
+
+def shown(value):
+    if "sum" in value:
+        return f"{value['sum']:g} in all"
+    return f"{value['median']:.4g} ({value['min']:.4g} – {value['max']:.4g})"
+
+
 def curves(page, experiment, metric, paper):
     """One metric against x: ours with the spread of its runs, the paper's dashed."""
     figure, axes = plt.subplots()
@@ -168,11 +194,9 @@ def curves(page, experiment, metric, paper):
             series.setdefault(row["series"], []).append(row)
     for colour, (name, rows) in zip(COLOURS * 9, series.items()):
         values = [row["metrics"][metric] for row in rows]
-        medians = [value["median"] for value in values]
-        below = [value["median"] - value["min"] for value in values]
-        above = [value["max"] - value["median"] for value in values]
-        axes.errorbar([row["x"] for row in rows], medians, yerr=[below, above], marker="o",
-                      markersize=4, capsize=3, color=colour, label=name)
+        axes.errorbar([row["x"] for row in rows], [centre(value) for value in values],
+                      yerr=distances(values), marker="o", markersize=4, capsize=3, color=colour,
+                      label=name)
     source = PAPER.get((experiment["name"], metric))
     if paper and source:
         table, x_key, key, factor = source
@@ -186,7 +210,7 @@ def curves(page, experiment, metric, paper):
                       label=f"{name}, paper (Raspberry Pi 4B)")
     if "size" in experiment["x_label"]:
         axes.set_xscale("log")
-    positive = [row["metrics"][metric]["median"] for rows in series.values() for row in rows]
+    positive = [centre(row["metrics"][metric]) for rows in series.values() for row in rows]
     if positive and min(positive) > 0 and max(positive) / min(positive) > 30:
         axes.set_yscale("log")
     axes.set_xlabel(experiment["x_label"])
@@ -201,10 +225,10 @@ def bars(page, experiment, metric):
     rows = [row for row in experiment["rows"] if metric in row.get("metrics", {})]
     figure, axes = plt.subplots(figsize=(7.2, 1.2 + 0.35 * len(rows)))
     values = [row["metrics"][metric] for row in rows]
-    axes.barh([row["series"] for row in rows], [value["median"] for value in values],
-              xerr=[[value["median"] - value["min"] for value in values],
-                    [value["max"] - value["median"] for value in values]],
-              color="#3566a8", capsize=3, label=f"median and range of {experiment['repeat']} runs")
+    axes.barh([row["series"] for row in rows], [centre(value) for value in values],
+              xerr=distances(values), color="#3566a8", capsize=3,
+              label=f"{'sum' if 'sum' in values[0] else 'median and range'} of "
+                    f"{experiment['repeat']} runs")
     axes.invert_yaxis()
     axes.set_xlabel(LABELS.get(metric, metric))
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.25))
@@ -234,9 +258,8 @@ def draw_experiment(page, experiment, paper):
     page.table(["series"] + ([experiment["x_label"]] if experiment["x_label"] else []) +
                [LABELS.get(metric, metric) for metric in metrics] + ["lost"],
                [[row["series"]] + ([f"{row['x']:g}"] if "x" in row else []) +
-                [f"{row['metrics'][m]['median']:.4g} "
-                 f"({row['metrics'][m]['min']:.4g} – {row['metrics'][m]['max']:.4g})"
-                 for m in metrics] + [f"{row['metrics']['lost']['median']:g}"]
+                [shown(row["metrics"][m]) for m in metrics] +
+                [f"{row['metrics']['lost']['sum']:g}"]
                 for row in experiment["rows"] if "metrics" in row])
     for series, why in sorted({(row["series"], row["missing"])
                                for row in experiment["rows"] if "missing" in row}):

@@ -154,11 +154,8 @@ void find_component(const std::string& name, const std::string& library) {
 
 bool register_component(std::string name, std::string description, ComponentRegistry::Factory make,
                         const char* version) {
-  ComponentRegistry::Entry entry{std::move(description), std::move(make)};
-  if (!note_registration({kNoun, name, entry, version})) {
-    components().add(std::move(name), std::move(entry));
-  }
-  return true;
+  return register_in(components(), std::move(name), {std::move(description), std::move(make)},
+                     version);
 }
 
 }  // namespace takt

@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/executor.hpp"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
+
 namespace takt {
 
 template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
@@ -8,6 +15,20 @@ template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>;
 ExecutorRegistry& executors() {
   static ExecutorRegistry registry("executor");
   return registry;
+}
+
+bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version) {
+  return register_in(executors(), std::move(name), std::move(entry), version);
+}
+
+void load_executor(const std::string& name, const std::string& library) {
+  load_registered(executors(), name, library, [&](const auto& entry) {
+    const std::string& scheduler = entry.traits.scheduler;
+    const std::vector<std::string> known = schedulers().names();
+    if (std::find(known.begin(), known.end(), scheduler) != known.end()) return;
+    throw Error(fmt::format("executor '{}' needs scheduler '{}'", name, scheduler),
+                "name it and its library under 'schedulers'");
+  });
 }
 
 }  // namespace takt

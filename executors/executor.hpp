@@ -17,6 +17,7 @@
 #include "takt/base/histogram.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/version.hpp"
 #include "takt/executors/engine/trace_ring.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
@@ -29,7 +30,7 @@ class Watchdog;
 enum class StatisticsLevel {
   off,    // nothing
   count,  // how often each ran
-  full,   // also latency and execution time: a clock reading per message and one per callback
+  full,   // also times: a clock reading for each message and two for each callback
 };
 
 /// When announced callbacks reach the scheduler.
@@ -107,20 +108,31 @@ struct ExecutorOptions {
   Clock* clock = &Clock::steady();
 };
 
-/// The recorded statistics of one callback.
-struct CallbackStatistics {
-  std::string node, group, callback, topic;
-  EntityKind kind = EntityKind::waitable;
-  std::uint64_t received = 0;      // executions
-  std::uint64_t expected = 0;      // messages sent to it; timers: received
-  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
-  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
-  std::uint64_t late = 0, too_late = 0;
+/// What an executor counts of one callback.
+struct CallbackCounts {
+  std::uint64_t received = 0;  // executions
+  std::uint64_t with_period = 0;         // messages whose publisher's period is known
+  std::uint64_t late = 0, too_late = 0;  // of these
   std::uint64_t deadline_misses = 0;
   /// Timer releases while one was outstanding, and executions longer than the budget.
   std::uint64_t overruns = 0;
-  Histogram latency;  // published or due → callback starts
-  Histogram execution;
+};
+
+/// What it measures of each message or release, at the level `full`. latency = waiting + take.
+struct CallbackTimes {
+  Histogram latency;    // published, before it was encoded, or due → the callback starts
+  Histogram waiting;    // published or due → a thread picks the callback
+  Histogram take;       // picked → the callback starts: the message is taken and decoded
+  Histogram execution;  // the callback alone
+};
+
+/// The recorded statistics of one callback.
+struct CallbackStatistics : CallbackCounts, CallbackTimes {
+  std::string node, group, callback, topic;
+  EntityKind kind = EntityKind::waitable;
+  std::uint64_t expected = 0;      // messages sent to it; timers: received
+  std::uint64_t from_outside = 0;  // of these, messages that came from other processes
+  std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
 };
 
 /// One execution, for a reader that does not know the executor's callbacks.
@@ -242,24 +254,40 @@ extern template class Registry<Executor, ExecutorTraits, const ExecutorOptions&>
 /// All executors of this process by name.
 ExecutorRegistry& executors();
 
-/// Adds to `executors()`. For the macro below. Always true. Throws Error when the name is taken.
+/// Adds to `executors()`; while a library is loaded by load_executor(), only notes it for that.
+/// Always true. Throws Error when the name is taken.
+bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
+
+/// For the macro below.
 template <class Class>
-bool register_executor(std::string name, std::string description, ExecutorTraits traits) {
-  executors().add(std::move(name), {std::move(description),
-                                    [traits](const ExecutorOptions& options) {
-                                      return std::make_unique<Class>(options, traits);
-                                    },
-                                    traits});
-  return true;
+bool register_executor(std::string name, std::string description, ExecutorTraits traits,
+                       const char* version) {
+  return register_executor(std::move(name),
+                           {std::move(description),
+                            [traits](const ExecutorOptions& options) {
+                              return std::make_unique<Class>(options, traits);
+                            },
+                            traits},
+                           version);
 }
 
 /// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
 /// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)             \
-  namespace {                                                             \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =               \
-      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}); \
+#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)                           \
+  namespace {                                                                           \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                             \
+      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}, TAKT_VERSION); \
   }
+
+/// Loads the library, and adds the executor that it registers under this name to executors(). What
+/// else the library registers is added by other calls, its schedulers by load_scheduler(), which
+/// says how a library is found. It tests nothing: the conformance suite does.
+/// Throws Error, and adds nothing, if the library cannot be loaded, does not register the name or
+/// registers it twice, if the name is taken, or if nobody has registered the scheduler of its
+/// traits.
+/// Thread safety: may be called from any thread.
+/// Real-time: no.
+void load_executor(const std::string& name, const std::string& library);
 
 }  // namespace takt
 

@@ -15,6 +15,7 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -49,6 +50,7 @@ std::string portable(std::string text) {
   for (const IndexedComponent& indexed : component_index()) classes.push_back(indexed.name);
   const std::pair<std::string, std::string> lists[] = {
       {fmt::format("valid: {};", fmt::join(classes, ", ")), "valid: <components>;"},
+      {fmt::format("valid: {}\n", fmt::join(executors().names(), ", ")), "valid: <executors>\n"},
       {fmt::format("valid: {}\n", fmt::join(schedulers().names(), ", ")), "valid: <schedulers>\n"},
       {fmt::format("choose from {}\n", fmt::join(available_cpus(), ", ")), "choose from <CPUs>\n"}};
   for (const auto& [list, name] : lists) text = replaced(std::move(text), list, name);

@@ -206,6 +206,7 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
     return false;
   pass_on();
   const ReadyCallback as_picked = *record;
+  const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
   const bool is_checked = record->is_checked;
   if (is_checked) [[unlikely]]
     watch_execution(*record);
@@ -213,7 +214,7 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   Slot slot;
   slot.sequence = as_picked.sequence;
   const bool is_taken = record->entity->take(slot);
-  execute(*record, as_picked, is_checked, slot, is_taken, nullptr);
+  execute(*record, as_picked, picked, is_checked, slot, is_taken, nullptr);
   return true;
 }
 
@@ -247,8 +248,9 @@ bool DispatchingExecutor::run_period() noexcept {
     }
     record.exclusion->admit(record);
     ready_.begin(record);
-    execute(record, execution.as_picked, execution.is_checked, execution.slot, execution.is_taken,
-            &let_->outputs);
+    // Its input was taken with those of all others, and has waited since.
+    execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
+            execution.is_taken, &let_->outputs);
   }
   return true;
 }
@@ -256,7 +258,7 @@ bool DispatchingExecutor::run_period() noexcept {
 // Called without the lock, returns with it. `as_picked`, `is_checked`: as the record was when it
 // was picked.
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
-                                  bool is_checked, Slot& slot, bool taken,
+                                  TimePoint picked, bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
   if (record.is_reentrant()) [[unlikely]] {  // from here on it may be announced and picked again
     lock();
@@ -269,12 +271,12 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     discard(record, slot);
     taken = false;
   }
-  // With one worker, about 50 ns of this engine's code lie between the end of one callback and the
-  // start of the next: one reading of the clock serves both.
+  // A scheduler that looks at times needs no more than when one callback ended and the next one
+  // was picked: on one worker that is one reading.
   const bool reads_clock = ready_.exact_time();
-  TimePoint start{};
-  if (reads_clock) [[unlikely]]
-    start = shared_ ? options_.clock->now() : ready_.now();
+  TimePoint start = picked;
+  if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
+    start = options_.clock->now();
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
@@ -293,13 +295,20 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   } else if (is_checked) {
     record.supervision->running[worker_index_].deadline.store(kNever);
   }
+  TimePoint end{};
+  if (reads_clock) [[unlikely]]
+    end = options_.clock->now();  // before the wait for the lock
   lock();
-  if (taken && options_.statistics != StatisticsLevel::off) ++record.statistics.received;
+  if (taken && options_.statistics != StatisticsLevel::off) ++record.counts.received;
   if (reads_clock) [[unlikely]] {
-    ready_.read_clock();
-    if (taken && records_times_) record_times(record, slot, start);
-    if (taken && trace_of_ != nullptr) trace(record, slot, start);
-    ready_.report_execution(record, as_picked, ready_.now() - start);
+    if (shared_) {
+      ready_.read_clock();
+    } else {
+      ready_.set_now(end);
+    }
+    if (taken && records_times_) record_times(record, slot, picked, start, end);
+    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end);
+    ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);
 }
@@ -324,20 +333,22 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
 
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
-void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot,
-                                       TimePoint start) noexcept {
-  CallbackStatistics& statistics = record.statistics;
-  const TimePoint end = ready_.now();
-  statistics.execution.record(end - start);
+void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot, TimePoint picked,
+                                       TimePoint start, TimePoint end) noexcept {
+  CallbackTimes& times = *record.times;
+  times.execution.record(end - start);
   if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
   const Nanoseconds latency = start - slot.ready_time;
-  statistics.latency.record(latency);
+  times.latency.record(latency);
+  times.waiting.record(picked - slot.ready_time);
+  times.take.record(start - picked);
   const Nanoseconds period = slot.expected_period;
   if (period == Nanoseconds::zero() || record.is_timer()) return;
+  ++record.counts.with_period;
   if (latency > std::min<Nanoseconds>(period, std::chrono::milliseconds(50))) {
-    ++statistics.too_late;
+    ++record.counts.too_late;
   } else if (latency > std::min<Nanoseconds>(period / 5, std::chrono::milliseconds(5))) {
-    ++statistics.late;
+    ++record.counts.late;
   }
 }
 

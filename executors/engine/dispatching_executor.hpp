@@ -183,18 +183,20 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void work(std::size_t index);
   bool run_next(const ReadySet::Limits& limits) noexcept;
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
-  void execute(CallbackRecord& record, const ReadyCallback& as_picked, bool is_checked, Slot& slot,
-               bool taken, StagedOutputs* outputs) noexcept;
+  void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
+               bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
-                                          TimePoint start) noexcept;
+                                          TimePoint picked, TimePoint start,
+                                          TimePoint end) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
                                                  const Dispatch& dispatch,
                                                  TimePoint start) noexcept;
-  void record_times(CallbackRecord& record, const Slot& slot, TimePoint start) noexcept;
+  void record_times(CallbackRecord& record, const Slot& slot, TimePoint picked, TimePoint start,
+                    TimePoint end) noexcept;
   bool has_time_left(TimePoint limit) noexcept;
   [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
                               const FutureState* future) noexcept;
@@ -235,6 +237,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
   const bool records_times_;               // statistics are full
+  const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds early_wake_;
   std::unique_ptr<WaitBackend> backend_;  // `auto`: made at the first spin
 

@@ -139,6 +139,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->entity = entity;
   record->group = entity->group();
   record->node = node.fully_qualified_name();
+  if (records_times_) record->times = std::make_unique<CallbackTimes>();
   const auto known_node =
       node_ids_.try_emplace(&node, static_cast<std::uint32_t>(node_ids_.size()));
   KnownGroup& group = groups_

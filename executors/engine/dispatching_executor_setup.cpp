@@ -35,6 +35,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
       records_times_(options.statistics == StatisticsLevel::full),
+      times_take_(shared_ || records_times_ || options.trace_events != 0),
       early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
       trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
                    ? std::make_unique<Trigger>(options_.trigger)

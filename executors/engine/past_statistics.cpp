@@ -22,11 +22,14 @@ void add_to(CallbackStatistics& sum, const CallbackStatistics& more) {
   sum.expected += more.expected;
   sum.from_outside += more.from_outside;
   sum.dropped += more.dropped;
+  sum.with_period += more.with_period;
   sum.late += more.late;
   sum.too_late += more.too_late;
   sum.deadline_misses += more.deadline_misses;
   sum.overruns += more.overruns;
   sum.latency.merge(more.latency);
+  sum.waiting.merge(more.waiting);
+  sum.take.merge(more.take);
   sum.execution.merge(more.execution);
 }
 

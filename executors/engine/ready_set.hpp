@@ -83,8 +83,9 @@ struct CallbackRecord : ReadyCallback, Sink {
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
   std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
   std::string node;
-  CallbackStatistics statistics;
-  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+  CallbackCounts counts;
+  std::unique_ptr<CallbackTimes> times;  // where statistics are full
+  std::uint64_t lost_before = 0;         // what the entity had lost when last traced
 
   // Publishers read what follows: a cache line that the worker does not write each time.
 
@@ -312,7 +313,8 @@ class ReadySet {
 
 // Puts it back into the scheduler, with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
-  if (callback == nullptr) return;
+  if (callback == nullptr) [[likely]]  // no callback of the group is parked
+    return;
   if (waiting_++ == 0 && is_order_) {
     alone_ = callback;
     return;
@@ -414,13 +416,14 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
 
 inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
-  const bool is_gone = record.removed && executing == 0;
+  const bool removed = record.removed;
   if (!record.is_reentrant()) settle(record, more);
   hand_back(record.exclusion->leave());
   // Release: pairs with the load in pending(); what the callback published is visible.
   record.executing.store(executing, std::memory_order_release);
-  if (is_gone) [[unlikely]]
-    record.has_gone();
+  if (removed) [[unlikely]] {
+    if (executing == 0) record.has_gone();
+  }
 }
 
 }  // namespace takt

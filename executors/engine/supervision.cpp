@@ -36,8 +36,8 @@ void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
   const bool is_over_budget = budget != Nanoseconds::zero() && end - start > budget;
   const bool has_overrun =
       is_over_budget || (record.is_timer() && record.entity->next_release() < end);
-  if (has_missed) ++record.statistics.deadline_misses;
-  if (is_over_budget) ++record.statistics.overruns;
+  if (has_missed) ++record.counts.deadline_misses;
+  if (is_over_budget) ++record.counts.overruns;
   const bool is_bad = has_missed || has_overrun;
   const OverrunPolicy policy = record.settings.overrun;
   record.is_demoted = is_bad && policy == OverrunPolicy::demote;

@@ -8,6 +8,27 @@
 #include "takt/sched/scheduler_library.hpp"
 
 namespace takt {
+namespace {
+
+void find_type(const ExecutorDescription& executor) {
+  if (executor.library.empty()) return executors().check(executor.type);
+  load_executor(executor.type, executor.library);
+}
+
+// Only the executor type and the wait back end know how many threads they support. Constructing an
+// executor starts no thread; but the constructor of one from a library may throw anything.
+void try_to_make(const std::string& type, const ExecutorOptions& options) {
+  try {
+    executors().make(type, options);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(fmt::format("executor '{}' throws in its constructor: {}", type, error.what()),
+                "let it throw takt::Error for options that it cannot serve, and nothing else");
+  }
+}
+
+}  // namespace
 
 void ConfigurationReader::read_scheduler(const Value& value) {
   const auto load = [&](const Value& place) {
@@ -36,8 +57,17 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
                                                                       ExecutorOptions& options,
                                                                       bool& is_sound) {
   return {
-      {"type", "The executor type, see `takt list executors`.",
-       noting(is_sound, into_checked(executor.type, [&] { executors().check(executor.type); }))},
+      {"library",
+       "A shared library that registers the type. It is found as the library of a scheduler is.",
+       noting(is_sound, [&](const Value& library) { read_library(library, executor.library); })},
+      {"type",
+       "The executor type, see `takt list executors`. With `library`: the name that it registers, "
+       "which is required.",
+       // If it is not sound, its library is reported already.
+       noting(is_sound, into_checked(executor.type,
+                                     [&] {
+                                       if (is_sound) find_type(executor);
+                                     }))},
       {"scheduler",
        "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
        "type.",
@@ -90,14 +120,17 @@ void ConfigurationReader::read_executor(const Value& value) {
   ExecutorOptions options{.name = value.name};
   bool is_sound = true;
   read_map(value, "an executor", executor_fields(executor, options, is_sound));
+  if (!executor.library.empty() && document::find(value, "type") == nullptr) {
+    errors_.add(value.line, "an executor with the key 'library' needs the key 'type'",
+                "add it, with the name that the library registers");
+    is_sound = false;
+  }
   options.scheduler = executor.scheduler;
   options.wait = executor.wait;
   options.early_wake = executor.early_wake;
   options.per = executor.per;
   options.trigger = executor.trigger;
-  // Only the executor type and the wait back end know how many threads they support. Constructing
-  // an executor starts no thread.
-  if (is_sound) errors_.passes(value.line, [&] { executors().make(executor.type, options); });
+  if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
   executors_.insert(executor.name);
   system_.executors.push_back(std::move(executor));
 }

@@ -107,8 +107,9 @@ Figures run_takt(const Variant& variant, const BenchOptions& options, const EndS
              variant.words);
   const std::string trace = trace_path();
   if (variant.is_reference_system) words = joined(words, {"--trace", trace});
-  Figures figures = figures_of(run_again(words, signals).at("runs").at(0), variant);
-  if (variant.is_reference_system) figures.values.merge(key_figures(read_and_remove(trace)));
+  const json run = run_again(words, signals).at("runs").at(0);
+  Figures figures = figures_of(run, variant);
+  if (variant.is_reference_system) figures.values.merge(key_figures(run, read_and_remove(trace)));
   return figures;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -31,12 +32,14 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-json spread(std::vector<double> values) {
+/// A metric over all runs. What is counted is added up: a median would hide the one run that lost
+/// messages.
+json over_runs(const std::string& metric, const std::vector<double>& values) {
+  if (metric == "received" || metric == "lost" || metric == "hot_path_drops") {
+    return {{"sum", std::accumulate(values.begin(), values.end(), 0.0)}, {"n", values.size()}};
+  }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  const json range{{"min", *least}, {"max", *most}};
-  json result{{"median", rt::median(values)}, {"n", values.size()}};
-  result.update(range);
-  return result;
+  return {{"median", rt::median(values)}, {"min", *least}, {"max", *most}, {"n", values.size()}};
 }
 
 /// Progress through all runs of all experiments.
@@ -98,7 +101,7 @@ json run(const Experiment& experiment, const BenchOptions& options, Course& cour
     }
     if (!experiment.x_label.empty()) row["x"] = variants[i].x;
     for (const auto& [metric, of_runs] : measured[i].values) {
-      row["metrics"][metric] = spread(of_runs);
+      row["metrics"][metric] = over_runs(metric, of_runs);
     }
     json buckets = json::array();
     measured[i].latency.for_each_bucket([&](std::size_t, Nanoseconds limit, std::uint64_t count) {
@@ -138,17 +141,21 @@ void print(const json& experiment) {
     if (has_x) cells.push_back(fmt::format("{}", row.at("x").get<double>()));
     for (const json& metric : experiment.at("metrics")) {
       const json& value = row.at("metrics").at(metric.get<std::string>());
-      cells.push_back(number(value.at("median")));
-      cells.push_back(number(value.at("min")) + "–" + number(value.at("max")));
+      if (value.contains("sum")) {
+        cells.push_back(fmt::format("{:.0f}", value.at("sum").get<double>()));
+        cells.push_back("sum");
+      } else {
+        cells.push_back(number(value.at("median")));
+        cells.push_back(number(value.at("min")) + "–" + number(value.at("max")));
+      }
     }
     for (const char* metric : {"received", "lost"}) {
-      cells.push_back(
-          fmt::format("{:.0f}", row.at("metrics").at(metric).at("median").get<double>()));
+      cells.push_back(fmt::format("{:.0f}", row.at("metrics").at(metric).at("sum").get<double>()));
     }
     table.add(std::move(cells));
   }
   table.print(fmt::format(
-      "{}: {} (medians of {} run(s) of {}, interleaved; latency: mean, publish → "
+      "{}: {} (medians of {} run(s) of {}, interleaved; counts: sums; latency: mean, publish → "
       "callback)",
       experiment.at("name").get<std::string>(), experiment.at("title").get<std::string>(),
       experiment.at("repeat").get<int>(), experiment.at("duration").get<std::string>()));

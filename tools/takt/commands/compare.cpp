@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -40,7 +41,8 @@ struct Comparison {
   std::string file, executor, scheduler, composition = "file";
   Histogram latency;        // of all subscriptions, over all repeats
   Histogram timer_latency;  // due → start
-  std::uint64_t received = 0, lost = 0, dropped = 0, late = 0, too_late = 0, deadline_misses = 0;
+  std::uint64_t received = 0, lost = 0, dropped = 0, deadline_misses = 0;
+  std::optional<std::uint64_t> late, too_late;  // of publishers whose periods are known
   std::map<std::string, ChainComparison> chains;  // by name
   // One value for each repeat; tables show the median.
   std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
@@ -77,8 +79,12 @@ void add_run(Comparison& row, const json& run) {
     sum("received", row.received);
     sum("lost", row.lost);
     sum("dropped", row.dropped);
-    sum("late", row.late);
-    sum("too_late", row.too_late);
+    const auto sum_known = [&callback](const char* key, std::optional<std::uint64_t>& into) {
+      const json& count = callback.at(key);
+      if (!count.is_null()) into = into.value_or(0) + count.get<std::uint64_t>();
+    };
+    sum_known("late", row.late);
+    sum_known("too_late", row.too_late);
     sum("deadline_misses", row.deadline_misses);
   }
   for (const json& chain : run.at("chains")) {
@@ -151,9 +157,10 @@ void print(const std::vector<Comparison>& rows, int repeats) {
     for (; first < rows.size() && rows[first].file == file; ++first) {
       const Comparison& row = rows[first];
       std::vector<std::string> cells;
-      for (const std::uint64_t count :
-           {row.received, row.lost, row.dropped, row.late, row.too_late, row.deadline_misses}) {
-        cells.push_back(std::to_string(count));
+      for (const std::optional<std::uint64_t> count :
+           {std::optional(row.received), std::optional(row.lost), std::optional(row.dropped),
+            row.late, row.too_late, std::optional(row.deadline_misses)}) {
+        cells.push_back(count ? std::to_string(*count) : "-");
       }
       for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
       cells.push_back(
@@ -227,7 +234,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
 }
 
 void compare(const Options& options) {
-  for (const std::string& file : options.files) read_system(file);  // may load schedulers
+  for (const std::string& file : options.files) read_system(file);  // may load executors
   const std::vector<std::string> executor_names = selection(options.executors, executors());
   const std::vector<std::string> scheduler_names =
       options.schedulers.empty() ? std::vector<std::string>{""}

@@ -68,6 +68,9 @@ void print_callbacks(const json& run) {
   for (const json& row : run.at("callbacks")) {
     const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
     const auto number = [&](const char* key) { return row.at(key).get<std::uint64_t>(); };
+    const auto number_or_dash = [](const json& count) {
+      return count.is_null() ? "-" : text<std::uint64_t>(count);
+    };
     const json& latency = row.at("latency_us");
     const json& execution = row.at("execution_us");
     table.add(row.at("process"),
@@ -75,8 +78,8 @@ void print_callbacks(const json& run) {
                std::to_string(number("received")),
                word("kind") == "timer" ? "-" : std::to_string(number("lost")),
                word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
-               std::to_string(number("overruns")), std::to_string(number("late")),
-               std::to_string(number("too_late")), std::to_string(number("deadline_misses")),
+               std::to_string(number("overruns")), number_or_dash(row.at("late")),
+               number_or_dash(row.at("too_late")), std::to_string(number("deadline_misses")),
                us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
                us(latency.at("p999")), us(latency.at("max")), us(execution.at("p50")),
                us(execution.at("max"))});
@@ -153,9 +156,15 @@ void print_processes(const json& run) {
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
+/// Call it when the file is read, which may load executors and schedulers.
+void check_names(const Options& options) {
+  if (!options.executor.empty()) executors().check(options.executor);
+  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+}
+
 /// An empty container for components that are loaded later.
 SystemDescription empty_container(const Options& options) {
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  check_names(options);
   SystemDescription system;
   system.file = "--name " + options.name;
   system.name = options.name;
@@ -181,8 +190,8 @@ void prepare_for_loading(SystemDescription& system) {
 /// The processes of the system, with the composition and transport of the options.
 std::vector<SystemDescription> processes(const Options& options) {
   if (!options.name.empty()) return {empty_container(options)};
-  SystemDescription system = read_system(options.file);  // may load schedulers
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  SystemDescription system = read_system(options.file);
+  check_names(options);
   const bool loads = options.composition == "dynamic";
   // Without DDS in the file, this is a measurement: parameter services would only distort it.
   const bool needs_dds = options.transport == "dds" || options.transport == "shm";
@@ -227,8 +236,9 @@ void run(const Options& options) {
   if (!options.trace.empty()) write_trace(trace, options.trace);
   if (!options.json.empty() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
-      callback.at("latency_us").erase("histogram");
-      callback.at("execution_us").erase("histogram");
+      for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
+        callback.at(times).erase("histogram");
+      }
     }
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
@@ -283,7 +293,6 @@ void set_up(CLI::App* command) {
     if (options->file.empty() && options->name.empty()) {
       throw Error("nothing to run", "give a FILE, or --name for an empty container");
     }
-    if (!options->executor.empty()) executors().check(options->executor);
     run(*options);
   });
 }

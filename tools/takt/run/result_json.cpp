@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/result_json.hpp"
 
+#include <cmath>
 #include <fstream>
 
 #include <fmt/format.h>
@@ -19,7 +20,10 @@ json histogram_json(const Histogram& histogram, bool with_buckets) {
   const auto us = [&](Nanoseconds value) {
     return histogram.count() == 0 ? json() : json(rt::us(value));
   };
-  json result = {{"mean", us(histogram.mean())},
+  json result = {{"count", histogram.count()},
+                 {"sum", us(histogram.sum())},
+                 {"mean", us(histogram.mean())},
+                 {"min", us(histogram.min())},
                  {"p50", us(histogram.percentile(0.5))},
                  {"p90", us(histogram.percentile(0.9))},
                  {"p99", us(histogram.percentile(0.99))},
@@ -55,8 +59,8 @@ json trace_json(const std::string& process, const ThreadStatistics& thread) {
   for (const NamedTraceEvent& event : thread.trace) {
     const auto ns = [](TimePoint time) { return time.time_since_epoch().count(); };
     events.push_back({event.name, std::string(to_string(event.kind)), event.sequence,
-                      event.chain_instance, event.lost, ns(event.ready), ns(event.start),
-                      ns(event.end)});
+                      event.chain_instance, event.lost, ns(event.ready), ns(event.picked),
+                      ns(event.start), ns(event.end)});
   }
   return {{"process", process},
           {"thread", thread.in_force.name},
@@ -69,6 +73,9 @@ json callbacks_json(const ProcessResult& process) {
   json callbacks = json::array();
   for (const auto& callback : process.callbacks) {
     const CallbackStatistics& statistics = callback.statistics;
+    const auto of_known_period = [&statistics](std::uint64_t count) {
+      return statistics.with_period == 0 ? json() : json(count);
+    };
     callbacks.push_back({{"process", process.name},
                          {"executor", callback.executor},
                          {"node", statistics.node},
@@ -81,11 +88,13 @@ json callbacks_json(const ProcessResult& process) {
                          {"from_outside", statistics.from_outside},
                          {"lost", callback.lost()},
                          {"dropped", statistics.dropped},
-                         {"late", statistics.late},
-                         {"too_late", statistics.too_late},
+                         {"late", of_known_period(statistics.late)},
+                         {"too_late", of_known_period(statistics.too_late)},
                          {"deadline_misses", statistics.deadline_misses},
                          {"overruns", statistics.overruns},
                          {"latency_us", histogram_json(statistics.latency, true)},
+                         {"waiting_us", histogram_json(statistics.waiting, true)},
+                         {"take_us", histogram_json(statistics.take, true)},
                          {"execution_us", histogram_json(statistics.execution, true)}});
   }
   return callbacks;
@@ -152,6 +161,10 @@ Histogram read_histogram(const json& latency) {
   for (const json& bucket : latency.value("histogram", json::array())) {
     histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
   }
+  const auto ns = [&latency](const char* key) {
+    return Nanoseconds(std::llround(latency.at(key).get<double>() * 1e3));
+  };
+  if (histogram.count() != 0) histogram.set_exact(ns("min"), ns("max"), ns("sum"));
   return histogram;
 }
 

@@ -31,19 +31,24 @@ TEST(ResultJson, SaysNullOfTimesWithoutASample) {
   EXPECT_EQ(callback.at("process"), "robot");
   EXPECT_EQ(callback.at("node"), "/node");
   EXPECT_EQ(callback.at("kind"), "timer");
-  EXPECT_EQ(callback.at("latency_us"), json::parse(R"({"mean": null, "p50": null, "p90": null,
-    "p99": null, "p999": null, "max": null, "histogram": []})"));
+  EXPECT_EQ(callback.at("latency_us"),
+            json::parse(R"({"count": 0, "sum": null, "mean": null, "min": null,
+    "p50": null, "p90": null, "p99": null, "p999": null, "max": null, "histogram": []})"));
 }
 
 TEST(ResultJson, KeepsAHistogramWhole) {
   ProcessResult result = result_of_one_callback();
   Histogram& latency = result.callbacks[0].statistics.latency;
-  for (const Nanoseconds sample : {3us, 3us, 40us}) latency.record(sample);
+  for (const Nanoseconds sample : {3001ns, 3001ns, 40'003ns}) latency.record(sample);
   const json written = process_json(result).at("callbacks").at(0).at("latency_us");
   const Histogram read = read_histogram(written);
   EXPECT_EQ(read.count(), 3u);
   EXPECT_EQ(read.percentile(0.5), latency.percentile(0.5));
-  EXPECT_EQ(written.at("max"), 40.0);
+  // Exactly: from the limits of the buckets, each would be up to 3.2 % too high.
+  EXPECT_EQ(read.min(), 3001ns);
+  EXPECT_EQ(read.max(), 40'003ns);
+  EXPECT_EQ(read.sum(), 46'005ns);
+  EXPECT_EQ(read.mean(), latency.mean());
   EXPECT_EQ(read_histogram(json::object()).count(), 0u);
 }
 

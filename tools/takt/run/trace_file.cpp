@@ -20,7 +20,7 @@ struct Execution {
   int process, thread;
   std::string name, kind;
   std::uint64_t sequence, chain, lost;
-  std::int64_t ready_ns, start_ns, end_ns;
+  std::int64_t ready_ns, picked_ns, start_ns, end_ns;
 };
 
 double us(std::int64_t ns) {
@@ -57,12 +57,13 @@ std::vector<Execution> read_executions(const json& threads, json& events) {
                       {"args", {{"name", thread.at("thread")}}}});
     for (const json& entry : thread.at("events")) {
       executions.push_back({process, tid, entry[0], entry[1], entry[2], entry[3], entry[4],
-                            entry[5], entry[6], entry[7]});
+                            entry[5], entry[6], entry[7], entry[8]});
       begin_ns = std::min(begin_ns, executions.back().ready_ns);
     }
   }
   for (Execution& execution : executions) {
     execution.ready_ns -= begin_ns;
+    execution.picked_ns -= begin_ns;
     execution.start_ns -= begin_ns;
     execution.end_ns -= begin_ns;
   }
@@ -78,12 +79,14 @@ void add_execution(json& events, const Execution& execution, std::size_t number)
   slice["cat"] = execution.kind;
   slice["dur"] = us(execution.end_ns - execution.start_ns);
   slice["args"] = {{"latency_us", us(execution.start_ns - execution.ready_ns)},
+                   {"waiting_us", us(execution.picked_ns - execution.ready_ns)},
+                   {"take_us", us(execution.start_ns - execution.picked_ns)},
                    {"sequence", execution.sequence},
                    {"chain_instance", execution.chain}};
   events.push_back(std::move(slice));
   for (const bool begins : {true, false}) {
     json wait = event(begins ? "b" : "e", execution, "ready: " + execution.name,
-                      begins ? execution.ready_ns : execution.start_ns);
+                      begins ? execution.ready_ns : execution.picked_ns);
     wait["cat"] = "ready";
     wait["id"] = number;
     events.push_back(std::move(wait));

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A new scheduler and a new executor are a file and a line each: all else finds them by itself.
 
-usage: extension_test.py EXTENSION TAKT PROGRAM...   (the library of extension.cpp, and test programs
-that run for everything that is registered)
+usage: extension_test.py EXTENSION TAKT PROGRAM...   (the library of examples/15_executor, and test
+programs that run for everything that is registered)
 """
 # SPDX-License-Identifier: Apache-2.0
 import os

@@ -1,0 +1,147 @@
+// Every number of a row of the statistics, exactly: under a manual clock, with a subscription that
+// takes long to take, as one does that decodes. Run for every executor under every scheduler.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/conformance/conformance.hpp"
+#include "takt/nodes/chain.hpp"
+
+namespace takt::conformance {
+namespace {
+
+constexpr Nanoseconds kTake = 1ms, kWork = 7ms;
+
+template <class F>
+struct SlowToTake final : CallbackSubscription<Number, F> {
+  SlowToTake(ManualClock& of_test, const std::string& name,
+             const std::shared_ptr<CallbackGroup>& group, const Endpoint& endpoint, F callback)
+      : CallbackSubscription<Number, F>(name, group, endpoint, std::move(callback)),
+        clock(of_test) {}
+  using CallbackSubscription<Number, F>::take;
+  bool take(Slot& slot) noexcept override {
+    clock.work(kTake);
+    return CallbackSubscription<Number, F>::take(slot);
+  }
+  ManualClock& clock;
+};
+
+class SlowNode final : public Node {
+ public:
+  SlowNode(const std::string& name, ManualClock& clock)
+      : Node(name, {.clock = &clock}), clock_(clock) {}
+  template <class F>
+  std::shared_ptr<Subscription<Number>> subscribe(const std::string& topic, F callback) {
+    auto subscription = std::make_shared<SlowToTake<F>>(
+        clock_, topic, group_or_default(nullptr), endpoint<Number>(topic, 10), std::move(callback));
+    auto handle = adopt<Subscription<Number>>(subscription);
+    subscription->start();
+    return handle;
+  }
+
+ private:
+  ManualClock& clock_;
+};
+
+/// Count, minimum, maximum and sum.
+auto numbers(const Histogram& histogram) {
+  return std::tuple(histogram.count(), histogram.min(), histogram.max(), histogram.sum());
+}
+auto numbers(std::initializer_list<Nanoseconds> samples) {
+  Histogram histogram;
+  for (const Nanoseconds sample : samples) histogram.record(sample);
+  return numbers(histogram);
+}
+
+class ConformanceStatistics : public Conformance {
+ protected:
+  CallbackStatistics row(const std::string& callback) const {
+    for (CallbackStatistics& row : executor_->statistics()) {
+      if (row.callback == callback) return row;
+    }
+    ADD_FAILURE() << "no row of " << callback;
+    return {};
+  }
+
+  ManualClock clock_{TimePoint(1s)};
+  const std::unique_ptr<Executor> executor_ = make(clock_, 1);
+  const std::shared_ptr<SlowNode> node_ = std::make_shared<SlowNode>("node", clock_);
+};
+
+TEST_P(ConformanceStatistics, LatencyIsTheWaitAndTheTake) {
+  const auto publisher = node_->create_publisher<Number>("topic", 10, {.expected_period = 10ms});
+  const auto subscription = node_->subscribe("topic", [&](const Number&) { clock_.work(kWork); });
+  executor_->add_node(node_);
+  executor_->spin_some();
+  publisher->publish(Number{1});
+  clock_.work(3ms);
+  publisher->publish(Number{2});
+  executor_->spin_all();
+  publisher->publish(Number{3});
+  clock_.work(10ms);
+  executor_->spin_all();
+  const CallbackStatistics measured = row("topic");
+  EXPECT_EQ(numbers(measured.waiting), numbers({3ms, kTake + kWork, 10ms}));
+  EXPECT_EQ(numbers(measured.take), numbers({kTake, kTake, kTake}));
+  EXPECT_EQ(numbers(measured.latency), numbers({4ms, 9ms, 11ms}));
+  EXPECT_EQ(numbers(measured.execution), numbers({kWork, kWork, kWork}));
+  EXPECT_EQ(measured.received, 3u);
+  EXPECT_EQ(measured.expected, 3u);
+  EXPECT_EQ(measured.dropped, 0u);
+  EXPECT_EQ(measured.with_period, 3u);
+  EXPECT_EQ(measured.late, 2u);      // more than a fifth of the period
+  EXPECT_EQ(measured.too_late, 1u);  // more than the period
+}
+
+TEST_P(ConformanceStatistics, AChainIsMeasuredFromItsReleaseToItsEnd) {
+  const auto publisher = node_->create_publisher<Number>("topic", 10);
+  const auto timer = node_->create_timer("timer", 100ms, [&] {
+    clock_.work(2ms);
+    publisher->publish(Number{});
+  });
+  const auto subscription = node_->subscribe("topic", [&](const Number&) { clock_.work(kWork); });
+  const auto chain =
+      Chain::create({.name = "chain", .deadline = 12ms}, {{node_, "timer"}, {node_, "topic"}});
+  executor_->add_node(node_);
+  executor_->spin_some();
+  clock_.work(103ms);  // the timer is due at 100
+  executor_->spin_all();
+  const CallbackStatistics released = row("timer");
+  EXPECT_EQ(numbers(released.waiting), numbers({3ms}));
+  EXPECT_EQ(numbers(released.take), numbers({0ms}));
+  EXPECT_EQ(numbers(released.latency), numbers({3ms}));
+  EXPECT_EQ(numbers(released.execution), numbers({2ms}));
+  const CallbackStatistics received = row("topic");
+  EXPECT_EQ(numbers(received.latency), numbers({kTake}));
+  EXPECT_EQ(received.with_period, 0u);  // its publisher names none
+  EXPECT_EQ(received.late, 0u);
+  const ChainStatistics measured = chain->statistics();
+  EXPECT_EQ(numbers(measured.latency), numbers({3ms + 2ms + kTake + kWork}));
+  EXPECT_EQ(measured.instances, 1u);
+  EXPECT_EQ(measured.misses, 1u);
+  EXPECT_EQ(measured.aborted, 0u);
+}
+
+TEST_P(ConformanceStatistics, CountMeasuresNoTimesAndOffNothing) {
+  for (const StatisticsLevel level : {StatisticsLevel::count, StatisticsLevel::off}) {
+    ExecutorOptions options;
+    options.scheduler = scheduler_name();
+    options.clock = &clock_;
+    options.statistics = level;
+    const auto executor = make(options);
+    const auto node = std::make_shared<SlowNode>("counted", clock_);
+    const auto publisher = node->create_publisher<Number>("counted", 10);
+    const auto subscription = node->subscribe("counted", [](const Number&) {});
+    executor->add_node(node);
+    publisher->publish(Number{});
+    executor->spin_all();
+    const CallbackStatistics measured = executor->statistics().at(0);
+    EXPECT_EQ(measured.received, level == StatisticsLevel::count ? 1u : 0u);
+    for (const Histogram* times :
+         {&measured.latency, &measured.waiting, &measured.take, &measured.execution}) {
+      EXPECT_EQ(times->count(), 0u);
+    }
+  }
+}
+
+TAKT_INSTANTIATE_CONFORMANCE(ConformanceStatistics);
+
+}  // namespace
+}  // namespace takt::conformance
