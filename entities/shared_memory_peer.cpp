@@ -236,9 +236,9 @@ int run() {
         std::string type;
         std::size_t depth = 0;
         words >> type >> topic >> depth;
-        const auto make = type == "block"   ? make_end<Block>
-                          : type == "image" ? make_end<Image>
-                                            : make_end<Text>;
+        const auto make = type == "block"   ? &make_end<Block>
+                          : type == "image" ? &make_end<Image>
+                                            : &make_end<Text>;
         auto end = make(is_publisher, *node, topic, depth, arrivals);
         const std::lock_guard lock(mutex);
         ends[is_publisher ? topic : topic + "/in"] = std::move(end);

@@ -112,8 +112,7 @@ std::string element_type(const Field& field) {
     case FieldShape::bounded_string:
       return fmt::format("string<={}", field.shape.string_capacity);
   }
-  return {
-  }
+  return {};
 }
 
 }  // namespace
