@@ -177,6 +177,21 @@ double us(const Histogram& histogram, double fraction) {
   return static_cast<double>(histogram.percentile(fraction).count()) / 1e3;
 }
 
+void report(benchmark::State& state, const Histogram& bare_latency, const Histogram& takt_latency,
+            const std::array<std::int64_t, 2>& cpu_ns) {
+  const auto cpu_us = [&](std::size_t which) {
+    return static_cast<double>(cpu_ns[which]) / 1e3 / (kRounds * kMessages);
+  };
+  state.counters["bare_p50_us"] = us(bare_latency, 0.5);
+  state.counters["takt_p50_us"] = us(takt_latency, 0.5);
+  state.counters["bare_p99_us"] = us(bare_latency, 0.99);
+  state.counters["takt_p99_us"] = us(takt_latency, 0.99);
+  state.counters["p50_ratio"] = us(takt_latency, 0.5) / us(bare_latency, 0.5);
+  state.counters["bare_cpu_us"] = cpu_us(0);
+  state.counters["takt_cpu_us"] = cpu_us(1);
+  state.counters["cpu_ratio"] = cpu_us(1) / cpu_us(0);
+}
+
 void latency(benchmark::State& state) {
   Histogram bare_latency, takt_latency;
   std::atomic<int> arrived{0};
@@ -234,17 +249,7 @@ void latency(benchmark::State& state) {
   dds_delete_listener(listener);
   executor->cancel();
   spinner.join();
-  const auto cpu_us = [&](std::size_t which) {
-    return static_cast<double>(cpu_ns[which]) / 1e3 / (kRounds * kMessages);
-  };
-  state.counters["bare_p50_us"] = us(bare_latency, 0.5);
-  state.counters["takt_p50_us"] = us(takt_latency, 0.5);
-  state.counters["bare_p99_us"] = us(bare_latency, 0.99);
-  state.counters["takt_p99_us"] = us(takt_latency, 0.99);
-  state.counters["p50_ratio"] = us(takt_latency, 0.5) / us(bare_latency, 0.5);
-  state.counters["bare_cpu_us"] = cpu_us(0);
-  state.counters["takt_cpu_us"] = cpu_us(1);
-  state.counters["cpu_ratio"] = cpu_us(1) / cpu_us(0);
+  report(state, bare_latency, takt_latency, cpu_ns);
 }
 BENCHMARK(latency)->Arg(64)->Arg(1'000)->Arg(10'000)->Arg(100'000)->Iterations(1)->Unit(
     benchmark::kMillisecond);

@@ -128,6 +128,17 @@ long futex(std::atomic<std::uint32_t>& word, int operation, std::uint32_t value)
 }
 
 /// Alternating rounds of the two; each posts `kPosts` times to a sleeping thread.
+void report(benchmark::State& state, const Histogram& bare, const Histogram& through_executor) {
+  const auto us = [](const Histogram& histogram, double fraction) {
+    return static_cast<double>(histogram.percentile(fraction).count()) / 1e3;
+  };
+  state.counters["futex_p50_us"] = us(bare, 0.5);
+  state.counters["futex_p99_us"] = us(bare, 0.99);
+  state.counters["takt_p50_us"] = us(through_executor, 0.5);
+  state.counters["takt_p99_us"] = us(through_executor, 0.99);
+  state.counters["p50_ratio"] = us(through_executor, 0.5) / us(bare, 0.5);
+}
+
 void hand_over(benchmark::State& state, const std::string& executor_name) {
   constexpr int kRounds = 20, kPosts = 100;
   Histogram bare, through_executor;
@@ -178,16 +189,9 @@ void hand_over(benchmark::State& state, const std::string& executor_name) {
   word.store(2);
   futex(word, FUTEX_WAKE_PRIVATE, 1);
   executor->cancel();
-  const auto us = [](const Histogram& histogram, double fraction) {
-    return static_cast<double>(histogram.percentile(fraction).count()) / 1e3;
-  };
   spinner.join();
   sleeper.join();
-  state.counters["futex_p50_us"] = us(bare, 0.5);
-  state.counters["futex_p99_us"] = us(bare, 0.99);
-  state.counters["takt_p50_us"] = us(through_executor, 0.5);
-  state.counters["takt_p99_us"] = us(through_executor, 0.99);
-  state.counters["p50_ratio"] = us(through_executor, 0.5) / us(bare, 0.5);
+  report(state, bare, through_executor);
 }
 BENCHMARK_CAPTURE(hand_over, events, "events")->Iterations(2)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(hand_over, single_threaded, "single_threaded")

@@ -134,6 +134,14 @@ class Maker {
   std::vector<std::shared_ptr<void>> make();
 
  private:
+  Strings strings(const char* name) { return node_.template declare_parameter<Strings>(name, {}); }
+  Integers integers(const char* name) {
+    return node_.template declare_parameter<Integers>(name, {});
+  }
+  void make_publishers();
+  void make_subscriptions();
+  void make_relays();
+  void make_services();
   template <class T>
   void add_publisher(const Publishing& publishing);
   template <class T>
@@ -161,13 +169,15 @@ class Maker {
 
 template <class AnyNode>
 std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
-  const auto strings = [this](const char* name) {
-    return node_.template declare_parameter<Strings>(name, {});
-  };
-  const auto integers = [this](const char* name) {
-    return node_.template declare_parameter<Integers>(name, {});
-  };
+  make_publishers();
+  make_subscriptions();
+  make_relays();
+  make_services();
+  return std::move(entities_);
+}
 
+template <class AnyNode>
+void Maker<AnyNode>::make_publishers() {
   const Strings out = strings("publishers.topic");
   const Integers periods = integers("publishers.period_us"),
                  sizes = integers("publishers.size_bytes"),
@@ -203,7 +213,10 @@ std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
     use_type(publishing.fixed_bytes,
              [&]<class T>(std::type_identity<T>) { add_publisher<T>(publishing); });
   }
+}
 
+template <class AnyNode>
+void Maker<AnyNode>::make_subscriptions() {
   const Strings in = strings("subscriptions.topic");
   const Integers in_works = integers("subscriptions.work_us"),
                  in_fixed = integers("subscriptions.fixed_bytes"),
@@ -229,7 +242,10 @@ std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
     use_type(subscribing.fixed_bytes,
              [&]<class T>(std::type_identity<T>) { add_subscription<T>(subscribing); });
   }
+}
 
+template <class AnyNode>
+void Maker<AnyNode>::make_relays() {
   const Strings from = strings("relays.input"), to = strings("relays.output");
   const Integers relay_works = integers("relays.work_us"),
                  relay_sizes = integers("relays.size_bytes"),
@@ -253,7 +269,10 @@ std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
                                                                    "relays.size_bytes", 0))});
   }
   for (const Relaying& relay : relays) add_relay(relay);
+}
 
+template <class AnyNode>
+void Maker<AnyNode>::make_services() {
   const Strings asked = strings("clients.service"), served = strings("servers.service");
   const Integers ask_periods = integers("clients.period_us"),
                  serve_works = integers("servers.work_us");
@@ -265,7 +284,6 @@ std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
     add_server(served[i], std::chrono::microseconds(entry<std::int64_t>(
                               serve_works, i, served.size(), "servers.work_us", 0)));
   }
-  return std::move(entities_);
 }
 
 template <class AnyNode>

@@ -180,6 +180,11 @@ class WireTest : public testing::Test {
   std::shared_ptr<Node> make(const char* name) const {
     return std::make_shared<Node>(name, NodeOptions{.participant = join(RosGraph::jazzy)});
   }
+  static void serve_all(const Node& node) {
+    for (const auto& entity : node.entities()) {
+      if (entity->kind() != EntityKind::timer) serve(*entity);
+    }
+  }
   static bool serve(Entity& entity) {
     Slot slot;
     if (!entity.take(slot)) return false;
@@ -311,11 +316,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
   const auto server = create_action_server<Count>(
       *node, "count", [](const auto&, const auto&) { return GoalResponse::accept; },
       [](const auto&) { return CancelResponse::accept; }, [&](auto handle) { goal = handle; });
-  const auto all = [&] {
-    for (const auto& entity : node->entities()) {
-      if (entity->kind() != EntityKind::timer) serve(*entity);
-    }
-  };
+  const auto all = [&] { serve_all(*node); };
   const std::string action = "/count/_action/", type = "test_msgs/action/Count_";
   const auto send = sender(bytewise, "rq" + action + "send_goalRequest", type + "SendGoal_Request");
   const auto sent =
@@ -335,10 +336,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
     return send->subscription_count() == 1 && ask->subscription_count() == 1 &&
            cancel->subscription_count() == 1;
   }));
-  const std::string client =
-                        "0102030405060708"
-                        "0100000000000000",
-                    id(32, 'a');
+  const std::string client = "01020304050607080100000000000000", id(32, 'a');
   send->publish(bytes("00010000" + client + id + "05000000"));
   ASSERT_TRUE(eventually([&] { return all(), goal != nullptr; }));
   EXPECT_EQ(goal->goal().to, 5);
@@ -349,14 +347,9 @@ TEST_F(WireTest, ThePartsOfAnAction) {
   const std::string stamp = accepted.substr(48);
   goal->publish_feedback({4});
   EXPECT_EQ(next_of(*feedback), "00010000" + id + "04000000");
-  cancel->publish(bytes("00010000" + client + id +
-                        "00000000"
-                        "00000000"));
+  cancel->publish(bytes("00010000" + client + id + "0000000000000000"));
   ASSERT_TRUE(eventually([&] { return all(), goal->is_canceling(); }));
-  EXPECT_EQ(next_of(*canceled), "00010000" + client +
-                                    "00000000"
-                                    "01000000" +
-                                    id + stamp);
+  EXPECT_EQ(next_of(*canceled), "00010000" + client + "0000000001000000" + id + stamp);
   ask->publish(bytes("00010000" + client + id));
   ASSERT_TRUE(eventually([&] { return all(), ask->subscription_count() == 1; }));
   goal->canceled({3});
@@ -364,16 +357,11 @@ TEST_F(WireTest, ThePartsOfAnAction) {
   std::string last;  // of the reported states
   ASSERT_TRUE(eventually([&] {
     while (serve(*status)) last = received_;
-    return last ==
-           "00010000"
-           "01000000" +
-               id + stamp + "05";
+    return last == "0001000001000000" + id + stamp + "05";
   })) << last;
   // It may have been asked before or after the end.
   ASSERT_TRUE(eventually([&] { return all(), received_.clear(), serve(*results); }));
-  EXPECT_EQ(received_, "00010000" + client +
-                           "05000000"
-                           "03000000");
+  EXPECT_EQ(received_, "00010000" + client + "0500000003000000");
 }
 
 // The other way round: the client has types, and the server is bytes.
@@ -400,11 +388,7 @@ TEST_F(WireTest, AnActionsClient) {
            results->subscription_count() == 1 && canceled->subscription_count() == 1 &&
            feedback->subscription_count() == 1;
   }));
-  const auto all = [&] {
-    for (const auto& entity : node->entities()) {
-      if (entity->kind() != EntityKind::timer) serve(*entity);
-    }
-  };
+  const auto all = [&] { serve_all(*node); };
   std::shared_ptr<ClientGoalHandle> goal;
   std::int32_t fed = 0, reached = 0;
   GoalState end = GoalState::unknown;
@@ -432,14 +416,9 @@ TEST_F(WireTest, AnActionsClient) {
                             [&](const auto& answer) { canceling = answer.goals_canceling.size(); });
   const std::string cancel = next_of(*cancels);
   EXPECT_EQ(cancel.substr(40), id + "0000000000000000");
-  canceled->publish(bytes("00010000" + cancel.substr(8, 32) +
-                          "00000000"
-                          "01000000" +
-                          id + stamp));
+  canceled->publish(bytes("00010000" + cancel.substr(8, 32) + "0000000001000000" + id + stamp));
   ASSERT_TRUE(eventually([&] { return all(), canceling == 1; }));
-  results->publish(bytes("00010000" + asks.substr(8, 32) +
-                         "05000000"
-                         "03000000"));
+  results->publish(bytes("00010000" + asks.substr(8, 32) + "0500000003000000"));
   ASSERT_TRUE(eventually([&] { return all(), end == GoalState::canceled; }));
   EXPECT_EQ(reached, 3);
 }

@@ -183,6 +183,23 @@ SharedMemory mode(const std::string& word) {
                            : SharedMemory::automatic;
 }
 
+template <class T>
+std::unique_ptr<End> make_end(bool is_publisher, Node& node, const std::string& topic,
+                              std::size_t depth, std::counting_semaphore<>& arrivals) {
+  if (is_publisher) return std::make_unique<Sender<T>>(node, topic, depth);
+  return std::make_unique<Receiver<T>>(node, topic, depth, arrivals);
+}
+
+std::string state_of(const Participant& participant, const std::string& topic) {
+  std::string answer = "ok";
+  for (const EndpointState& state : participant.endpoints()) {
+    if (state.topic != topic) continue;
+    answer =
+        fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost, state.transport);
+  }
+  return answer;
+}
+
 int run() {
   DdsOptions dds;
   std::string word;
@@ -204,9 +221,7 @@ int run() {
     while (!is_over) {
       arrivals.acquire();
       const std::lock_guard lock(mutex);
-      for (const auto& [topic, end] : ends) {
-        end->call_back();
-      }
+      for (const auto& [topic, end] : ends) end->call_back();
     }
   });
   std::cout << "ok" << std::endl;
@@ -215,27 +230,20 @@ int run() {
     std::istringstream words(line);
     std::string command, topic, answer = "ok";
     if (!(words >> command)) continue;
-    const auto make = [&]<class T>(T*) -> std::unique_ptr<End> {
-      std::size_t depth = 0;
-      words >> topic >> depth;
-      if (command == "publisher") return std::make_unique<Sender<T>>(*node, topic, depth);
-      return std::make_unique<Receiver<T>>(*node, topic, depth, arrivals);
-    };
     try {
       if (command == "publisher" || command == "subscription") {
+        const bool is_publisher = command == "publisher";
         std::string type;
-        words >> type;
-        auto end = type == "block"   ? make(static_cast<Block*>(nullptr))
-                   : type == "image" ? make(static_cast<Image*>(nullptr))
-                                     : make(static_cast<Text*>(nullptr));
+        std::size_t depth = 0;
+        words >> type >> topic >> depth;
+        const auto make = type == "block"   ? make_end<Block>
+                          : type == "image" ? make_end<Image>
+                                            : make_end<Text>;
+        auto end = make(is_publisher, *node, topic, depth, arrivals);
         const std::lock_guard lock(mutex);
-        ends[command == "publisher" ? topic : topic + "/in"] = std::move(end);
+        ends[is_publisher ? topic : topic + "/in"] = std::move(end);
       } else if (words >> topic; command == "state") {
-        for (const EndpointState& state : options.participant->endpoints()) {
-          if (state.topic != topic) continue;
-          answer = fmt::format("{} {} {} {}", state.messages, state.uncopied, state.lost,
-                               state.transport);
-        }
+        answer = state_of(*options.participant, topic);
       } else {
         const bool is_of_receiver = kOfReceiver.contains(command);
         std::unique_lock lock(mutex, std::defer_lock);

@@ -258,13 +258,57 @@ TEST_F(BySharedMemory, SurvivesKilledPeers) {
   }
 }
 
+/// A process that publishes to the one that stays, and one that receives from it.
+struct SharedLife {
+  void kill() {
+    publisher.kill();
+    subscriber.kill();
+  }
+  void stop() {
+    publisher.stop();
+    subscriber.stop();
+  }
+  void resume() {
+    publisher.resume();
+    subscriber.resume();
+  }
+  Peer publisher{"require"}, subscriber{"require"};
+};
+
+/// Counts what the process that stays has to receive, and what it has published.
+struct Traffic {
+  void send(const SharedLife& life, std::int64_t times) {
+    life.publisher.ask(fmt::format("publish /in {} {} 100", sent + 1, times));
+    sent += times;
+  }
+  void publish(std::uint32_t times) {
+    stays.ask(fmt::format("publish /out {} {} 100", published + 1, times));
+    published += times;
+  }
+  const Peer& stays;
+  std::int64_t sent = 0, published = 0;
+};
+
+/// Whether each message was received or counted, and none is broken.
+void expect_complete(const Received& received, std::uint64_t expected) {
+  EXPECT_EQ(received.received + received.lost, expected);
+  EXPECT_EQ(received.broken, 0u);
+}
+
+/// Starts the processes of a life, until they know the topics.
+void start(std::unique_ptr<SharedLife>& life) {
+  life = std::make_unique<SharedLife>();
+  ASSERT_EQ(life->publisher.ask("publisher block /in 10"), "ok");
+  ASSERT_EQ(life->subscriber.ask("subscription block /out 100"), "ok");
+  ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }))
+      << life->publisher.ask("matched /in") << " of a publisher that answered "
+      << life->publisher.greeting();
+}
+
 // Each message is received or counted, by old and new processes, and the old ones hold no more than
 // before.
 TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
   roudi_ = std::make_unique<RoudiProcess>(std::vector<ChunkPool>{{1024, 50'000}});
-  struct Life {
-    Peer publisher{"require"}, subscriber{"require"};
-  };
   const Peer stays("require");
   ASSERT_EQ(stays.ask("subscription block /in 100"), "ok");
   ASSERT_EQ(stays.ask("publisher block /out 10"), "ok");
@@ -272,30 +316,17 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
   const auto below = [&](std::uint32_t limit) {
     return static_cast<std::uint32_t>(random() % limit);
   };
-  std::int64_t sent = 0, own_value = 0;
-  const auto send = [&](const Life& life, std::int64_t times) {
-    life.publisher.ask(fmt::format("publish /in {} {} 100", sent + 1, times));
-    sent += times;
-  };
-  const auto publish = [&](std::uint32_t times) {
-    stays.ask(fmt::format("publish /out {} {} 100", own_value + 1, times));
-    own_value += times;
-  };
-  std::vector<std::unique_ptr<Life>> lives(2);
-  const auto restart = [&](std::unique_ptr<Life>& life) {
-    life = std::make_unique<Life>();
-    ASSERT_EQ(life->publisher.ask("publisher block /in 10"), "ok");
-    ASSERT_EQ(life->subscriber.ask("subscription block /out 100"), "ok");
-    ASSERT_TRUE(eventually([&] { return life->publisher.ask("matched /in") == "1"; }))
-        << life->publisher.ask("matched /in") << " of a publisher that answered "
-        << life->publisher.greeting();
+  Traffic traffic{stays};
+  std::vector<std::unique_ptr<SharedLife>> lives(2);
+  const auto restart = [&](std::unique_ptr<SharedLife>& life) {
+    ASSERT_NO_FATAL_FAILURE(start(life));
     ASSERT_TRUE(eventually([&] {  // until the old processes know it
-      send(*life, 1);
-      return stays.received("/in").last == sent;
+      traffic.send(*life, 1);
+      return stays.received("/in").last == traffic.sent;
     }));
     ASSERT_TRUE(eventually([&] {
-      publish(1);
-      return life->subscriber.received("/out").last == own_value;
+      traffic.publish(1);
+      return life->subscriber.received("/out").last == traffic.published;
     }));
   };
   for (auto& life : lives) restart(life);
@@ -303,40 +334,35 @@ TEST_F(BySharedMemory, SurvivesOthersThatAreKilledStoppedAndRestarted) {
   int deaths = 0;
   const auto end = std::chrono::steady_clock::now() + fault_time();
   while (std::chrono::steady_clock::now() < end && !HasFatalFailure()) {
-    std::unique_ptr<Life>& life = lives[below(2)];
+    std::unique_ptr<SharedLife>& life = lives[below(2)];
     switch (below(8)) {
       case 0:
         // Without RouDi's watch, iceoryx has 512 publishers and 300 processes, dead or alive.
         if (++deaths > 100) break;
-        life->publisher.kill();
-        life->subscriber.kill();
+        life->kill();
         restart(life);
         break;
       case 1:
-        life->publisher.stop();
-        life->subscriber.stop();
-        publish(20);
+        life->stop();
+        traffic.publish(20);
         std::this_thread::sleep_for(std::chrono::milliseconds(below(300)));
-        life->publisher.resume();
-        life->subscriber.resume();
+        life->resume();
         break;
       default:
         const std::uint32_t times = 1 + below(20);
-        send(*life, times);
-        publish(times);
+        traffic.send(*life, times);
+        traffic.publish(times);
     }
   }
   EXPECT_GT(deaths, 0);
-  const auto all = static_cast<std::uint64_t>(sent);
+  const auto all = static_cast<std::uint64_t>(traffic.sent);
   EXPECT_TRUE(stays.has("/in", all));
-  const Received received = stays.received("/in");
-  EXPECT_EQ(received.received + received.lost, all);
-  EXPECT_EQ(received.broken, 0u);
+  expect_complete(stays.received("/in"), all);
   for (const auto& life : lives) {
-    ASSERT_TRUE(eventually([&] { return life->subscriber.received("/out").last == own_value; }));
+    ASSERT_TRUE(
+        eventually([&] { return life->subscriber.received("/out").last == traffic.published; }));
     const Received theirs = life->subscriber.received("/out");
-    EXPECT_EQ(theirs.received + theirs.lost, theirs.expected);
-    EXPECT_EQ(theirs.broken, 0u);
+    expect_complete(theirs, theirs.expected);
   }
   expect_flat(before, footprint(stays.pid()));
 }

@@ -367,11 +367,33 @@ TEST_F(TwoParticipants, SurvivesHostileDatagrams) {
 
 /// A peer that publishes to us, and one that we publish to: all that is known of the two.
 struct Life {
+  explicit Life(int number) : label("life" + std::to_string(number)) {
+    subscriber.ask("subscribe /faults/out 1000");
+  }
+  void kill() {
+    publisher.kill();
+    subscriber.kill();
+  }
+  void stop() {
+    publisher.stop();
+    subscriber.stop();
+  }
+  void resume() {
+    publisher.resume();
+    subscriber.resume();
+  }
   Peer publisher, subscriber;
-  std::unique_ptr<PeerSender> sender;
-  std::string label;
+  PeerSender sender{publisher, "/faults/in", 100};
+  const std::string label;
   std::int64_t sent = 0, arrived = 0;
 };
+
+/// Waits until this is the last message that the life has received; none is missing before it.
+void expect_received(const Life& life, std::int64_t last) {
+  ASSERT_TRUE(
+      eventually([&] { return life.subscriber.ask("last /faults/out") == std::to_string(last); }));
+  EXPECT_EQ(life.subscriber.ask("gaps /faults/out"), "0");
+}
 
 // Each published message arrives once, in order, except those that died with their publisher. A
 // stopped publisher loses none of them, a stopped subscription may lose the oldest; and nothing is
@@ -398,11 +420,8 @@ TEST_F(TwoParticipants, SurviveOthersThatAreKilledStoppedAndRestarted) {
   };
   int births = 0;
   const auto restart = [&](std::unique_ptr<Life>& life) {
-    life = std::make_unique<Life>();
-    life->label = "life" + std::to_string(births++);
-    life->sender = std::make_unique<PeerSender>(life->publisher, "/faults/in", 100);
-    life->subscriber.ask("subscribe /faults/out 1000");
-    ASSERT_TRUE(eventually([&] { return life->sender->matched() == 1; }));
+    life = std::make_unique<Life>(births++);
+    ASSERT_TRUE(eventually([&] { return life->sender.matched() == 1; }));
     ASSERT_TRUE(eventually([&] {
       own->publish(Labelled{++own_value, "x"});
       return life->subscriber.ask("last /faults/out") != "0";
@@ -414,22 +433,19 @@ TEST_F(TwoParticipants, SurviveOthersThatAreKilledStoppedAndRestarted) {
     std::unique_ptr<Life>& life = lives[below(kLives)];
     switch (below(8)) {
       case 0:
-        life->publisher.kill();
-        life->subscriber.kill();
+        life->kill();
         receive();
         restart(life);
         break;
       case 1:
-        life->publisher.stop();
-        life->subscriber.stop();
+        life->stop();
         for (int i = 0; i < 20; ++i) own->publish(Labelled{++own_value, "x"});
         std::this_thread::sleep_for(std::chrono::milliseconds(below(300)));
-        life->publisher.resume();
-        life->subscriber.resume();
+        life->resume();
         break;
       default:
         for (std::uint32_t i = 1 + below(20); i != 0; --i) {
-          life->sender->publish(++life->sent, life->label);
+          life->sender.publish(++life->sent, life->label);
           own->publish(Labelled{++own_value, "x"});
         }
     }
@@ -437,9 +453,7 @@ TEST_F(TwoParticipants, SurviveOthersThatAreKilledStoppedAndRestarted) {
   }
   for (const auto& life : lives) {
     ASSERT_TRUE(eventually([&] { return receive(), life->arrived == life->sent; })) << life->label;
-    ASSERT_TRUE(eventually(
-        [&] { return life->subscriber.ask("last /faults/out") == std::to_string(own_value); }));
-    EXPECT_EQ(life->subscriber.ask("gaps /faults/out"), "0");
+    expect_received(*life, own_value);
   }
   expect_flat(before, footprint(getpid()));
 }

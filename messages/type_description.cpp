@@ -71,6 +71,51 @@ std::string hash(const std::string& name, const Structures& structures) {
   return fmt::format("RIHS01_{:02x}", fmt::join(digest, ""));
 }
 
+// "std_msgs/msg/Header" is "std_msgs/Header" in a definition.
+std::string short_name(const std::string& name) {
+  return name.substr(0, name.find('/')) + name.substr(name.rfind('/'));
+}
+
+/// The type of the field, or of its elements, as a `.msg` file names it.
+std::string element_type(const Field& field) {
+  switch (field.shape.element()) {
+    case FieldShape::nested:
+      return short_name(field.nested);
+    case FieldShape::int8:
+      return "int8";
+    case FieldShape::uint8:
+      return "uint8";
+    case FieldShape::int16:
+      return "int16";
+    case FieldShape::uint16:
+      return "uint16";
+    case FieldShape::int32:
+      return "int32";
+    case FieldShape::uint32:
+      return "uint32";
+    case FieldShape::int64:
+      return "int64";
+    case FieldShape::uint64:
+      return "uint64";
+    case FieldShape::float32:
+      return "float32";
+    case FieldShape::float64:
+      return "float64";
+    case FieldShape::character:
+      return "char";
+    case FieldShape::boolean:
+      return "bool";
+    case FieldShape::byte:
+      return "byte";
+    case FieldShape::string:
+      return "string";
+    case FieldShape::bounded_string:
+      return fmt::format("string<={}", field.shape.string_capacity);
+  }
+  return {
+  }
+}
+
 }  // namespace
 
 std::string type_hash(const MessageType& type) {
@@ -113,47 +158,6 @@ std::string service_type_hash(const MessageType& request, const MessageType& res
 std::string message_definition(const MessageType& type) {
   Structures structures;
   if (!add(structures, type)) return {};
-  // "std_msgs/msg/Header" is "std_msgs/Header" there.
-  const auto short_name = [](const std::string& name) {
-    return name.substr(0, name.find('/')) + name.substr(name.rfind('/'));
-  };
-  const auto base = [&](const Field& field) -> std::string {
-    switch (field.shape.element()) {
-      case FieldShape::nested:
-        return short_name(field.nested);
-      case FieldShape::int8:
-        return "int8";
-      case FieldShape::uint8:
-        return "uint8";
-      case FieldShape::int16:
-        return "int16";
-      case FieldShape::uint16:
-        return "uint16";
-      case FieldShape::int32:
-        return "int32";
-      case FieldShape::uint32:
-        return "uint32";
-      case FieldShape::int64:
-        return "int64";
-      case FieldShape::uint64:
-        return "uint64";
-      case FieldShape::float32:
-        return "float32";
-      case FieldShape::float64:
-        return "float64";
-      case FieldShape::character:
-        return "char";
-      case FieldShape::boolean:
-        return "bool";
-      case FieldShape::byte:
-        return "byte";
-      case FieldShape::string:
-        return "string";
-      case FieldShape::bounded_string:
-        return fmt::format("string<={}", field.shape.string_capacity);
-    }
-    return {};
-  };
   const auto text_of = [&](const std::vector<Field>& fields) {
     std::string text;
     for (const Field& field : fields) {
@@ -163,7 +167,7 @@ std::string message_definition(const MessageType& type) {
       if (field.shape.is_sequence()) {
         count = field.shape.capacity == 0 ? "[]" : fmt::format("[<={}]", field.shape.capacity);
       }
-      text += fmt::format("{}{} {}\n", base(field), count, field.name);
+      text += fmt::format("{}{} {}\n", element_type(field), count, field.name);
     }
     return text;
   };

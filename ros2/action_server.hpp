@@ -361,13 +361,7 @@ class ActionServer {
         },
         execute_group);
     accepted->set_listener(execute_);
-    result_ = node.create_service<GetResult<A>>(
-        name + kGetResult,
-        [core = core_](const auto& request, RequestId id) {
-          core->ask_result(request.goal_id, id);
-        },
-        options.result_group, kRareService);
-    core_->set_result_service(result_);
+    make_result_service(node, name, options.result_group);
     cancel_ = node.create_service<CancelGoal>(
         name + kCancelGoal,
         [core = core_, handle_cancel = std::move(handle_cancel)](const auto& request,
@@ -397,6 +391,17 @@ class ActionServer {
   ActionServer& operator=(const ActionServer&) = delete;
 
  private:
+  void make_result_service(Node& node, const std::string& name,
+                           const std::shared_ptr<CallbackGroup>& group) {
+    result_ = node.create_service<GetResult<A>>(
+        name + kGetResult,
+        [core = core_](const auto& request, RequestId id) {
+          core->ask_result(request.goal_id, id);
+        },
+        group, kRareService);
+    core_->set_result_service(result_);
+  }
+
   /// Goals that are accepted, on their way to the callback; no more than most_goals. The callback
   /// is called for one at a time: it may throw, or drop the server.
   class Accepted {

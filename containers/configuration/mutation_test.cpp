@@ -194,11 +194,39 @@ class Mutator {
     return {static_cast<std::size_t>(begin - text.begin()), static_cast<std::size_t>(end - begin)};
   }
 
+  static bool is_word(int c) { return std::isalnum(c) != 0 || c == '_'; }
+
+  // A token in the place of a word.
+  void replace_word(std::string& text) {
+    const auto [word, length] = run_of(text, is_word);
+    text.replace(word, length, kTokens[pick(std::size(kTokens))]);
+  }
+  void replace_number(std::string& text) {
+    const auto [number, length] = run_of(text, [](int c) { return std::isdigit(c) != 0; });
+    text.replace(number, length, kNumbers[pick(std::size(kNumbers))]);
+  }
+  // A word of another file, or of this one, in the place of a word.
+  void copy_word(std::string& text) {
+    const std::string& other = any_sample().text;
+    const auto [from, from_length] = run_of(other, is_word);
+    const std::string word = other.substr(from, from_length);
+    const auto [to, to_length] = run_of(text, is_word);
+    text.replace(to, to_length, word);
+  }
+  // The same characters over and over.
+  void repeat(std::string& text, std::size_t at) {
+    const std::string part = text.substr(at, 1 + pick(30));
+    std::string parts;
+    for (std::size_t times = 1 + pick(pick(4) == 0 ? 2'000 : 20); times > 0; --times) {
+      parts += part;
+    }
+    text.insert(at, parts);
+  }
+
   void change(std::string& text) {
     const std::size_t at = pick(text.size());
     const auto [begin, end] = line_at(text, at);
     const std::string line = text.substr(begin, end - begin);
-    const auto is_word = [](int c) { return std::isalnum(c) != 0 || c == '_'; };
     switch (pick(14)) {
       case 0:  // a bit
         if (!text.empty()) text[at] = static_cast<char>(text[at] ^ (1 << pick(8)));
@@ -209,16 +237,12 @@ class Mutator {
       case 2:
         text.insert(at, kTokens[pick(std::size(kTokens))]);
         break;
-      case 3: {  // a token in the place of a word
-        const auto [word, length] = run_of(text, is_word);
-        text.replace(word, length, kTokens[pick(std::size(kTokens))]);
+      case 3:
+        replace_word(text);
         break;
-      }
-      case 4: {
-        const auto [number, length] = run_of(text, [](int c) { return std::isdigit(c) != 0; });
-        text.replace(number, length, kNumbers[pick(std::size(kNumbers))]);
+      case 4:
+        replace_number(text);
         break;
-      }
       case 5:  // a line again
         text.insert(begin, line);
         break;
@@ -235,14 +259,9 @@ class Mutator {
         if (!lines.empty()) text.replace(begin, end - begin, lines[pick(lines.size())]);
         break;
       }
-      case 9: {  // a word of another file, or of this one
-        const std::string& other = any_sample().text;
-        const auto [from, from_length] = run_of(other, is_word);
-        const std::string word = other.substr(from, from_length);
-        const auto [to, to_length] = run_of(text, is_word);
-        text.replace(to, to_length, word);
+      case 9:
+        copy_word(text);
         break;
-      }
       case 10:  // another depth
         if (pick(2) == 0) {
           text.insert(begin, 1 + pick(4), ' ');
@@ -250,15 +269,9 @@ class Mutator {
           text.erase(begin, std::min(line.find_first_not_of(' '), 1 + pick(4)));
         }
         break;
-      case 11: {  // the same over and over
-        const std::string part = text.substr(at, 1 + pick(30));
-        std::string parts;
-        for (std::size_t times = 1 + pick(pick(4) == 0 ? 2'000 : 20); times > 0; --times) {
-          parts += part;
-        }
-        text.insert(at, parts);
+      case 11:
+        repeat(text, at);
         break;
-      }
       case 12:  // cut off
         text.resize(at);
         break;

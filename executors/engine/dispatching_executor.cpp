@@ -321,16 +321,6 @@ void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
   unlock();
 }
 
-// Gives the exception of a callback to the user's handler, or ends spin with it.
-void DispatchingExecutor::caught(const CallbackRecord& record,
-                                 std::exception_ptr exception) noexcept {
-  if (handler_ && handler_({record.node, record.entity->name(), exception})) return;
-  lock();
-  if (exception_ == nullptr) exception_ = exception;
-  unlock();
-  wake_all();
-}
-
 // The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
 // T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
 void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot, TimePoint picked,

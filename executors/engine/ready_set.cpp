@@ -120,12 +120,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
     hand_back(exclusion->unpark());  // the one handed back before may have been removed
   }
-  update.timers.clear();
-  for (const auto& timer : timers_) {  // within the reserved capacity
-    if (!timer.second->removed) update.timers.push_back(timer);
-  }
-  timers_.swap(update.timers);
-  std::make_heap(timers_.begin(), timers_.end(), due_later);
+  exchange_timers(update);
 
   if (update.reads_clock && !exact_time()) {
     exact_time_.store(true, std::memory_order_relaxed);
@@ -147,6 +142,16 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     record->forgotten.store(true);
     if (record->executing.load() == 0) record->has_gone();
   }
+}
+
+// Keeps the timers that remain, in the memory that the update has brought.
+void ReadySet::exchange_timers(ScheduleUpdate& update) noexcept {
+  update.timers.clear();
+  for (const auto& timer : timers_) {  // within the reserved capacity
+    if (!timer.second->removed) update.timers.push_back(timer);
+  }
+  timers_.swap(update.timers);
+  std::make_heap(timers_.begin(), timers_.end(), due_later);
 }
 
 // The record must be in no scheduler.

@@ -285,6 +285,7 @@ class ReadySet {
   void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
   void rearm(ReadyCallback* first) noexcept;
+  void exchange_timers(ScheduleUpdate& update) noexcept;
 
   const Readiness readiness_;
   // Without polling points, what arrives now belongs to the window after the one that is being

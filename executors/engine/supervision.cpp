@@ -1,4 +1,5 @@
-// Deadlines, budgets and overruns: at the end of an execution, and by the watchdog.
+// What goes wrong in callbacks: exceptions; deadlines, budgets and overruns, at the end of an
+// execution and by the watchdog.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <exception>
@@ -10,6 +11,16 @@
 #include "takt/nodes/chain_join.hpp"
 
 namespace takt {
+
+// Gives the exception of a callback to the user's handler, or ends spin with it.
+void DispatchingExecutor::caught(const CallbackRecord& record,
+                                 std::exception_ptr exception) noexcept {
+  if (handler_ && handler_({record.node, record.entity->name(), exception})) return;
+  lock();
+  if (exception_ == nullptr) exception_ = exception;
+  unlock();
+  wake_all();
+}
 
 // Called with the lock held. The watchdog may have looked while the deadline moved from the release
 // to the execution, so it is expected again.

@@ -1,0 +1,142 @@
+// Tests of the keys `threads` and `executors`: what is read, and what each mistake is called.
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class ThreadsAndExecutors : public testing::Test {
+ protected:
+  ThreadsAndExecutors() { provide_workload(); }
+  static SystemDescription read(const std::string& text) {
+    return ConfigurationFile("robot.yaml", text).read();
+  }
+  // The errors of a file that is right but for these lines, which come first.
+  static std::string errors_of(const std::string& lines) {
+    const std::string system = "container: {components: [{component: takt::Workload}]}\n";
+    return ConfigurationFile("robot.yaml", lines + system).errors();
+  }
+};
+
+TEST_F(ThreadsAndExecutors, RefusesThreadsThatCannotBe) {
+  EXPECT_EQ(errors_of("threads:\n  control:\n    policy: SCHED_OTHER\n    priority: 80\n"),
+            "robot.yaml:4: priority 80 means nothing for SCHED_OTHER; leave it out, or choose "
+            "SCHED_FIFO or SCHED_RR\n");
+  EXPECT_EQ(errors_of("threads:\n  control: {policy: SCHED_FIFO}\n"),
+            "robot.yaml:2: priority 0 does not exist for SCHED_FIFO; choose 1 to 99\n");
+  EXPECT_EQ(errors_of("threads:\n  control:\n    nice: 20\n"),
+            "robot.yaml:3: nice 20 does not exist; choose -20 to 19\n");
+  EXPECT_THAT(errors_of("threads:\n  control:\n    affinity:\n      - 0\n      - 777\n"),
+              StartsWith("robot.yaml:5: there is no CPU 777 here; choose from 0"));
+  EXPECT_EQ(errors_of("threads: {control: {affinity: [-1]}}\n"),
+            "robot.yaml:1: 'affinity[0]' is -1; write an integer from 0 to 2147483647\n");
+}
+
+TEST_F(ThreadsAndExecutors, ReadsReservations) {
+  const SystemDescription system = read(
+      "threads: {a: {policy: SCHED_DEADLINE, runtime: 800us, deadline: 5ms, period: 10ms}}\n"
+      "executors: {fast: {threads: [a]}}\n"
+      "container: {components: [{component: takt::Workload}]}\n");
+  const ThreadAttributes& thread = system.threads.at(0).attributes;
+  EXPECT_EQ(thread.policy, ThreadPolicy::deadline);
+  EXPECT_EQ(thread.runtime, 800us);
+  EXPECT_EQ(thread.deadline, 5ms);
+  EXPECT_EQ(thread.period, 10ms);
+}
+
+TEST_F(ThreadsAndExecutors, RefusesReservationsThatCannotBe) {
+  const std::string begin = "threads:\n  control:\n    policy: SCHED_DEADLINE\n";
+  EXPECT_EQ(errors_of(begin),
+            "robot.yaml:2: SCHED_DEADLINE needs a runtime and a period; give both, such as 2ms and "
+            "10ms\n");
+  EXPECT_EQ(errors_of(begin + "    period: 10ms\n    runtime: 12ms\n"),
+            "robot.yaml:5: runtime 12ms is longer than period 10ms; shorten the runtime\n");
+  EXPECT_EQ(errors_of(begin + "    runtime: 2ms\n    period: 10\n"),
+            "robot.yaml:5: 'period' is 10; write a number and one of ns, us, ms, s, m, h, such as "
+            "20ms\n");
+  EXPECT_EQ(errors_of(begin + "    runtime: 2ms\n    period: 10ms\n    priority: 5\n"
+                              "    nice: 3\n    affinity: [0]\n"),
+            "robot.yaml:6: priority 5 means nothing for SCHED_DEADLINE; leave it out, or choose "
+            "SCHED_FIFO or SCHED_RR\n"
+            "robot.yaml:7: nice 3 means nothing for SCHED_DEADLINE; leave it out, or choose "
+            "SCHED_OTHER or SCHED_BATCH\n"
+            "robot.yaml:8: the kernel refuses SCHED_DEADLINE to a thread with an affinity; leave "
+            "it out, or run the process in an exclusive cpuset of these CPUs\n");
+  EXPECT_EQ(errors_of("threads:\n  control:\n    runtime: 2ms\n"),
+            "robot.yaml:3: runtime, deadline and period mean nothing for SCHED_OTHER; leave them "
+            "out, or choose SCHED_DEADLINE\n");
+}
+
+TEST_F(ThreadsAndExecutors, RefusesReservationsThatTogetherAreMoreThanTheMachine) {
+  std::string names = "whole";
+  const std::string whole =
+      "threads: {whole: {policy: SCHED_DEADLINE, runtime: 9ms, period: 9ms}}\n"
+      "executors:\n  rest: {}\n  fast: {type: multi_threaded, threads: [";
+  EXPECT_EQ(errors_of("threads: {half: {policy: SCHED_DEADLINE, runtime: 4ms, period: 9ms}}\n"
+                      "executors:\n  fast: {threads: [half]}\n"),
+            "no error\n");
+  for (std::size_t i = 0; i < available_cpus().size(); ++i) names += ", whole";
+  EXPECT_THAT(errors_of(whole + names + "]}\n"),
+              AllOf(StartsWith("robot.yaml:2: SCHED_DEADLINE threads reserve "),
+                    HasSubstr(" CPUs, of "), HasSubstr("; shorten runtimes, lengthen periods")));
+}
+
+TEST_F(ThreadsAndExecutors, RefusesUnknownPoliciesWithoutFurtherComplaint) {
+  EXPECT_EQ(errors_of("threads:\n  control: {policy: SCHED_FIFI, priority: 80}\n"),
+            "robot.yaml:2: 'policy' cannot be 'SCHED_FIFI'; did you mean 'SCHED_FIFO'? "
+            "valid: SCHED_OTHER, SCHED_FIFO, SCHED_RR, SCHED_BATCH, SCHED_IDLE, SCHED_DEADLINE\n");
+}
+
+TEST_F(ThreadsAndExecutors, RefusesUnknownExecutorsAndSchedulers) {
+  EXPECT_THAT(errors_of("executors:\n  fast:\n    type: event\n"),
+              StartsWith("robot.yaml:3: no executor is called 'event'; did you mean 'events'? "
+                         "valid: "));
+  EXPECT_THAT(errors_of("executors:\n  fast:\n    type: events\n    scheduler: fivo\n"),
+              StartsWith("robot.yaml:4: no scheduler is called 'fivo'; did you mean 'fifo'? "
+                         "valid: "));
+}
+
+TEST_F(ThreadsAndExecutors, ReadsHowAnExecutorWaits) {
+  const SystemDescription system = read(
+      "executors:\n  a: {wait: epoll}\n  b: {}\n"
+      "container: {components: [{component: takt::Workload}]}\n");
+  EXPECT_EQ(system.executors[0].wait, "epoll");
+  EXPECT_EQ(system.executors[1].wait, "auto");
+  EXPECT_THAT(
+      errors_of("executors:\n  a: {early_wake: 5ms}\n"),
+      HasSubstr("robot.yaml:2: executor 'a': early_wake is 5000000 ns; write 0 to 1000000"));
+  EXPECT_EQ(errors_of("executors:\n  a:\n    wait: epol\n"),
+            "robot.yaml:3: no wait back end is called 'epol'; did you mean 'epoll'? valid: epoll, "
+            "futex, io_uring\n");
+  EXPECT_EQ(errors_of("executors:\n  a:\n    type: multi_threaded\n    wait: io_uring\n"
+                      "    threads: [t, t]\nthreads: {t: {}}\n"),
+            "robot.yaml:2: 'io_uring' serves one waiting thread, this executor has 2; choose "
+            "'epoll', or an executor of one thread\n");
+}
+
+TEST_F(ThreadsAndExecutors, RefusesUnknownThreads) {
+  EXPECT_EQ(
+      errors_of("threads: {control: {}, bulk: {}}\nexecutors:\n  fast: {threads: [contrl]}\n"),
+      "robot.yaml:3: no thread is called 'contrl'; did you mean 'control'? valid: bulk, "
+      "control\n");
+  EXPECT_EQ(errors_of("executors:\n  fast: {threads: [control]}\n"),
+            "robot.yaml:2: no thread is called 'control'; describe it under 'threads'\n");
+}
+
+TEST_F(ThreadsAndExecutors, RefusesMoreThreadsThanTheExecutorCanTake) {
+  EXPECT_EQ(errors_of("threads: {a: {}, b: {}}\nexecutors:\n  fast:\n    threads: [a, b]\n"),
+            "robot.yaml:3: executor 'fast' was given 2 threads; this type takes 1 at the most\n");
+}
+
+}  // namespace
+}  // namespace takt
