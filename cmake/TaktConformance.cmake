@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # takt::conformance: the suite that every executor must pass, for a program that links it and the
-# executors to be tested. It consists of sources, because GoogleTest is that of the program.
+# executors to be tested. It consists of sources, because GoogleTest is that of the program: whose
+# project finds it, before it adds Takt if that is a subfolder.
 # Takt's own executors are tested with the same files, by executors_test.
 add_library(takt_conformance INTERFACE)
 add_library(takt::conformance ALIAS takt_conformance)
