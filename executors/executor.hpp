@@ -110,7 +110,7 @@ struct ExecutorOptions {
 
 /// What an executor counts of one callback.
 struct CallbackCounts {
-  std::uint64_t received = 0;  // executions
+  std::uint64_t received = 0;            // executions
   std::uint64_t with_period = 0;         // messages whose publisher's period is known
   std::uint64_t late = 0, too_late = 0;  // of these
   std::uint64_t deadline_misses = 0;

@@ -42,7 +42,7 @@ struct Comparison {
   Histogram latency;        // of all subscriptions, over all repeats
   Histogram timer_latency;  // due → start
   std::uint64_t received = 0, lost = 0, dropped = 0, deadline_misses = 0;
-  std::optional<std::uint64_t> late, too_late;  // of publishers whose periods are known
+  std::optional<std::uint64_t> late, too_late;    // of publishers whose periods are known
   std::map<std::string, ChainComparison> chains;  // by name
   // One value for each repeat; tables show the median.
   std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
