@@ -5,33 +5,12 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/process_usage.hpp"
 
 namespace takt {
 namespace {
-
-Nanoseconds process_cpu_time() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto time = [](const timeval& value) {
-    return std::chrono::seconds(value.tv_sec) + std::chrono::microseconds(value.tv_usec);
-  };
-  return time(usage.ru_utime) + time(usage.ru_stime);
-}
-
-std::uint64_t proportional_set_size_kb() {
-  std::ifstream file("/proc/self/smaps_rollup");
-  for (std::string word; file >> word;) {
-    if (word == "Pss:") {
-      std::uint64_t kb = 0;
-      file >> kb;
-      return kb;
-    }
-  }
-  return 0;
-}
 
 // Adds (or subtracts) the kernel's counters of a thread that Takt did not start.
 void read_counters(ThreadStatistics& thread, int sign) {

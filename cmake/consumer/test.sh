@@ -32,6 +32,7 @@ case $way in
     grep "^takt_DIR:PATH=$work/moved/" "$work/build/CMakeCache.txt"  # and no other installation
     cmake --build "$work/build"
     run "$work/build"
+    ctest --test-dir "$work/build" --output-on-failure --no-tests=error
     run_messages "$work/build"
     ;;
   PkgConfig)

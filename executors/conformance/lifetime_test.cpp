@@ -8,7 +8,8 @@
 #include "takt/ros2/action_server.hpp"
 #include "takt/testing/outside.hpp"
 
-namespace takt::conformance {
+// Its services and actions have the names of other tests'.
+namespace takt::conformance::lifetime {
 namespace {
 
 struct Double {
@@ -360,4 +361,4 @@ TEST_P(ConformanceLifetime, ATimerGoesOnAfterItsLambdaHasThrownInsteadOfReturnin
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceLifetime);
 
 }  // namespace
-}  // namespace takt::conformance
+}  // namespace takt::conformance::lifetime

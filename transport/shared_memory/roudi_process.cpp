@@ -36,9 +36,10 @@ namespace takt {
 /// A lock that the kernel releases when the last process that has the file open has ended.
 class RoudiProcess::LockFile {
  public:
-  explicit LockFile(const char* name)
+  /// `at_exec`: 0 lets a program that this process becomes keep the lock.
+  explicit LockFile(const char* name, int at_exec = O_CLOEXEC)
       : fd_(open(fmt::format("/tmp/.takt_roudi_{}.{}", geteuid(), name).c_str(),
-                 O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600)) {}
+                 O_RDWR | O_CREAT | O_NOFOLLOW | at_exec, 0600)) {}
   ~LockFile() { close(fd_); }
   LockFile(const LockFile&) = delete;
   LockFile& operator=(const LockFile&) = delete;
@@ -259,7 +260,7 @@ void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector
 }
 
 RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
-    : users_(std::make_unique<LockFile>("users")) {
+    : users_(std::make_unique<LockFile>("users", 0)) {
   const LockFile start("start");
   if (!start.lock(LOCK_EX) || !users_->lock(LOCK_SH)) {
     throw Error(fmt::format("/tmp/.takt_roudi_{}.users cannot be locked: {}", geteuid(),

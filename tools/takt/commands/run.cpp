@@ -11,6 +11,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "run/child.hpp"
 #include "run/processes.hpp"
 #include "run/result_json.hpp"
 #include "run/trace_file.hpp"
@@ -25,6 +26,8 @@ using nlohmann::json;
 constexpr std::size_t kTraceEvents = 65'536;
 
 struct Options {
+  std::string process;  // of a system whose parent is at the other end of the connection
+  int connection = -1;
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
                                                json, trace;
   std::vector<std::string> load;
@@ -212,16 +215,50 @@ std::vector<SystemDescription> processes(const Options& options) {
   return result;
 }
 
+ContainerOverrides overrides(const Options& options) {
+  return {.executor = options.name.empty() ? options.executor : "",
+          .scheduler = options.scheduler,
+          .trace_events = options.trace.empty() ? 0 : kTraceEvents};
+}
+
+/// What makes this program one process of the same system.
+std::vector<std::string> words_of(const Options& options) {
+  std::vector<std::string> words{"takt", "run", options.file};
+  const auto add = [&words](const char* option, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {option, value});
+  };
+  add("--executor", options.executor);
+  add("--scheduler", options.scheduler);
+  add("--composition", options.composition);
+  add("--transport", options.transport);
+  add("--trace", options.trace);
+  return words;
+}
+
+/// This process is a part of a system, and its parent controls it.
+void serve_parent(const Options& options) {
+  for (const SystemDescription& process : processes(options)) {
+    if (process.name != options.process) continue;
+    if (const int status = serve(process, overrides(options), options.connection); status != 0) {
+      throw CLI::RuntimeError(status);
+    }
+    return;
+  }
+  throw Error(fmt::format("there is no process '{}' any more", options.process),
+              "leave the file as it is while it runs", options.file);
+}
+
 void run(const Options& options) {
+  if (!options.process.empty()) return serve_parent(options);
   check_writable(options.json);
   check_writable(options.trace);
-  const Nanoseconds duration =
-      options.duration.empty() ? Nanoseconds::zero() : parse_run_time(options.duration);
   json run = run_processes(processes(options),
-                           {.executor = options.name.empty() ? options.executor : "",
-                            .scheduler = options.scheduler,
-                            .trace_events = options.trace.empty() ? 0 : kTraceEvents},
-                           duration, options.composition == "dynamic");
+                           {.overrides = overrides(options),
+                            .duration = options.duration.empty() ? Nanoseconds::zero()
+                                                                 : parse_run_time(options.duration),
+                            .loads = options.composition == "dynamic",
+                            .apart = options.composition == "per-node",
+                            .words = words_of(options)});
   const json trace = std::exchange(run["trace"], {});
   run.erase("trace");
   const auto failed = run.at("failed").get<std::vector<std::string>>();
@@ -288,6 +325,9 @@ void set_up(CLI::App* command) {
   command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
   command->add_option("--trace", options->trace,
                       "Write a timeline for ui.perfetto.dev or chrome://tracing");
+  // Of a child of this command.
+  command->add_option("--process", options->process)->group("");
+  command->add_option("--connection", options->connection)->group("");
   command->footer("Example:\n  takt run robot.yaml --executor events --duration 10s\n");
   command->callback([options] {
     if (options->file.empty() && options->name.empty()) {

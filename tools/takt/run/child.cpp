@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -139,6 +140,7 @@ class Child {
 }  // namespace
 
 int serve(const SystemDescription& system, ContainerOverrides overrides, int socket) {
+  fcntl(socket, F_SETFD, FD_CLOEXEC);  // it came through exec, and goes no further
   Channel parent(socket);
   try {
     Child(system, std::move(overrides), parent).run();

@@ -14,6 +14,9 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "takt/containers/process_usage.hpp"
+#include "takt/measuring/rounds.hpp"
+
 #include "run/child.hpp"
 #include "run/container_json.hpp"
 #include "run/deliveries.hpp"
@@ -95,17 +98,42 @@ std::vector<json> drain(Supervisor& supervisor, const Countable& is_countable) {
   }
 }
 
-json run_apart(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
-               Nanoseconds duration, const EndSignals& signals) {
-  Supervisor supervisor(processes, overrides, signals);
+/// A process that has no components, but whose memory and CPU time the system needs, too.
+class Attendant {
+ public:
+  Attendant(std::string name, pid_t process) : name_(std::move(name)), process_(process) {}
+  /// Of the measured time.
+  json usage() const {
+    const Nanoseconds cpu_time = process_cpu_time(process_) - before_;
+    return {{"name", name_},
+            {"pss_kb", proportional_set_size_kb(process_)},
+            {"cpu_percent", 100 * rt::us(cpu_time) / rt::us(Clock::steady().now() - start_)},
+            {"allocations_while_spinning", json()},
+            {"allocations_in_dds", json()}};
+  }
+
+ private:
+  const std::string name_;
+  const pid_t process_;
+  const TimePoint start_ = Clock::steady().now();
+  const Nanoseconds before_ = process_cpu_time(process_);
+};
+
+json run_apart(const std::vector<SystemDescription>& processes, const RunOptions& options,
+               pid_t roudi, const EndSignals& signals) {
+  Supervisor supervisor(processes, options.words, signals);
   const std::vector<json> made = supervisor.hear();
   check_names(made);
   supervisor.ask_to_match(count_matches(made));
   supervisor.ask("start");
   supervisor.ask("release");
-  supervisor.watch(duration);
+  std::vector<Attendant> attendants{{"takt", 0}};
+  if (roudi != 0) attendants.emplace_back("iox-roudi", roudi);
+  supervisor.watch(options.duration);
   if (uses_shared_memory(made)) supervisor.bound_end();
   supervisor.ask("hold");
+  json usages = json::array();
+  for (const Attendant& attendant : attendants) usages.push_back(attendant.usage());
   const Countable is_countable(ends_of(made), [&] { return supervisor.are_complete(); });
   const std::vector<json> states = drain(supervisor, is_countable);
   const Ends ends = ends_of(states);
@@ -129,6 +157,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }
   }
+  for (json& usage : usages) all.at("processes").push_back(std::move(usage));
   for (const std::string& death : supervisor.deaths()) all.at("notes").push_back(death);
   for (const std::string& failure : supervisor.failures()) all.at("failed").push_back(failure);
   if (!all_is_served(states, is_countable)) {
@@ -141,14 +170,16 @@ json run_apart(const std::vector<SystemDescription>& processes, const ContainerO
 
 }  // namespace
 
-json run_processes(const std::vector<SystemDescription>& processes,
-                   const ContainerOverrides& overrides, Nanoseconds duration, bool loads) {
-  const auto roudi = start_roudi(processes, overrides);  // ends after its clients
+json run_processes(const std::vector<SystemDescription>& processes, const RunOptions& options) {
+  const auto roudi = start_roudi(processes, options.overrides);  // ends after its clients
   const EndSignals signals;
-  // Run it in a separate process, which unregisters from RouDi before RouDi ends.
-  json result = processes.size() == 1 && (roudi == nullptr || loads)
-                    ? run_here(processes.front(), overrides, duration, signals, loads)
-                    : run_apart(processes, overrides, duration, signals);
+  // With RouDi in a separate process, which unregisters from RouDi before RouDi ends.
+  const bool is_apart =
+      processes.size() > 1 || options.apart || (roudi != nullptr && !options.loads);
+  json result = is_apart
+                    ? run_apart(processes, options, roudi != nullptr ? roudi->pid() : 0, signals)
+                    : run_here(processes.front(), options.overrides, options.duration, signals,
+                               options.loads);
   for (json& callback : result.at("callbacks")) callback.erase("from_outside");
   return result;
 }

@@ -3,6 +3,7 @@
 #ifndef TAKT_TOOLS_TAKT_PROCESSES_HPP_
 #define TAKT_TOOLS_TAKT_PROCESSES_HPP_
 
+#include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -10,6 +11,19 @@
 #include "takt/containers/container.hpp"
 
 namespace takt::tools {
+
+/// How a system is run.
+struct RunOptions {
+  ContainerOverrides overrides;
+  Nanoseconds duration{0};  // 0: until a signal
+  /// The only process starts empty, and loads its components one by one while it runs.
+  bool loads = false;
+  /// Also the only process is a program of its own.
+  bool apart = false;
+  /// The command line that makes this program one process of the system, but for what tells which:
+  /// --process NAME --connection DESCRIPTOR.
+  std::vector<std::string> words;
+};
 
 /// Runs the processes of a system in common phases: all construct their components, discover each
 /// other and start before the first timer is released; at the end, all timers stop and messages in
@@ -19,13 +33,11 @@ namespace takt::tools {
 /// ends in between, it is restarted if its description demands it, and the others continue. The
 /// output of several processes is printed with their names.
 ///
-/// `loads`: the only process starts empty, and loads its components one by one while it runs.
-///
 /// Call it before the process has other threads. Returns the process_json of all processes, and
-/// under "failed" a text for each process that ended and was not restarted.
+/// under "failed" a text for each process that ended and was not restarted. Where there are
+/// several, this one and RouDi, if the run has started it, have a place among the processes.
 nlohmann::json run_processes(const std::vector<SystemDescription>& processes,
-                             const ContainerOverrides& overrides, Nanoseconds duration,
-                             bool loads = false);
+                             const RunOptions& options);
 
 }  // namespace takt::tools
 

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <deque>
 #include <optional>
 #include <stdexcept>
@@ -25,7 +24,6 @@
 #include "takt/measuring/output.hpp"
 
 #include "run/channel.hpp"
-#include "run/child.hpp"
 #include "run/progress.hpp"
 
 namespace takt::tools {
@@ -72,12 +70,11 @@ class Output {
 }  // namespace
 
 struct Supervisor::Child {
-  explicit Child(const SystemDescription& process) : description(process), name(process.name) {
+  explicit Child(const SystemDescription& process) : name(process.name) {
     if (process.components.empty()) return;
     const auto found = process.restarts.find(process.components.front().container);
     if (found != process.restarts.end()) restart = found->second;
   }
-  const SystemDescription& description;
   const std::string name;
   // Whether it runs and has completed its start or restart.
   bool takes_part() const { return pid > 0 && steps.empty(); }
@@ -97,8 +94,8 @@ struct Supervisor::Child {
 };
 
 Supervisor::Supervisor(const std::vector<SystemDescription>& processes,
-                       const ContainerOverrides& overrides, const EndSignals& signals)
-    : overrides_(overrides), signals_(signals) {
+                       std::vector<std::string> words, const EndSignals& signals)
+    : words_(std::move(words)), signals_(signals) {
   for (const SystemDescription& process : processes) {
     children_.push_back(std::make_unique<Child>(process));
   }
@@ -204,20 +201,23 @@ void Supervisor::begin(Child& child) {
       pipe2(output.data(), O_CLOEXEC) != 0) {
     throw Error("cannot create a socket pair: " + errno_message(errno));
   }
+  // A program of its own, not a fork of this one: it shares no written page with its parent, so its
+  // memory is what it would be without one.
+  std::vector<std::string> words = words_;
+  for (const std::string& word : {std::string("--process"), child.name, std::string("--connection"),
+                                  std::to_string(ends[1])}) {
+    words.push_back(word);
+  }
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
   const pid_t pid = fork();
   if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
-    const SystemDescription description = child.description;
-    children_.clear();  // closes this process's copies of the other children's connections
-    close(ends[0]), close(output[0]);
     dup2(output[1], STDOUT_FILENO), dup2(output[1], STDERR_FILENO);
-    close(output[1]);
-    const int status = serve(description, overrides_, ends[1]);
-    Logger::instance().flush();
-    std::fflush(nullptr);
-    // Do not return through the parent's frames. Do not use _exit: destructors of static objects
-    // must run, because there iceoryx unregisters from RouDi.
-    std::exit(status);
+    fcntl(ends[1], F_SETFD, 0);
+    execv("/proc/self/exe", argv.data());
+    _exit(127);
   }
   close(ends[1]), close(output[1]);
   child.pid = pid;

@@ -19,7 +19,9 @@ namespace takt::tools {
 /// The parent of the processes of a run. Prints their output with their names.
 class Supervisor {
  public:
-  Supervisor(const std::vector<SystemDescription>& processes, const ContainerOverrides& overrides,
+  /// Each process is this program again: with the words of its command line, its own name and its
+  /// end of the connection, see RunOptions::words.
+  Supervisor(const std::vector<SystemDescription>& processes, std::vector<std::string> words,
              const EndSignals& signals);
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
@@ -60,7 +62,7 @@ class Supervisor {
   std::string end_of(Child& child);
   void handle_end(Child& child);
 
-  const ContainerOverrides overrides_;
+  const std::vector<std::string> words_;
   const EndSignals& signals_;
   TimePoint limit_ = kNever;
   std::vector<std::unique_ptr<Child>> children_;
