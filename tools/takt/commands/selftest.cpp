@@ -159,6 +159,18 @@ void compare_thread(const json& run, const json& books, const Finding& where, Fi
   findings.push_back(wakeups);
 }
 
+/// The process by getrusage, its threads one by one: executors' and Cyclone's.
+void compare_process(const json& run, const Finding& where, Findings& findings) {
+  Finding sum = where;
+  sum.figure = "threads' CPU together, %";
+  for (const json& thread : run.at("threads")) sum.shown += thread.at("cpu_percent").get<double>();
+  for (const json& process : run.at("processes")) {
+    if (process.at("name") == "selftest") sum.independent = process.at("cpu_percent");
+  }
+  sum.limit = std::max(0.2 * sum.independent, 1.5);
+  findings.push_back(sum);
+}
+
 /// What needs no run.
 void compare_tools(Findings& findings) {
   using namespace std::chrono_literals;
@@ -219,6 +231,7 @@ Findings measure(const Options& options, std::vector<std::string>& notes) {
       compare_topic(run, books, "small", where, findings);
       compare_topic(run, books, "large", where, findings);
       compare_thread(run, books, where, findings);
+      compare_process(run, where, findings);
     }
   }
   if (shows_progress) rt::to_stderr("\r\033[K");

@@ -52,6 +52,20 @@ TEST(ResultJson, KeepsAHistogramWhole) {
   EXPECT_EQ(read_histogram(json::object()).count(), 0u);
 }
 
+TEST(ResultJson, LostIsWhatWasSentAndNeitherReceivedNorDropped) {
+  ProcessResult result = result_of_one_callback();
+  CallbackStatistics& statistics = result.callbacks[0].statistics;
+  statistics.kind = EntityKind::subscription;
+  statistics.expected = 17;
+  statistics.received = 9;
+  statistics.dropped = 3;
+  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("lost"), 5);
+  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("late"), json());  // no known period
+  statistics.with_period = 9;
+  statistics.late = 2;
+  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("late"), 2);
+}
+
 TEST(ResultJson, SaysNullOfAllocationsThatNobodyCounted) {
   ProcessResult result;
   result.allocations_while_spinning = 5;

@@ -65,11 +65,15 @@ status, said, runs = run("", kill_second)
 check("a container that is killed is reported", "process 'second' was ended by signal 9 (Killed)"
       in said, said)
 check("the others continue, and so does the exit status", status == 1 and runs is not None
-      and [p["name"] for p in runs[0]["processes"]] == ["first"], status, said)
+      and [p["name"] for p in runs[0]["processes"]] == ["first", "takt"], status, said)
 
 status, said, runs = run("    restart: {policy: on_failure, delay: 50ms}\n", kill_second)
 check("it is restarted as its description says", "restart 1 of 5 in 50ms" in said and status == 0
-      and [p["name"] for p in runs[0]["processes"]] == ["first", "second"], status, said)
+      and [p["name"] for p in runs[0]["processes"]] == ["first", "second", "takt"], status, said)
+# As programs of their own, each has the library's written pages for itself: megabytes, not those of a
+# fork, which shares them with its parent.
+check("each process shows its memory and CPU time", all(
+    p["pss_kb"] > 2000 and p["cpu_percent"] is not None for p in runs[0]["processes"]), runs)
 check("with its components", runs is not None and any(
     c["node"] == "/two" and c["received"] > 10 for c in runs[0]["callbacks"]), runs)
 
@@ -85,7 +89,7 @@ status, said, runs = run("    restart: {policy: always, delay: 1ms, most: 2}\n",
 check("but not for ever", "it was restarted 2 times already" in said and status == 1, status, said)
 
 status, said, runs = run("", lambda process, _: process.send_signal(signal.SIGINT), "60s")
-check("one Ctrl-C ends all cleanly", status == 0 and len(runs[0]["processes"]) == 2, status, said)
+check("one Ctrl-C ends all cleanly", status == 0 and len(runs[0]["processes"]) == 3, status, said)
 
 
 # Ends of topics that never find each other are named, and fail the run where the file says so.

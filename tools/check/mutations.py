@@ -1,0 +1,122 @@
+#!/usr/bin/python3
+"""Do the tests see a wrong figure? Falsifies figures in a copy of the tree, one after the other, builds the
+tests concerned, and fails if they still pass: mutations.py [NAME...]
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import filecmp
+import os
+import shutil
+import subprocess
+import sys
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+COPY = os.path.join(ROOT, "build/mutants")
+BIN = os.path.join(COPY, "build/release/bin")
+
+ENGINE = "executors/engine/dispatching_executor.cpp"
+# A test: what to build, and its command line.
+STATISTICS = ("executors_test", "{bin}/executors_test", "--gtest_filter=*ConformanceStatistics*")
+PHASE = ("executors_test", "{bin}/executors_test", "--gtest_filter=*KeepsItsPhase*")
+HISTOGRAM = ("base_test", "{bin}/base_test", "--gtest_filter=*Histogram*")
+RESULTS = ("takt_cli_test", "{bin}/takt_cli_test", "--gtest_filter=ResultJson*")
+SYSTEM = ("takt_cli", "{root}/tools/takt/tests/system_test.py", "{bin}/takt")
+SELFTEST = ("takt_cli", "{bin}/takt", "selftest", "--executors", "events", "--transports", "dds")
+
+# What is wrong: file, what stands there, what stands there instead, the test that must fail.
+MUTATIONS = {
+    "latency times 10": (ENGINE, "times.latency.record(latency);", "times.latency.record(10 * latency);",
+                         STATISTICS),
+    "latency ends with the callback before": (
+        ENGINE, "const Nanoseconds latency = start - slot.ready_time;",
+        "const Nanoseconds latency = picked - slot.ready_time;", STATISTICS),
+    "age of a DDS message divided by 100": (
+        "transport/dds/cyclone_reader.cpp", "const TimePoint sent_at = clocks_.sent_at(handle, info);",
+        "const TimePoint now = Clock::steady().now();\n"
+        "      const TimePoint sent_at = now - (now - clocks_.sent_at(handle, info)) / 100;", SELFTEST),
+    "late never counted": (ENGINE, "    ++record.counts.late;\n", "", STATISTICS),
+    "histogram off by a bucket": ("base/histogram.cpp", "seen += counts_[i];",
+                                  "seen += counts_[i == 0 ? 0 : i - 1];", HISTOGRAM),
+    "percentile of the wrong rank": ("base/histogram.cpp", "std::ceil(fraction *",
+                                     "std::floor(0.9 * fraction *", HISTOGRAM),
+    "lost halved": ("containers/result.hpp", ": statistics.expected - served;",
+                    ": (statistics.expected - served) / 2;",
+                    RESULTS),
+    "memory of a child forgotten": ("tools/takt/run/processes.cpp",
+                                    '      json& entries = one.at(list);\n',
+                                    '      if (i == 0 && list == std::string("processes")) continue;\n'
+                                    '      json& entries = one.at(list);\n',
+                                    SYSTEM),
+    "CPU of DDS threads forgotten": ("containers/container_result.cpp",
+                                     "  thread.cpu_time += sign * Nanoseconds(cpu_time_ns);\n",
+                                     "  thread.cpu_time += 0 * sign * Nanoseconds(cpu_time_ns);\n", SELFTEST),
+    "chain from the wrong root": (ENGINE, "is_root ? slot.ready_time : slot.root_release",
+                                  "is_root ? picked : slot.root_release", STATISTICS),
+    "phase of a timer lost": ("entities/timer.cpp",
+                              "compare_exchange_weak(due, later(due + missed * period_, period_))",
+                              "compare_exchange_weak(due, later(now, period_))",
+                              PHASE),
+}
+
+
+def run(words, **options):
+    return subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+def copy_tree():
+    """What git knows, as it is now; what has not changed stays, so that the next time builds little."""
+    for name in run(["git", "ls-files"], cwd=ROOT).stdout.split("\n"):
+        source, copy = os.path.join(ROOT, name), os.path.join(COPY, name)
+        if not os.path.isfile(source):
+            continue
+        if not os.path.exists(copy) or not filecmp.cmp(source, copy, shallow=False):
+            os.makedirs(os.path.dirname(copy), exist_ok=True)
+            shutil.copy2(source, copy)
+
+
+def build(target):
+    environment = dict(os.environ, CCACHE_BASEDIR=COPY, CCACHE_NOHASHDIR="1",
+                       CMAKE_CXX_COMPILER_LAUNCHER="ccache")
+    if not os.path.exists(os.path.join(COPY, "build/release/build.ninja")):
+        run(["cmake", "--preset", "release"], cwd=COPY, env=environment)
+    built = run(["cmake", "--build", "--preset", "release", "--target", target], cwd=COPY, env=environment)
+    if built.returncode != 0:
+        sys.exit(built.stdout[-3000:] + f"\n{target} does not build")
+
+
+def passes(test):
+    build(test[0])
+    return run([word.format(bin=BIN, root=COPY) for word in test[1:]]).returncode == 0
+
+
+def main():
+    names = sys.argv[1:] or list(MUTATIONS)
+    unknown = [name for name in names if name not in MUTATIONS]
+    if unknown:
+        sys.exit(f"no mutation {unknown}; there are: {', '.join(MUTATIONS)}")
+    copy_tree()
+    for test in sorted({MUTATIONS[name][3] for name in names}):
+        if not passes(test):
+            sys.exit(f"{' '.join(test[1:])} fails without a mutation")
+    missed = []
+    for name in names:
+        path, right, wrong, test = MUTATIONS[name]
+        path = os.path.join(COPY, path)
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+        if text.count(right) != 1:
+            sys.exit(f"{name}: '{right}' stands {text.count(right)} times in {path}; adapt the mutation")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text.replace(right, wrong))
+        try:
+            is_seen = not passes(test)
+        finally:
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        print(f"{'seen  ' if is_seen else 'MISSED'} {name}: {' '.join(test[1:])}", flush=True)
+        if not is_seen:
+            missed.append(name)
+    sys.exit(1 if missed else 0)
+
+
+main()
