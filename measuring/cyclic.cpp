@@ -26,10 +26,12 @@ class BareLoop final : public CyclicVariant {
       const TimePoint start = Clock::steady().now();
       TimePoint due = start + options_.interval;
       for (std::uint64_t cycle = 0; cycle < cycles && !stop.load(); ++cycle) {
-        const auto since_epoch = due.time_since_epoch();
-        const auto seconds = std::chrono::floor<std::chrono::seconds>(since_epoch);
-        const timespec time{seconds.count(), (since_epoch - seconds).count()};
-        while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr) != 0) {
+        if (options_.relative) due = Clock::steady().now() + options_.interval;
+        const Nanoseconds sleep = options_.relative ? options_.interval : due.time_since_epoch();
+        const auto seconds = std::chrono::floor<std::chrono::seconds>(sleep);
+        const timespec time{seconds.count(), (sleep - seconds).count()};
+        while (clock_nanosleep(CLOCK_MONOTONIC, options_.relative ? 0 : TIMER_ABSTIME, &time,
+                               nullptr) != 0) {
         }
         const TimePoint now = Clock::steady().now();
         if (!record(now - due)) break;
@@ -62,7 +64,7 @@ class ExecutorTimer final : public CyclicVariant {
     options.realtime = options_.realtime;
     options.early_wake = early_wake_;
     const auto executor = executors().make(type_, options);
-    const auto node = std::make_shared<Node>("latency");
+    const auto node = std::make_shared<Node>(options_.thread.name);
     std::uint64_t cycle = 0;
     const auto timer = node->create_timer("timer", options_.interval, [&] {
       const TimePoint now = Clock::steady().now();
@@ -141,6 +143,8 @@ CyclicVariant::CyclicVariant(const CyclicOptions& options, const std::string& na
 
 void CyclicVariant::round(std::uint64_t cycles, const std::atomic<bool>& stop) {
   round_ = Histogram();
+  values_.clear();
+  if (options_.keeps_values) values_.reserve(cycles);
   run(cycles, stop);
   if (round_.count() != 0) result_.rounds.add(round_);
 }

@@ -18,12 +18,14 @@ namespace takt::rt {
 
 /// Options for all variants of one test.
 struct CyclicOptions {
-  ThreadAttributes thread;
+  ThreadAttributes thread;  // its name is that of an executor's node, too
   Realtime realtime = Realtime::prefer;
   Nanoseconds interval = std::chrono::milliseconds(1);
   Nanoseconds bin = std::chrono::microseconds(1);  // width of a bin
   std::size_t bins = 10'000;
   Nanoseconds break_above{0};  // a longer latency ends the test; 0: never
+  bool relative = false;       // the bare loop sleeps for the interval, not until a time
+  bool keeps_values = false;   // of a round
 };
 
 /// The measurements of one variant in all its rounds.
@@ -62,6 +64,9 @@ class CyclicVariant {
   /// privileges are refused.
   void round(std::uint64_t cycles, const std::atomic<bool>& stop);
   const CyclicResult& result() const noexcept { return result_; }
+  const CyclicOptions& options() const noexcept { return options_; }
+  /// The latencies of the last round, if the options keep them.
+  const std::vector<Nanoseconds>& values() const noexcept { return values_; }
 
  protected:
   CyclicVariant(const CyclicOptions& options, const std::string& name);
@@ -69,6 +74,7 @@ class CyclicVariant {
   virtual void run(std::uint64_t cycles, const std::atomic<bool>& stop) = 0;
   bool record(Nanoseconds latency) noexcept {
     round_.record(latency);
+    if (values_.size() < values_.capacity()) values_.push_back(latency);
     return result_.record(latency);
   }
 
@@ -77,9 +83,10 @@ class CyclicVariant {
 
  private:
   Histogram round_;
+  std::vector<Nanoseconds> values_;
 };
 
-/// clock_nanosleep with absolute times, as in cyclictest: the lower bound for executors.
+/// clock_nanosleep as in cyclictest: the lower bound for executors.
 std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options);
 /// A timer callback of an executor whose first thread has the attributes.
 std::unique_ptr<CyclicVariant> executor_timer(const CyclicOptions& options,

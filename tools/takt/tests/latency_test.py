@@ -34,6 +34,35 @@ def main():
         total = sum(int(line[row]) for line in histogram)
         check(f"row {row - 1}: histogram and overflows are all", total + overflows[row - 1] == 200)
 
+    # OSADL's command line, with fewer loops: as many lines as CPUs.
+    cpus = len(os.sched_getaffinity(0))
+    text = run("-l50", "-m", "-Sp90", "-i200", "-h400", "-q", "--executor", "none")
+    rows = [line for line in text.splitlines() if line.startswith("T:")]
+    check("-S has a thread on each CPU", len(rows) == cpus)
+    check("with one interval, as there is a histogram", all(" I:200 " in row for row in rows))
+
+    text = run("-t2", "-i", "1000", "-l", "50", "-q", "--executor", "events", "-d", "250")
+    rows = [line for line in text.splitlines() if line.startswith("T:")]
+    check("-t has so many threads of each row", len(rows) == 4)
+    check("whose intervals are a distance apart",
+          [re.search(r"I:(\d+)", row)[1] for row in rows] == ["1000", "1250"] * 2)
+
+    text = run("-t2", "-i", "1000", "-l", "50", "-q", "-H", "4000", "--executor", "none")
+    lines = [line.split() for line in text.splitlines() if re.match(r"\d{6} ", line)]
+    check("-H has a column with the sum of the others", len(lines) == 4000
+          and all(int(line[3]) == int(line[1]) + int(line[2]) for line in lines))
+
+    first = min(os.sched_getaffinity(0))
+    text = run("-v", "-r", "-a", f"{first}-{first}", "--policy=other", "-l", "20", "-q", "--executor", "none")
+    values = re.findall(r"^ *0: *(\d+): *-?\d+$", text, re.M)
+    check("-v prints every value", [int(value) for value in values] == list(range(20)))
+
+    for words, said in ((("-a", "9999"), "is no CPU that this process may use"),
+                        (("--policy=fast",), "there is no thread policy"), (("-t", "0"), "-t")):
+        wrong = subprocess.run([sys.argv[1], "latency", "-l", "1", *words], stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True)
+        check(f"{' '.join(words)} is refused", wrong.returncode != 0 and said in wrong.stdout, wrong.stdout)
+
     # The keys that rt-tests 2.4 writes, and scripts read.
     document = json.loads(run("-i", "1000", "-l", "200", "-q", "--json", "-"))
     for key in ("file_version", "cmdline:", "rt_test_version:", "start_time", "end_time",
@@ -41,6 +70,8 @@ def main():
         check(f"the JSON has '{key}'", key in document)
     for key in ("histogram", "cycles", "min", "max", "avg", "cpu", "node"):
         check(f"a thread has '{key}'", key in document["thread"]["0"])
+    check("the resolution is cyclictest's: 0 for µs", document["resolution_in_ns"] == 0)
+    check("and how it ended", document["return_code"] == 0)
     check("bare loop and executor", document["num_threads"] == len(document["thread"]) == 2)
     finish()
 
