@@ -64,7 +64,8 @@ class ExecutorTimer final : public CyclicVariant {
     options.realtime = options_.realtime;
     options.early_wake = early_wake_;
     const auto executor = executors().make(type_, options);
-    const auto node = std::make_shared<Node>(options_.thread.name);
+    const auto node =
+        std::make_shared<Node>(options_.thread.name.empty() ? "latency" : options_.thread.name);
     std::uint64_t cycle = 0;
     const auto timer = node->create_timer("timer", options_.interval, [&] {
       const TimePoint now = Clock::steady().now();

@@ -18,7 +18,7 @@ namespace takt::rt {
 
 /// Options for all variants of one test.
 struct CyclicOptions {
-  ThreadAttributes thread;  // its name is that of an executor's node, too
+  ThreadAttributes thread;  // its name is that of an executor's node, too; empty: latency
   Realtime realtime = Realtime::prefer;
   Nanoseconds interval = std::chrono::milliseconds(1);
   Nanoseconds bin = std::chrono::microseconds(1);  // width of a bin
