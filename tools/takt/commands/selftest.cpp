@@ -167,7 +167,7 @@ void compare_process(const json& run, const Finding& where, Findings& findings) 
   for (const json& process : run.at("processes")) {
     if (process.at("name") == "selftest") sum.independent = process.at("cpu_percent");
   }
-  sum.limit = std::max(0.2 * sum.independent, 1.5);
+  sum.limit = std::max(0.05 * sum.independent, 0.5);
   findings.push_back(sum);
 }
 
