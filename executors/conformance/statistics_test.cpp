@@ -119,6 +119,23 @@ TEST_P(ConformanceStatistics, AChainIsMeasuredFromItsReleaseToItsEnd) {
   EXPECT_EQ(measured.aborted, 0u);
 }
 
+TEST_P(ConformanceStatistics, ExecutionIsTheCallbackAndNotTheHandlerOfItsLimits) {
+  const auto group = node_->create_callback_group("limited", CallbackGroupType::MutuallyExclusive);
+  CallbackParameters parameters;
+  parameters.deadline = 1ms;
+  parameters.on_deadline_miss = [&](const OverrunReport&) { clock_.work(5ms); };
+  node_->set_callback_parameters({.callback_groups = {{"limited", parameters}}, .callbacks = {}});
+  const auto timer = node_->create_timer(
+      "timer", 10ms, [&] { clock_.work(2ms); }, group);
+  executor_->add_node(node_);
+  executor_->spin_some();
+  clock_.work(10ms);
+  executor_->spin_some();
+  const CallbackStatistics measured = row("timer");
+  EXPECT_EQ(numbers(measured.execution), numbers({2ms}));
+  EXPECT_EQ(measured.deadline_misses, 1u);
+}
+
 TEST_P(ConformanceStatistics, CountMeasuresNoTimesAndOffNothing) {
   for (const StatisticsLevel level : {StatisticsLevel::count, StatisticsLevel::off}) {
     ExecutorOptions options;

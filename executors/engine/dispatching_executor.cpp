@@ -274,7 +274,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   // A scheduler that looks at times needs no more than when one callback ended and the next one
   // was picked: on one worker that is one reading.
   const bool reads_clock = ready_.exact_time();
-  TimePoint start = picked;
+  TimePoint start = picked, end = picked;
   if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
     start = options_.clock->now();
   if (taken) {
@@ -290,18 +290,18 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     } catch (...) {
       caught(record, std::current_exception());
     }
+    // Before the user's handlers of limits, and before the wait for the lock.
+    if (reads_clock || is_checked) [[unlikely]]
+      end = options_.clock->now();
     if (is_checked) [[unlikely]]
-      check_limits(record, slot, dispatch, start);
+      check_limits(record, slot, dispatch, start, end);
   } else if (is_checked) {
     record.supervision->running[worker_index_].deadline.store(kNever);
   }
-  TimePoint end{};
-  if (reads_clock) [[unlikely]]
-    end = options_.clock->now();  // before the wait for the lock
   lock();
   if (taken && options_.statistics != StatisticsLevel::off) ++record.counts.received;
   if (reads_clock) [[unlikely]] {
-    if (shared_) {
+    if (shared_ || is_checked || !taken) {
       ready_.read_clock();
     } else {
       ready_.set_now(end);

@@ -193,8 +193,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
                                           TimePoint picked, TimePoint start,
                                           TimePoint end) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
-                                                 const Dispatch& dispatch,
-                                                 TimePoint start) noexcept;
+                                                 const Dispatch& dispatch, TimePoint start,
+                                                 TimePoint end) noexcept;
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint picked, TimePoint start,
                     TimePoint end) noexcept;
   bool has_time_left(TimePoint limit) noexcept;

@@ -33,8 +33,8 @@ void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
 // Evaluates the end of an execution: its deadline and budget, the next release, and its chains.
 // Calls the user's handlers without the lock.
 void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
-                                       const Dispatch& dispatch, TimePoint start) noexcept {
-  const TimePoint end = options_.clock->now();
+                                       const Dispatch& dispatch, TimePoint start,
+                                       TimePoint end) noexcept {
   Supervision& supervision = *record.supervision;
   Supervision::Watch& watch = supervision.running[worker_index_];
   watch.chain_instance.store(0);
