@@ -66,6 +66,43 @@ TEST_P(ConformanceOrder, RunsWhatIsReadyInTheSchedulersOrder) {
 }
 
 // The iRobot events executor serves another order in spin_some than in spin.
+// What `takt plan` and bounds believe of an executor. The order of urgent callbacks shows whether
+// it looks for new messages between two of a snapshot.
+TEST_P(ConformanceOrder, ReadinessIsWhatTheTraitsSay) {
+  if (is_isolated()) GTEST_SKIP() << "each thread has an order of its own";
+  ManualClock clock;
+  ExecutorOptions options;
+  options.name = "conformance";
+  options.scheduler = "fixed_priority";
+  options.clock = &clock;
+  if (is_pool()) options.threads.resize(1);
+  const auto executor = make(options);
+  const auto node = make_node(clock);
+  std::vector<std::string> trace;
+  const auto to_first = node->create_publisher<Number>("first", 5);
+  const auto to_second = node->create_publisher<Number>("second", 5);
+  const auto to_urgent = node->create_publisher<Number>("urgent", 5);
+  const auto first = node->create_subscription<Number>("first", 5, [&](const Number& number) {
+    trace.emplace_back("first");
+    to_urgent->publish(number);
+  });
+  const auto second = node->create_subscription<Number>(
+      "second", 5, [&](const Number&) { trace.emplace_back("second"); });
+  const auto urgent = node->create_subscription<Number>(
+      "urgent", 5, [&](const Number&) { trace.emplace_back("urgent"); });
+  urgent->set_parameters({.priority = 10});
+  executor->add_node(node);
+  executor->spin_some();
+  to_first->publish(Number{1});
+  to_second->publish(Number{2});
+  executor->spin_all();
+  if (is_event_driven()) {
+    EXPECT_THAT(trace, ElementsAre("first", "urgent", "second"));
+  } else {
+    EXPECT_THAT(trace, ElementsAre("first", "second", "urgent"));
+  }
+}
+
 TEST_P(ConformanceOrder, SpinAndSpinSomeKeepTheSameOrder) {
   const auto run = [&](bool with_spin) {
     ManualClock clock;
