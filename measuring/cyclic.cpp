@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <ctime>
+#include <exception>
+#include <thread>
 
 #include <fmt/format.h>
 
@@ -157,6 +159,32 @@ std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options) {
 std::unique_ptr<CyclicVariant> executor_timer(const CyclicOptions& options,
                                               const std::string& executor, Nanoseconds early_wake) {
   return std::make_unique<ExecutorTimer>(options, executor, early_wake);
+}
+
+void run_together(std::span<const std::unique_ptr<CyclicVariant>> rows, std::uint64_t cycles,
+                  CyclesOf of, std::atomic<bool>& stop) {
+  const auto cycles_of = [&](const CyclicVariant& row) {
+    if (of == CyclesOf::each) return cycles;
+    const Nanoseconds time = static_cast<std::int64_t>(cycles) * rows.front()->options().interval;
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(time / row.options().interval, 1));
+  };
+  std::vector<std::exception_ptr> failed(rows.size());
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      threads.emplace_back([&, i] {
+        try {
+          rows[i]->round(cycles_of(*rows[i]), stop);
+        } catch (...) {
+          failed[i] = std::current_exception();
+        }
+        if (failed[i] != nullptr || rows[i]->result().broke) stop.store(true);
+      });
+    }
+  }
+  for (const std::exception_ptr& exception : failed) {
+    if (exception != nullptr) std::rethrow_exception(exception);
+  }
 }
 
 void find_gaps(const CyclicOptions& options, Nanoseconds duration, Gaps& gaps) {

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,14 @@ std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options);
 std::unique_ptr<CyclicVariant> executor_timer(const CyclicOptions& options,
                                               const std::string& executor,
                                               Nanoseconds early_wake = Nanoseconds::zero());
+
+/// What a number of cycles is about, where rows have different intervals.
+enum class CyclesOf { each, first };  // first: the others as many as fit into its time
+
+/// A round of all these rows at the same time, each on its thread. One that breaks or throws sets
+/// `stop`, which ends the others. Throws what a row throws.
+void run_together(std::span<const std::unique_ptr<CyclicVariant>> rows, std::uint64_t cycles,
+                  CyclesOf of, std::atomic<bool>& stop);
 
 /// Gaps in the execution of a thread that only reads the clock: preemption by threads of higher
 /// priority, interrupts, the host of a virtual machine, firmware (SMI).

@@ -6,9 +6,7 @@
 #include <cctype>
 #include <csignal>
 #include <ctime>
-#include <exception>
 #include <span>
-#include <thread>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -49,7 +47,7 @@ struct Options {
   std::size_t bins() const { return std::max(histogram, histogram_with_sum); }
 };
 
-std::atomic<bool> stop{false};
+std::atomic<bool> stop{false};  // by a signal, or a latency above -b
 
 /// Our names, and cyclictest's: "fifo".
 ThreadPolicy policy_of(std::string name) {
@@ -118,46 +116,24 @@ Rows rows_of(const Options& options, const std::vector<rt::CyclicOptions>& threa
   return rows;
 }
 
-/// The threads of one method at the same time.
-void run_together(std::span<const std::unique_ptr<rt::CyclicVariant>> rows, std::uint64_t cycles) {
-  std::vector<std::exception_ptr> failed(rows.size());
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      threads.emplace_back([&, i] {
-        try {
-          rows[i]->round(cycles, stop);
-        } catch (...) {
-          failed[i] = std::current_exception();
-        }
-      });
-    }
-  }
-  for (const std::exception_ptr& exception : failed) {
-    if (exception != nullptr) std::rethrow_exception(exception);
-  }
-}
-
 /// Runs rounds until the number of cycles is reached; without a number, until a signal.
-void measure(const Rows& rows, const rt::CyclicOptions& cyclic, std::uint64_t cycles,
-             const Options& options, Outcome& outcome) {
+void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Outcome& outcome) {
+  const rt::CyclicOptions& cyclic = rows.front()->options();
   const std::uint64_t a_second = std::max<std::int64_t>(1s / cyclic.interval, 1);
   const std::uint64_t a_round =
       cycles == 0 ? a_second : std::max<std::uint64_t>(cycles / kRounds, 1);
+  // Without -l the time counts.
+  const rt::CyclesOf of = options.loops != 0 ? rt::CyclesOf::each : rt::CyclesOf::first;
   const bool shows_progress = !options.quiet && isatty(STDERR_FILENO) != 0;
   const rt::Observation observation;
   outcome.start = std::time(nullptr);
-  const auto is_done = [&] {
-    return stop.load() || std::any_of(rows.begin(), rows.end(),
-                                      [](const auto& row) { return row->result().broke; });
-  };
-  for (std::uint64_t done = 0; !is_done() && (cycles == 0 || done < cycles); done += a_round) {
+  for (std::uint64_t done = 0; !stop.load() && (cycles == 0 || done < cycles); done += a_round) {
     rt::find_gaps(cyclic, kGapSearch, outcome.gaps);
     const std::uint64_t now = cycles == 0 ? a_round : std::min(a_round, cycles - done);
-    for (std::size_t first = 0; first < rows.size() && !is_done(); first += options.threads) {
-      run_together(std::span(rows).subspan(first, options.threads), now);
+    for (std::size_t first = 0; first < rows.size() && !stop.load(); first += options.threads) {
+      rt::run_together(std::span(rows).subspan(first, options.threads), now, of, stop);
+      if (options.verbose && options.json != "-") print_values(rows, first, options.threads);
     }
-    if (options.verbose && options.json != "-") print_values(rows, cyclic);
     if (shows_progress) {
       print_summary(rows, cyclic, stderr);
       rt::to_stderr("\033[{}A", rows.size());
@@ -197,7 +173,7 @@ void latency(const Options& options) {
   }
   std::signal(SIGINT, [](int) { stop.store(true); });
   std::signal(SIGTERM, [](int) { stop.store(true); });
-  measure(rows, cyclic, cycles, options, outcome);
+  measure(rows, cycles, options, outcome);
   note(rows.back()->result().in_force.refused);
   if (has_text) {
     print_summary(rows, cyclic, stdout);

@@ -145,13 +145,12 @@ void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, bool wit
   }
 }
 
-/// cyclictest's -v: every latency of the last round.
-void print_values(const Rows& rows, const rt::CyclicOptions& cyclic) {
-  for (std::size_t row = 0; row < rows.size(); ++row) {
+void print_values(const Rows& rows, std::size_t first, std::size_t count) {
+  for (std::size_t row = first; row < first + count; ++row) {
     const std::vector<Nanoseconds>& values = rows[row]->values();
     std::uint64_t cycle = rows[row]->result().cycles - values.size();
     for (const Nanoseconds value : values) {
-      fmt::print("{:8}:{:8}:{:8}\n", row, cycle++, in_unit(value, cyclic));
+      fmt::print("{:8}:{:8}:{:8}\n", row, cycle++, in_unit(value, rows[row]->options()));
     }
   }
 }

@@ -3,9 +3,11 @@
 
 SPDX-License-Identifier: Apache-2.0
 """
+import glob
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 
@@ -18,7 +20,7 @@ def run(*words):
                           text=True).stdout
 
 
-def main():
+def check_output():
     text = run("-i", "1000", "-l", "200", "-h", "400", "-q", "--executor", "events")
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     summary = re.compile(r"T: *(\d+) \( *\d+\) P: *\d+ I:\d+ C: *(\d+) "
@@ -34,6 +36,8 @@ def main():
         total = sum(int(line[row]) for line in histogram)
         check(f"row {row - 1}: histogram and overflows are all", total + overflows[row - 1] == 200)
 
+
+def check_threads():
     # OSADL's command line, with fewer loops: as many lines as CPUs.
     cpus = len(os.sched_getaffinity(0))
     text = run("-l50", "-m", "-Sp90", "-i200", "-h400", "-q", "--executor", "none")
@@ -57,12 +61,54 @@ def main():
     values = re.findall(r"^ *0: *(\d+): *-?\d+$", text, re.M)
     check("-v prints every value", [int(value) for value in values] == list(range(20)))
 
+
+def check_values_of_an_interrupted_round():
+    # -v prints a row's values when it has run, and not again when a signal ends the next round.
+    here, there = os.openpty()  # so that lines come as they are printed
+    process = subprocess.Popen([sys.argv[1], "latency", "-v", "-i", "1000", "-q", "--executor", "events"],
+                               stdout=there, stderr=subprocess.DEVNULL)
+    os.close(there)
+    text = ""
+    while not re.search(r"^ *1: *999:", text, re.M):  # the last value of the second row's first round
+        text += os.read(here, 65536).decode()
+    process.send_signal(signal.SIGINT)
+    try:
+        while part := os.read(here, 65536):
+            text += part.decode()
+    except OSError:  # the end of a terminal
+        pass
+    os.close(here)
+    values = re.findall(r"^ *(\d+): *(\d+): *-?\d+\r?$", text, re.M)
+    check("-v prints no value twice", process.wait() == 0 and len(values) == len(set(values)), values[-3:])
+
+
+def check_search_for_gaps():
+    # The search for gaps, which is nearly all of this run, is on the CPU of -a.
+    cpu = max(os.sched_getaffinity(0))
+    process = subprocess.Popen([sys.argv[1], "latency", "-a", str(cpu), "-i", "1000", "-l", "10", "-q",
+                                "--executor", "none"], stdout=subprocess.DEVNULL)
+    allowed = []
+    while process.poll() is None:
+        for path in glob.glob(f"/proc/{process.pid}/task/*/status"):
+            try:
+                status = open(path).read()
+            except OSError:  # the thread has ended
+                continue
+            if status.startswith("Name:\tlatency\n"):
+                allowed.append(re.search(r"Cpus_allowed_list:\s*(\S+)", status)[1])
+    check("the search for gaps is on the CPU of -a", allowed.count(str(cpu)) > len(allowed) / 2,
+          sorted(set(allowed)))
+
+
+def check_refusals():
     for words, said in ((("-a", "9999"), "is no CPU that this process may use"),
                         (("--policy=fast",), "there is no thread policy"), (("-t", "0"), "-t")):
         wrong = subprocess.run([sys.argv[1], "latency", "-l", "1", *words], stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)
         check(f"{' '.join(words)} is refused", wrong.returncode != 0 and said in wrong.stdout, wrong.stdout)
 
+
+def check_document():
     # The keys that rt-tests 2.4 writes, and scripts read.
     document = json.loads(run("-i", "1000", "-l", "200", "-q", "--json", "-"))
     for key in ("file_version", "cmdline:", "rt_test_version:", "start_time", "end_time",
@@ -73,7 +119,12 @@ def main():
     check("the resolution is cyclictest's: 0 for µs", document["resolution_in_ns"] == 0)
     check("and how it ended", document["return_code"] == 0)
     check("bare loop and executor", document["num_threads"] == len(document["thread"]) == 2)
-    finish()
 
 
-main()
+check_output()
+check_threads()
+check_values_of_an_interrupted_round()
+check_search_for_gaps()
+check_refusals()
+check_document()
+finish()
