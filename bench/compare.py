@@ -61,13 +61,13 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     old, new = read(sys.argv[1]), read(sys.argv[2])
-    width = max((len(name) for name, _ in new), default=0)
-    quantities = max((len(quantity) for _, quantity in new), default=0)
+    width = max((len(name) for name, _ in {**old, **new}), default=0)
+    quantities = max((len(quantity) for _, quantity in {**old, **new}), default=0)
     print(f"{'':{width}}  {'compared':{quantities}}  {'old':>10} {'spread':>17}  {'new':>10} {'spread':>17}  "
           f"{'change':>7}")
-    for (name, quantity), after in new.items():
-        before = old.get((name, quantity))
-        change, verdict = verdict_of(before, after) if before else ("", "new")
+    for name, quantity in [*new, *(key for key in old if key not in new)]:
+        before, after = old.get((name, quantity)), new.get((name, quantity))
+        change, verdict = verdict_of(before, after) if before and after else ("", "new" if after else "gone")
         row = [f"{statistics.median(values):10.4g} {spread(values):>17}" if values else f"{'':>28}"
                for values in (before, after)]
         print(f"{name:{width}}  {quantity:{quantities}}  {'  '.join(row)}  {change:>7}  {verdict}")
