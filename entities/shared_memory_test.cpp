@@ -259,20 +259,8 @@ TEST_F(BySharedMemory, SurvivesKilledPeers) {
 }
 
 /// A process that publishes to the one that stays, and one that receives from it.
-struct SharedLife {
-  void kill() {
-    publisher.kill();
-    subscriber.kill();
-  }
-  void stop() {
-    publisher.stop();
-    subscriber.stop();
-  }
-  void resume() {
-    publisher.resume();
-    subscriber.resume();
-  }
-  Peer publisher{"require"}, subscriber{"require"};
+struct SharedLife : PeerPair<Peer> {
+  SharedLife() : PeerPair("require") {}
 };
 
 /// Counts what the process that stays has to receive, and what it has published.

@@ -366,23 +366,10 @@ TEST_F(TwoParticipants, SurvivesHostileDatagrams) {
 }
 
 /// A peer that publishes to us, and one that we publish to: all that is known of the two.
-struct Life {
+struct Life : PeerPair<Peer> {
   explicit Life(int number) : label("life" + std::to_string(number)) {
     subscriber.ask("subscribe /faults/out 1000");
   }
-  void kill() {
-    publisher.kill();
-    subscriber.kill();
-  }
-  void stop() {
-    publisher.stop();
-    subscriber.stop();
-  }
-  void resume() {
-    publisher.resume();
-    subscriber.resume();
-  }
-  Peer publisher, subscriber;
   PeerSender sender{publisher, "/faults/in", 100};
   const std::string label;
   std::int64_t sent = 0, arrived = 0;

@@ -133,6 +133,26 @@ class PeerProcess {
   std::string greeting_;
 };
 
+/// A peer that publishes to the test, and one that receives from it, which live and die together.
+template <class Peer>
+struct PeerPair {
+  template <class... Args>
+  explicit PeerPair(const Args&... args) : publisher(args...), subscriber(args...) {}
+  void kill() {
+    publisher.kill();
+    subscriber.kill();
+  }
+  void stop() {
+    publisher.stop();
+    subscriber.stop();
+  }
+  void resume() {
+    publisher.resume();
+    subscriber.resume();
+  }
+  Peer publisher, subscriber;
+};
+
 }  // namespace takt
 
 #endif  // TAKT_TESTING_PEER_PROCESS_HPP_
