@@ -2,7 +2,6 @@
 // Systems", each with one command.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -171,10 +170,7 @@ void write(const json& document, const BenchOptions& options) {
 void bench(const BenchOptions& options) {
   parse_run_time(options.duration);
   check_writable(options.json);
-  unsetenv("TAKT_EXECUTOR");
-  unsetenv("TAKT_SCHEDULER");
-  // Use another domain: processes on the default domain would distort the measurement.
-  setenv("ROS_DOMAIN_ID", fmt::format("{}", 100 + getpid() % 100).c_str(), /*overwrite=*/0);
+  use_own_domain();
   const fs::path folder = options.report;
   if (!options.report.empty()) {
     std::error_code failed;

@@ -203,9 +203,6 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
 /// (empty otherwise).
 std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Options& options) {
   const EndSignals signals;
-  // The command line gives executor and scheduler; clear the environment's.
-  unsetenv("TAKT_EXECUTOR");
-  unsetenv("TAKT_SCHEDULER");
   json runs = json::array();
   const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
   const bool shows_progress = isatty(STDERR_FILENO) != 0;

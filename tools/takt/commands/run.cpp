@@ -223,7 +223,7 @@ ContainerOverrides overrides(const Options& options) {
 
 /// What makes this program one process of the same system.
 std::vector<std::string> words_of(const Options& options) {
-  std::vector<std::string> words{"takt", "run", options.file};
+  std::vector<std::string> words{"run", options.file};
   const auto add = [&words](const char* option, const std::string& value) {
     if (!value.empty()) words.insert(words.end(), {option, value});
   };

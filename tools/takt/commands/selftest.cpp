@@ -253,10 +253,7 @@ void print(const Findings& findings, const std::vector<std::string>& notes) {
 
 void selftest(const Options& options) {
   check_writable(options.json);
-  unsetenv("TAKT_EXECUTOR");
-  unsetenv("TAKT_SCHEDULER");
-  // Another domain: this machine's other programs shall not hear it.
-  setenv("ROS_DOMAIN_ID", fmt::format("{}", 100 + getpid() % 100).c_str(), /*overwrite=*/0);
+  use_own_domain();
   std::vector<std::string> notes;
   const Findings findings = measure(options, notes);
   if (!options.json.empty()) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
+#include <utility>
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -37,6 +39,19 @@ std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& sig
 
 }  // namespace
 
+void become_takt(std::vector<std::string> words) {
+  words.insert(words.begin(), "takt");
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execv("/proc/self/exe", argv.data());
+  _exit(127);
+}
+
+void use_own_domain() {
+  setenv("ROS_DOMAIN_ID", fmt::format("{}", 100 + getpid() % 100).c_str(), /*overwrite=*/0);
+}
+
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals) {
   std::array<int, 2> pipe_ends{};
   if (pipe(pipe_ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
@@ -48,12 +63,9 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
     dup2(pipe_ends[1], STDOUT_FILENO);
     close(pipe_ends[0]);
     close(pipe_ends[1]);
-    words.insert(words.begin(), "takt");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    execv("/proc/self/exe", argv.data());
-    _exit(127);
+    unsetenv("TAKT_EXECUTOR");  // the words say which
+    unsetenv("TAKT_SCHEDULER");
+    become_takt(std::move(words));
   }
   close(pipe_ends[1]);
   int signal = 0;

@@ -19,10 +19,18 @@ class Interrupted : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs `takt WORDS…` in a child process, so that each measurement starts from the same state, and
-/// reads the JSON that it writes to stdout. Throws Error if it fails; its message is on stderr.
-/// When a signal arrives, ends the child and throws Interrupted; a second signal kills the child.
-/// The child does not receive Ctrl-C from the terminal.
+/// Becomes this program with another command line, `takt WORDS…`. For a child, after fork.
+[[noreturn]] void become_takt(std::vector<std::string> words);
+
+/// Unless ROS_DOMAIN_ID is set, all runs of this process use a domain that others do not: processes
+/// on the default domain would distort what it measures.
+void use_own_domain();
+
+/// Runs `takt WORDS…` in a child process, without the variables TAKT_EXECUTOR and TAKT_SCHEDULER,
+/// so that each measurement starts from the same state, and reads the JSON that it writes to
+/// stdout. Throws Error if it fails; its message is on stderr. When a signal arrives, ends the
+/// child and throws Interrupted; a second signal kills the child. The child does not receive Ctrl-C
+/// from the terminal.
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals);
 
 }  // namespace takt::tools

@@ -25,6 +25,7 @@
 
 #include "run/channel.hpp"
 #include "run/progress.hpp"
+#include "run/run_again.hpp"
 
 namespace takt::tools {
 namespace {
@@ -208,16 +209,12 @@ void Supervisor::begin(Child& child) {
                                   std::to_string(ends[1])}) {
     words.push_back(word);
   }
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
   const pid_t pid = fork();
   if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
     dup2(output[1], STDOUT_FILENO), dup2(output[1], STDERR_FILENO);
     fcntl(ends[1], F_SETFD, 0);
-    execv("/proc/self/exe", argv.data());
-    _exit(127);
+    become_takt(std::move(words));
   }
   close(ends[1]), close(output[1]);
   child.pid = pid;
