@@ -136,10 +136,12 @@ TEST(ExecutorLibrary, MustBeThereAndOfThisVersion) {
 }
 
 TEST(ExecutorLibrary, MustRegisterTheName) {
-  EXPECT_EQ(errors_naming("soundd"),
-            kLine2 + "library '" TAKT_TEST_EXECUTORS
-                     "' registers no executor 'soundd'; did you mean 'sound'? valid: sound, "
-                     "also_sound, of_its_scheduler, never_made, events, twice, twice\n");
+  EXPECT_EQ(
+      errors_naming("soundd"),
+      kLine2 +
+          "library '" TAKT_TEST_EXECUTORS
+          "' registers no executor 'soundd'; did you mean 'sound'? valid: sound, "
+          "also_sound, of_its_scheduler, never_made, never_made_either, events, twice, twice\n");
   EXPECT_EQ(errors_naming("sound", TAKT_TEST_SCHEDULERS),
             kLine2 + "library '" TAKT_TEST_SCHEDULERS
                      "' registers no executor 'sound'; say TAKT_REGISTER_EXECUTOR(\"sound\", …) "
@@ -166,6 +168,9 @@ TEST(ExecutorLibrary, IsReportedOnceWhenItsConstructorThrows) {
             kLine2 +
                 "executor 'never_made' throws in its constructor: out of order; let it throw "
                 "takt::Error for options that it cannot serve, and nothing else\n");
+  EXPECT_THAT(errors_naming("never_made_either"),
+              StartsWith(kLine2 + "executor 'never_made_either' throws in its constructor: an "
+                                  "object that is no std::exception; "));
 }
 
 // It was added while the library of a scheduler was loaded, whatever its version.

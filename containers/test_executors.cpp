@@ -18,6 +18,13 @@ struct NeverMade : takt::DispatchingExecutor {
   }
 };
 
+struct NeverMadeEither : takt::DispatchingExecutor {
+  NeverMadeEither(const takt::ExecutorOptions& options, const takt::ExecutorTraits& traits)
+      : DispatchingExecutor(options, traits) {
+    throw 42;
+  }
+};
+
 struct LastCome {
   bool operator()(const takt::ReadyCallback& a, const takt::ReadyCallback& b) const noexcept {
     return a.sequence > b.sequence;
@@ -34,6 +41,7 @@ TAKT_REGISTER_SCHEDULER("its_own", "for tests", takt::HeapScheduler<LastCome>)
 TAKT_REGISTER_EXECUTOR("of_its_scheduler", "for tests", takt::DispatchingExecutor,
                        .scheduler = "its_own")
 TAKT_REGISTER_EXECUTOR("never_made", "for tests", NeverMade)
+TAKT_REGISTER_EXECUTOR("never_made_either", "for tests", NeverMadeEither)
 TAKT_REGISTER_EXECUTOR("events", "for tests", takt::DispatchingExecutor)
 TAKT_REGISTER_EXECUTOR("twice", "for tests", takt::DispatchingExecutor)
 TAKT_REGISTER_EXECUTOR("twice", "for tests", takt::DispatchingExecutor)

@@ -18,13 +18,18 @@ void find_type(const ExecutorDescription& executor) {
 // Only the executor type and the wait back end know how many threads they support. Constructing an
 // executor starts no thread; but the constructor of one from a library may throw anything.
 void try_to_make(const std::string& type, const ExecutorOptions& options) {
+  const auto refuse = [&type](const char* what) {
+    throw Error(fmt::format("executor '{}' throws in its constructor: {}", type, what),
+                "let it throw takt::Error for options that it cannot serve, and nothing else");
+  };
   try {
     executors().make(type, options);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    throw Error(fmt::format("executor '{}' throws in its constructor: {}", type, error.what()),
-                "let it throw takt::Error for options that it cannot serve, and nothing else");
+    refuse(error.what());
+  } catch (...) {
+    refuse("an object that is no std::exception");
   }
 }
 
