@@ -238,6 +238,25 @@ TEST(Configuration, DecidesTheQosOfTopics) {
   EXPECT_THAT(system.must_match.at("/odom"), EndsWith("robot.yaml:4"));
 }
 
+TEST(Configuration, ReadsTheOlderFormOfDiscovery) {
+  EXPECT_EQ(read("dds: {discovery: lo}\ncontainer: {components: [{component: demo::Lidar, name: "
+                 "lidar}]}\n")
+                .dds->discovery,
+            DiscoveryRange::lo);
+  EXPECT_EQ(read("dds: {loopback_only: true}\ncontainer: {components: [{component: demo::Lidar, "
+                 "name: lidar}]}\n")
+                .dds->discovery,
+            DiscoveryRange::localhost);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(read("dds:\n  loopback_only: false\ncontainer: {components: [{component: demo::Lidar, "
+                 "name: lidar}]}\n")
+                .dds->discovery,
+            DiscoveryRange::subnet);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::HasSubstr("robot.yaml:2: `loopback_only: false` is an older form of "
+                                 "`discovery: subnet`"));
+}
+
 TEST(Configuration, SaysWhatHappensWhenSomethingFails) {
   const SystemDescription system = read(
       "containers:\n"

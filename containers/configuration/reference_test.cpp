@@ -106,7 +106,10 @@ TEST(Reference, MarksTheRequiredKeys) {
 
 TEST(Reference, DoesNotDependOnTheEnvironment) {
   setenv("ROS_DOMAIN_ID", "7", 1);
+  setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF", 1);
   EXPECT_EQ(find("dds", "domain").default_value, "");
+  EXPECT_EQ(find("dds", "discovery").default_value, "");
+  unsetenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
   unsetenv("ROS_DOMAIN_ID");
 }
 

@@ -14,6 +14,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/transport/dds/bounded_end.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
+#include "takt/transport/dds/domain_configuration.hpp"
 #include "takt/transport/dds/loopback_sockets.hpp"
 #include "takt/transport/shared_memory/refused_chunks.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
@@ -36,33 +37,23 @@ void log_sink(void*, const dds_log_data_t* data) {
   }
 }
 
-// Lean, deterministic, discovery over the loopback interface without multicast, messages up to
-// the size of a datagram in one piece. One thread receives: several need no select() before each
-// message, but Cyclone wakes them at its end by a datagram over the network, and waits for ever
-// when the cable is cut.
-std::string domain_configuration(const DdsOptions& options, std::uint64_t roudi) {
-  const char* interfaces =
-      options.loopback_only
-          ? R"(<Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces><AllowMulticast>false</AllowMulticast>)"
-          : "";
-  const char* peers = options.loopback_only ? R"(<Peers><Peer address="127.0.0.1"/></Peers>)" : "";
-  std::string shared_memory = "<Enable>false</Enable>";
-  if (roudi != 0) {
-    // The locator says which processes share memory. For processes other than Takt's we do not know
-    // the layout of their messages; those of other machines, and other RouDis, are not visible.
-    shared_memory =
-        "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
-    for (int byte = 0; byte < 8; ++byte) {
-      shared_memory += fmt::format(":{:02x}", (roudi >> (8 * byte)) & 0xff);
+dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
+  for (auto index = free_participant_index(options.domain, 0); index;
+       index = free_participant_index(options.domain, *index)) {
+    const dds_entity_t handle =
+        dds_create_domain(static_cast<dds_domainid_t>(options.domain),
+                          domain_configuration(options, *index, roudi).c_str());
+    if (handle < 0 && free_participant_index(options.domain, *index) != index) {
+      kept->clear();  // another process was faster
+      continue;
     }
-    shared_memory += fmt::format("</Locator><Prefix>takt_{}</Prefix>", options.domain);
+    return check_joined(handle, fmt::format("DDS domain {} could not be set up", options.domain),
+                        "check the network interfaces, and CYCLONEDDS_URI if it is set");
   }
-  return fmt::format(
-      R"(<CycloneDDS><Domain id="any"><General>{}<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>)"
-      R"(<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>100</MaxAutoParticipantIndex>{}<LeaseDuration>2s</LeaseDuration></Discovery>)"
-      R"(<Internal><SocketReceiveBufferSize min="default" max="10MB"/><Watermarks><WhcHigh>16MB</WhcHigh></Watermarks><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal>)"
-      R"(<SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
-      interfaces, peers, shared_memory);
+  throw Error(
+      fmt::format("DDS domain {} is full: it has no port left for this process", options.domain),
+      "at most 102 processes of one machine can join a domain: choose another by "
+      "`dds: {domain: N}`");
 }
 
 // The RouDi that this process uses, once it has begun to: iceoryx binds a process to one.
@@ -125,19 +116,12 @@ Domain::Domain(const DdsOptions& options) {
                               ? "switched off when this process joined the domain"
                           : options.security ? "what lies in shared memory is not secured"
                                              : why_not(roudi);
-  handle_ = check_joined(
-      dds_create_domain(
-          static_cast<dds_domainid_t>(options.domain),
-          domain_configuration(options, why_no_shared_memory_.empty() ? roudi.identity : 0)
-              .c_str()),
-      fmt::format("DDS domain {} could not be set up", options.domain),
-      "at most 100 processes of one machine can join a domain: choose another by "
-      "`dds: {domain: N}`");
+  handle_ = join(options, why_no_shared_memory_.empty() ? roudi.identity : 0);
   if (why_no_shared_memory_.empty()) bound_exit();
   if (roudi.is_silent && options.shared_memory == SharedMemory::automatic) {
     log(LogLevel::warn, "{}; messages go by UDP", roudi.unusable);
   }
-  if (!options.loopback_only) return;
+  if (options.discovery != DiscoveryRange::lo) return;
   if (const std::string why = keep_on_loopback(options.domain); !why.empty()) complain(why);
 }
 

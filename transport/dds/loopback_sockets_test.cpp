@@ -41,12 +41,12 @@ std::map<int, std::string> open_sockets(int domain) {
   return sockets;
 }
 
-TEST(LoopbackOnly, MeansThatNothingIsReceivedFromOtherInterfaces) {
+TEST(DiscoveryRange, LoMeansThatNothingIsReceivedFromOtherInterfaces) {
   constexpr int kClosed = 211, kOpen = 212;
-  const auto closed = Participant::create({.domain = kClosed});
+  const auto closed = Participant::create({.domain = kClosed, .discovery = DiscoveryRange::lo});
   EXPECT_THAT(open_sockets(kClosed), Not(IsEmpty()));
   EXPECT_THAT(open_sockets(kClosed), Each(Pair(testing::_, "lo")));
-  const auto open = Participant::create({.domain = kOpen, .loopback_only = false});
+  const auto open = Participant::create({.domain = kOpen, .discovery = DiscoveryRange::subnet});
   EXPECT_THAT(open_sockets(kOpen), Not(IsEmpty()));
   EXPECT_THAT(open_sockets(kOpen), Each(Pair(testing::_, "")));
   EXPECT_THAT(open_sockets(kClosed), Each(Pair(testing::_, "lo")));

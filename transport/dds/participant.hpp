@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "takt/sched/threads/thread_attributes.hpp"
+#include "takt/transport/dds/discovery.hpp"
 #include "takt/transport/dds/graph.hpp"
 #include "takt/transport/intra_process.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
@@ -35,9 +36,9 @@ struct DdsSecurity {
 
 struct DdsOptions {
   int domain = default_domain();  // 0 to 230: only processes of the same domain see each other
-  /// Use only the loopback interface; the kernel drops packets from all others. Otherwise, the
-  /// sockets receive from all interfaces, although Cyclone sends by one.
-  bool loopback_only = true;
+  DiscoveryRange discovery = default_discovery();
+  /// Addresses of hosts whose processes are discovered, too, under `localhost` and `subnet`.
+  std::vector<std::string> static_peers = default_static_peers();
   /// Policy, priority and CPUs of all of Cyclone's threads; they keep Cyclone's names. Not
   /// SCHED_DEADLINE, which they cannot inherit.
   ThreadAttributes threads;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/logger.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
 namespace takt {
@@ -18,9 +19,15 @@ void ConfigurationReader::read_dds(const Value& value) {
         "environment variable `ROS_DOMAIN_ID`, else 0.",
         into_domain(dds.domain)},
        {"loopback_only",
-        "Use only the loopback interface, and drop packets from all others. Otherwise, Cyclone's "
-        "sockets receive from all interfaces.",
-        into(dds.loopback_only)},
+        "An older form of `discovery`: `true` is `localhost`, `false` is `subnet`.",
+        into_loopback_only(dds.discovery)},
+       {"discovery",
+        "Which processes are discovered. `localhost`: those of this machine, ROS 2's included; "
+        "`subnet`: also those that multicast reaches; `off`: none; `system`: as Cyclone's defaults "
+        "and `CYCLONEDDS_URI` say; `lo`: those of this machine that use the loopback interface, "
+        "which excludes ROS 2, and packets from other interfaces are dropped. By default, the "
+        "value of the environment variable `ROS_AUTOMATIC_DISCOVERY_RANGE`, else `localhost`.",
+        into_discovery(dds.discovery)},
        {"parameter_services", "Offer ROS 2's six parameter services for each node.",
         into(dds.parameter_services)},
        {"ros_graph",
@@ -107,9 +114,32 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
   });
 }
 
-// The default depends on the environment, so the reference must not show it.
+// The defaults of these depend on the environment, so the reference must not show them.
 SystemReader::Read ConfigurationReader::into_domain(int& domain) {
   return without_default([this, &domain] { return into(domain, 0, 230); });
+}
+
+SystemReader::Read ConfigurationReader::into_discovery(DiscoveryRange& discovery) {
+  return without_default([this, &discovery] {
+    return into(discovery, {{"localhost", DiscoveryRange::localhost},
+                            {"subnet", DiscoveryRange::subnet},
+                            {"off", DiscoveryRange::off},
+                            {"system", DiscoveryRange::system},
+                            {"lo", DiscoveryRange::lo}});
+  });
+}
+
+SystemReader::Read ConfigurationReader::into_loopback_only(DiscoveryRange& discovery) {
+  return without_default([this, &discovery]() -> Read {
+    return [this, &discovery](const Value& value) {
+      bool loopback_only = true;
+      into(loopback_only)(value);
+      if (!std::holds_alternative<bool>(value.content)) return;
+      discovery = loopback_only ? DiscoveryRange::localhost : DiscoveryRange::subnet;
+      log(LogLevel::warn, "{}: `loopback_only: {}` is an older form of `discovery: {}`",
+          errors_.where(value.line), loopback_only, loopback_only ? "localhost" : "subnet");
+    };
+  });
 }
 
 }  // namespace takt

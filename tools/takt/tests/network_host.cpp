@@ -51,7 +51,7 @@ using namespace takt;
 
 std::shared_ptr<Node> make_node(const std::string& name) {
   NodeOptions options;
-  options.participant = Participant::create({.domain = 0, .loopback_only = false});
+  options.participant = Participant::create({.domain = 0});
   return std::make_shared<Node>(name, options);
 }
 

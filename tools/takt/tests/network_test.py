@@ -1,66 +1,41 @@
 #!/usr/bin/env python3
-"""Two hosts: network namespaces of their own, joined by a cable (veth). Topics and services pass, a
-cut cable heals, and datagrams that get lost cost no reliable message.
+"""Two machines (machines.py): topics and services pass, a cut cable heals, and datagrams that get
+lost cost no reliable message.
 
 usage: network_test.py NETWORK_HOST TAKT
 """
 # SPDX-License-Identifier: Apache-2.0
-import atexit
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
-import time
 
-sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, finish, skip  # noqa: E402
+from machines import Peer, eventually, inside, ip, make_machines
+from checks import check, finish
 
 program, takt = map(os.path.abspath, sys.argv[1:])
-left, right = (f"takt_{side}_{os.getpid()}" for side in ("left", "right"))
 
 
-def ip(*words):
-    return subprocess.run(["ip", *words], capture_output=True, text=True)
+class Host(Peer):
+    """See network_host.cpp."""
 
-
-def eventually(condition):
-    for _ in range(3000):
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
-
-
-class Host:
-    """A process in a namespace, see network_host.cpp."""
-
-    def __init__(self, namespace, name, other, loss=0):
-        self.process = subprocess.Popen(
-            ["ip", "netns", "exec", namespace, program, name, other, str(loss)],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-    def ask(self, *words):
-        print(*words, file=self.process.stdin, flush=True)
-        return self.process.stdout.readline().strip()
+    def __init__(self, machine, name, other, loss=0):
+        super().__init__(machine, program, name, other, str(loss),
+                         ROS_AUTOMATIC_DISCOVERY_RANGE="SUBNET")
 
     def received(self):
         """How many messages, after how many of them something is missing, and how many of those
         that may get lost."""
         return tuple(map(int, self.ask("received").split()))
 
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait()
-
 
 def all_are_ready(hosts):
-    return all(host.ask("ready") == "1" for host in hosts)
+    return all(host.is_ready() for host in hosts)
 
 
 def all_are_lonely(hosts):
-    return all(host.ask("ready") == "0" for host in hosts)
+    return not any(host.is_ready() for host in hosts)
 
 
 def answers(host):
@@ -71,22 +46,11 @@ def pair(loss=0):
     return Host(left, "here", "there", loss), Host(right, "there", "here", loss)
 
 
-if shutil.which("ip") is None:
-    skip("no ip (package iproute2)")
-for namespace in (left, right):
-    atexit.register(ip, "netns", "delete", namespace)
-    if ip("netns", "add", namespace).returncode != 0:
-        skip("network namespaces take root")
-if ip("-n", left, "link", "add", "cable", "type", "veth",
-      "peer", "name", "cable", "netns", right).returncode != 0:
-    skip("no veth in this kernel")
-for number, namespace in enumerate((left, right), 1):
-    ip("-n", namespace, "address", "add", f"10.77.0.{number}/24", "dev", "cable")
-    ip("-n", namespace, "link", "set", "cable", "up")
+left, right = make_machines()
 
 # A system that files describe.
 FILE = """
-dds: {{domain: 0, loopback_only: false}}
+dds: {{domain: 0, discovery: subnet}}
 container:
   components:
     - component: takt::Workload
@@ -95,7 +59,7 @@ container:
 """
 with tempfile.TemporaryDirectory() as folder:
     processes = []
-    for namespace, name, parameters in [
+    for machine, name, parameters in [
             (left, "talker", "{publishers: {topic: [imu], period_us: [10000], size_bytes: [64]}, "
                              "servers: {service: [add]}}"),
             (right, "listener", "{subscriptions: {topic: [imu]}, "
@@ -104,8 +68,8 @@ with tempfile.TemporaryDirectory() as folder:
         with open(path + ".yaml", "w") as file:
             file.write(FILE.format(name, parameters))
         processes.append(subprocess.Popen(
-            ["ip", "netns", "exec", namespace, takt, "run", path + ".yaml", "--duration", "4s",
-             "--json", path + ".json"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            inside(machine, takt, "run", path + ".yaml", "--duration", "4s",
+                   "--json", path + ".json"), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
             text=True))
     said = [process.communicate()[1] for process in processes]
     rows = json.load(open(os.path.join(folder, "listener.json")))["runs"][0]["callbacks"]
@@ -129,17 +93,20 @@ except ConnectionRefusedError:
 
 
 def listens():
-    sockets = subprocess.run(["ip", "netns", "exec", left, "cat", "/proc/net/udp"],
+    sockets = subprocess.run(inside(left, "cat", "/proc/net/udp"),
                              capture_output=True, text=True).stdout
     return f" 00000000:{FIRST_PORT:04X} " in sockets
 
 
 ip("-n", left, "link", "set", "lo", "up")
-process = subprocess.Popen(["ip", "netns", "exec", left, takt, "run", "--name", "lonely"],
-                           env={**os.environ, "ROS_DOMAIN_ID": "0"}, stdout=subprocess.DEVNULL,
-                           stderr=subprocess.PIPE, text=True)
-check("`takt run --name` listens", eventually(listens))
-answer = subprocess.run(["ip", "netns", "exec", right, sys.executable, "-c", KNOCK],
+with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+    file.write("dds: {domain: 0, discovery: lo}\n"
+               "container: {components: [{component: takt::Workload, name: lonely}]}\n")
+    file.flush()
+    process = subprocess.Popen(inside(left, takt, "run", file.name), stdout=subprocess.DEVNULL,
+                               stderr=subprocess.PIPE, text=True)
+    check("`discovery: lo` listens", eventually(listens))
+answer = subprocess.run(inside(right, sys.executable, "-c", KNOCK),
                         capture_output=True, text=True).stdout
 check("but not to another host", answer == "refused\n" and listens(), answer)
 process.terminate()

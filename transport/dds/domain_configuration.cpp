@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/domain_configuration.hpp"
+
+#include <cstdlib>
+#include <memory>
+
+#include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace takt {
+namespace {
+
+// RTPS 2.5, 9.6.2.3: the ports of a domain, and of a participant in it.
+constexpr int kFirstPort = 7400, kPortsOfDomain = 250, kFirstUnicastPort = 10;
+// The ports of higher ones are the next domain's.
+constexpr int kIndices = 119;
+constexpr int kFirstOfRos2 = 16, kAfterRos2 = 33;
+
+bool is_free(int port) {
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return true;  // Cyclone's error says why
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  const bool is_free = bind(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0;
+  close(fd);
+  return is_free;
+}
+
+// One that Cyclone could choose, besides the loopback interface.
+bool has_network_interface() {
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0) return false;
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> interfaces(first, freeifaddrs);
+  for (const ifaddrs* each = first; each != nullptr; each = each->ifa_next) {
+    if (each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET &&
+        (each->ifa_flags & (IFF_UP | IFF_LOOPBACK)) == IFF_UP) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::string peers(const DdsOptions& options) {
+  std::string xml = R"(<Peer address="127.0.0.1"/>)";
+  for (const std::string& peer : options.static_peers) {
+    xml += fmt::format(R"(<Peer address="{}"/>)", peer);
+  }
+  return xml;
+}
+
+// Messages of one machine take the loopback interface, which works without a network. Only by an
+// address of the network, processes of ROS 2 know that they are on the same machine. Cyclone 0.10
+// sends to all peers by the first interface, and by the loopback interface it reaches none
+// elsewhere.
+std::string interfaces(const DdsOptions& options) {
+  const bool is_local = options.discovery == DiscoveryRange::localhost;
+  if (!is_local && options.discovery != DiscoveryRange::off &&
+      options.discovery != DiscoveryRange::lo) {
+    return {};
+  }
+  return fmt::format(
+      R"(<Interfaces><NetworkInterface name="lo" multicast="false" priority="{}"/>{}</Interfaces><AllowMulticast>false</AllowMulticast>)",
+      options.static_peers.empty() ? 1 : -1,
+      is_local && has_network_interface() ? R"(<NetworkInterface autodetermine="true"/>)" : "");
+}
+
+std::string discovery(const DdsOptions& options, int participant_index) {
+  switch (options.discovery) {
+    case DiscoveryRange::off:
+      return fmt::format("<ParticipantIndex>none</ParticipantIndex><Tag>takt_off_{}</Tag>",
+                         getpid());
+    case DiscoveryRange::system:
+      return {};
+    default:
+      break;
+  }
+  return fmt::format(
+      "<ParticipantIndex>{}</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>"
+      "<Peers>{}</Peers>",
+      participant_index, kIndices, peers(options));
+}
+
+std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
+  if (roudi == 0) return "<Enable>false</Enable>";
+  // The locator says which processes share memory. For processes other than Takt's we do not know
+  // the layout of their messages; those of other machines, and other RouDis, are not visible.
+  std::string xml =
+      "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
+  for (int byte = 0; byte < 8; ++byte) xml += fmt::format(":{:02x}", (roudi >> (8 * byte)) & 0xff);
+  return xml + fmt::format("</Locator><Prefix>takt_{}</Prefix>", options.domain);
+}
+
+}  // namespace
+
+std::optional<int> free_participant_index(int domain, int from) {
+  for (int index = from; index < kIndices; ++index) {
+    if (index == kFirstOfRos2) index = kAfterRos2;
+    const int port = kFirstPort + kPortsOfDomain * domain + kFirstUnicastPort + 2 * index;
+    if (is_free(port) && is_free(port + 1)) return index;
+  }
+  return std::nullopt;
+}
+
+// Lean, deterministic, messages up to the size of a datagram in one piece. One thread receives:
+// several need no select() before each message, but Cyclone wakes them at its end by a datagram
+// over the network, and waits for ever when the cable is cut.
+std::string domain_configuration(const DdsOptions& options, int participant_index,
+                                 std::uint64_t roudi) {
+  const char* const users = std::getenv("CYCLONEDDS_URI");
+  return fmt::format(
+      R"(<CycloneDDS><Domain id="any"><General>{}<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>)"
+      R"(<Discovery>{}<LeaseDuration>2s</LeaseDuration></Discovery>)"
+      R"(<Internal><SocketReceiveBufferSize min="default" max="10MB"/><Watermarks><WhcHigh>16MB</WhcHigh></Watermarks></Internal></Domain></CycloneDDS>,)"
+      R"({},)"
+      R"(<CycloneDDS><Domain id="any"><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal><SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
+      interfaces(options), discovery(options, participant_index), users == nullptr ? "" : users,
+      shared_memory(options, roudi));
+}
+
+}  // namespace takt

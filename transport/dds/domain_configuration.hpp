@@ -1,0 +1,28 @@
+// The configuration of Cyclone for a domain.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_DOMAIN_CONFIGURATION_HPP_
+#define TAKT_TRANSPORT_DDS_DOMAIN_CONFIGURATION_HPP_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "takt/transport/dds/participant.hpp"
+
+namespace takt {
+
+/// The lowest index, from this one on, that no process of the machine uses on the domain; nullopt:
+/// there is none. A process has an index on each domain that it joins, and two ports by it.
+/// Half of the indices that rmw_cyclonedds uses (0 to 31) are left to ROS 2: it starts no process
+/// without one, however many are Takt's. The lower half is Takt's, because ROS 2 announces its
+/// processes to those indices only, and Takt answers at once.
+std::optional<int> free_participant_index(int domain, int from);
+
+/// As XML. It ends with CYCLONEDDS_URI, which overrules everything but what Takt relies on.
+/// `roudi`: the identity of the one in use; 0: no shared memory.
+std::string domain_configuration(const DdsOptions& options, int participant_index,
+                                 std::uint64_t roudi);
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_DOMAIN_CONFIGURATION_HPP_
