@@ -20,7 +20,7 @@ foreach(module ${takt_modules})
   # These are for files of the library; most need Cyclone's headers.
   list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|configuration_reader|container_parts|\
 cyclone_endpoint|cyclone_entity|cyclone_participant|cyclone_type|domain|domain_configuration|graph_reader|loopback_sockets|manual|node_announcer|process_usage|reactor|refused_chunks|\
-roudi_probe|topic_watch|unloading_threads|wait_in_callback|writer_clocks|writer_sequences)\\.hpp$")
+roudi_probe|service_matches|topic_watch|unloading_threads|wait_in_callback|writer_clocks|writer_sequences)\\.hpp$")
   list(REMOVE_ITEM headers containers/takt.hpp)
   foreach(header ${headers})
     cmake_path(GET header PARENT_PATH folder)

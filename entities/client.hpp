@@ -182,7 +182,7 @@ class Client : public SubscriptionBase {
       : SubscriptionBase(EntityKind::client, name, group,
                          {reply_topic(path), &message_type<Response>(),
                           std::max<std::size_t>(options.calls_in_flight, 1), node,
-                          service_identity<S>("clientid", participant)},
+                          service_identity<S>(kClientId, participant)},
                          participant),
         clock_(clock),
         id_(new_client_id()),

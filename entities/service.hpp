@@ -4,12 +4,9 @@
 #define TAKT_ENTITIES_SERVICE_HPP_
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <concepts>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "takt/entities/publisher.hpp"
@@ -47,8 +44,8 @@ inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
 /// the response; when it throws, there is none, and the caller's timeout ends the call.
 ///
 /// Thread safety and real-time: as Subscription and Publisher; a call inside the process allocates
-/// nothing while at most service_loans() responses are in transit. A call from another process
-/// that has just come waits, up to 100 ms, until DDS has discovered the client's reader.
+/// nothing while at most service_loans() responses are in transit. While DDS has not yet discovered
+/// the reader of a client that has called, the service keeps its responses, `depth` at the most.
 template <ServiceType S>
 class Service : public SubscriptionBase {
  public:
@@ -69,7 +66,7 @@ class Service : public SubscriptionBase {
           const ServiceOptions& options, const std::shared_ptr<Participant>& participant)
       : SubscriptionBase(EntityKind::service, name, group,
                          {request_topic(path), &message_type<Request>(), options.depth, node,
-                          service_identity<S>("serviceid", participant)},
+                          service_identity<S>(kServiceId, participant)},
                          participant),
         has_loans_(options.loans != 0),
         decoded_(participant != nullptr ? std::min<std::size_t>(options.loans, 4) : 0),
@@ -103,7 +100,6 @@ class Service : public SubscriptionBase {
     return answer;
   }
   void respond(Answer answer) {
-    wait_for_caller();
     if (answer.own_ != nullptr) {
       responses_.publish(std::move(answer.own_));
     } else {
@@ -116,23 +112,9 @@ class Service : public SubscriptionBase {
     return decoded_.decode(bytes);
   }
 
-  // A request may come before the caller's other end, which the answer goes to, has been found:
-  // then the answer would be lost. ROS 2's servers wait for it as long.
-  void wait_for_caller() noexcept {
-    const auto callers = [this] { return outside_publisher_count(); };
-    for (int i = 0; i < 100 && callers() > responses_.outside_subscription_count() &&
-                    callers() > callers_without_ear_;
-         ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    const std::size_t ears = responses_.outside_subscription_count();
-    callers_without_ear_ = callers() > ears ? callers() : 0;  // not for them again
-  }
-
   const bool has_loans_;
   DecodedMessages<Request> decoded_;
   Publisher<Response> responses_;
-  std::atomic<std::size_t> callers_without_ear_{0};
 };
 
 /// A service with its callback.

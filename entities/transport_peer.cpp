@@ -1,14 +1,30 @@
 // A process that executes the commands from its standard input: the other side of
 // transport_test.cpp. DOMAIN, then lines: create TOPIC DEPTH DURABILITY | publish TOPIC VALUE TEXT
-// | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC "last" is the
-// value that was received last, "gaps" how often it was not one more than before. It answers each
-// line with one: "ok", or a number.
-// SPDX-License-Identifier: Apache-2.0
+// | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC | serve SERVICE
+// | answer SERVICE | end SERVICE. "last" is the value that was received last, "gaps" how often it
+// was not one more than before, "answer" waits for a call. It answers each line with one: "ok", or
+// a number. SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <map>
 #include <sstream>
 
+#include "takt/testing/peer_process.hpp"
 #include "takt/testing/transport_messages.hpp"
+
+namespace {
+
+struct Received {
+  std::shared_ptr<takt::Subscription<takt::Labelled>> subscription;
+  std::int64_t last = 0;
+  std::uint64_t gaps = 0;
+  void take() {
+    for (takt::Labelled message; subscription->take(message); last = message.value) {
+      if (last != 0 && message.value != last + 1) ++gaps;
+    }
+  }
+};
+
+}  // namespace
 
 int main() {
   using takt::Labelled;
@@ -18,17 +34,8 @@ int main() {
   options.participant = takt::Participant::create({.domain = domain});
   const auto node = std::make_shared<takt::Node>("peer", options);
   std::map<std::string, std::shared_ptr<takt::Publisher<Labelled>>> publishers;
-  struct Received {
-    std::shared_ptr<takt::Subscription<Labelled>> subscription;
-    std::int64_t last = 0;
-    std::uint64_t gaps = 0;
-    void take() {
-      for (Labelled message; subscription->take(message); last = message.value) {
-        if (last != 0 && message.value != last + 1) ++gaps;
-      }
-    }
-  };
   std::map<std::string, Received> subscriptions;
+  std::map<std::string, std::shared_ptr<takt::Service<takt::Add>>> services;
   std::cout << "ok" << std::endl;
   for (std::string line; std::getline(std::cin, line);) {
     std::istringstream words(line);
@@ -58,6 +65,15 @@ int main() {
       std::cout << (command == "last" ? received.last : static_cast<std::int64_t>(received.gaps))
                 << std::endl;
       continue;
+    } else if (command == "serve") {
+      services[topic] = node->create_service<takt::Add>(
+          topic, [](const auto& request, auto& response) { response.sum = request.a + request.b; });
+    } else if (command == "answer") {
+      takt::Slot slot;
+      if (!takt::eventually([&] { return services.at(topic)->take(slot); })) return 1;
+      services.at(topic)->execute(slot);
+    } else if (command == "end") {
+      services.erase(topic);
     } else if (command == "drop") {
       publishers.erase(topic);
     }

@@ -21,6 +21,17 @@ struct OtherLabelled {
 };
 TAKT_MESSAGE(OtherLabelled, "test_msgs/msg/OtherLabelled", value, label);
 
+struct Add {
+  struct Request {
+    std::int64_t a = 0, b = 0;
+  };
+  struct Response {
+    std::int64_t sum = 0;
+  };
+};
+TAKT_MESSAGE(Add::Request, "test_msgs/srv/Add_Request", a, b);
+TAKT_MESSAGE(Add::Response, "test_msgs/srv/Add_Response", sum);
+
 }  // namespace takt
 
 #endif  // TAKT_TESTING_TRANSPORT_MESSAGES_HPP_

@@ -183,16 +183,7 @@ IntraProcessReader::~IntraProcessReader() {
 }
 
 bool IntraProcessReader::is_for_us(const MessageBlock& message) const noexcept {
-  std::uint64_t address = 0;
-  if (message.payload() != nullptr) {
-    std::memcpy(&address, message.payload(), sizeof address);
-  } else {  // not decoded yet
-    const auto bytes = message.encoded();
-    if (bytes.size() < kCdrHeader.size() + sizeof address)
-      return true;  // let the decoder refuse it
-    std::memcpy(&address, bytes.data() + kCdrHeader.size(), sizeof address);
-  }
-  return address == address_;
+  return message.address().value_or(address_) == address_;  // else let the decoder refuse it
 }
 
 void IntraProcessReader::join() {

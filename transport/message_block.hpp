@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "takt/base/clock.hpp"
@@ -59,6 +60,9 @@ class alignas(64) MessageBlock {
   const void* payload() const noexcept { return payload_; }
   /// CDR with its header, where there is no payload.
   virtual std::span<const std::byte> encoded() const noexcept { return {}; }
+
+  /// The first field, for messages that are for one reader each; nothing: it is no uint64 in CDR.
+  std::optional<std::uint64_t> address() const noexcept;
 
   void set_references(std::uint32_t count) noexcept {
     references_.store(count, std::memory_order_relaxed);  // published by the ring's swap

@@ -21,7 +21,9 @@ CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint
     : participant_(participant.shared_from_this()),
       endpoint_(endpoint),
       is_writer_(is_writer),
+      is_service_(endpoint.identity.id.starts_with(kServiceId)),
       why_udp_(participant.why_udp(endpoint, is_writer)),
+      services_(participant.service_matches(endpoint.identity.id)),
       topic_(participant.handle(), endpoint, is_shared()),
       number_(next_sequence()) {
 }
@@ -52,7 +54,25 @@ void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t dept
     throw Error("Cyclone DDS gives no shared memory to topic '" + endpoint_.topic + "'");
   }
   if (is_shared()) count_matched(handle_, matched_.load(), 0);
+  if (services_ != nullptr) {
+    const std::lock_guard lock(counting_);
+    for (const auto other : matched_ends(handle_)) note(handle_, other, 1);
+  }
   participant_->add(*this, endpoint_, handle_, is_writer_);
+}
+
+// None while it is being made, or deleted.
+std::vector<dds_instance_handle_t> CycloneEndpoint::matched_ends(
+    dds_entity_t handle) const noexcept {
+  std::vector<dds_instance_handle_t> others(16);
+  for (;;) {
+    const dds_return_t found =
+        is_writer_ ? dds_get_matched_subscriptions(handle, others.data(), others.size())
+                   : dds_get_matched_publications(handle, others.data(), others.size());
+    const bool all = found <= static_cast<dds_return_t>(others.size());
+    others.resize(static_cast<std::size_t>(std::max(found, 0)));
+    if (all) return others;
+  }
 }
 
 // On a thread of Cyclone's, or on that which makes an end.
@@ -64,16 +84,7 @@ void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int 
   }
   // Cyclone counts those of our own participant too.
   const std::lock_guard lock(counting_);  // so that the last thread that stores has looked last
-  std::vector<dds_instance_handle_t> others(16);
-  for (;;) {
-    const dds_return_t found =
-        is_writer_ ? dds_get_matched_subscriptions(handle, others.data(), others.size())
-                   : dds_get_matched_publications(handle, others.data(), others.size());
-    if (found < 0) return;  // it is being made, or deleted
-    const bool all = static_cast<std::size_t>(found) <= others.size();
-    others.resize(static_cast<std::size_t>(found));
-    if (all) break;
-  }
+  const auto others = matched_ends(handle);
   dds_instance_handle_t own = 0;
   dds_get_instance_handle(participant_->handle(), &own);
   count = static_cast<std::size_t>(std::count_if(others.begin(), others.end(), [&](auto other) {
@@ -85,6 +96,24 @@ void CycloneEndpoint::count_matched(dds_entity_t handle, std::size_t count, int 
   }));
   change = static_cast<int>(count) - static_cast<int>(matched_.exchange(count));
   if (change != 0) events().matched(change);
+}
+
+void CycloneEndpoint::note_match(dds_entity_t handle, dds_instance_handle_t other,
+                                 int change) noexcept {
+  if (services_ == nullptr) return;
+  const std::lock_guard lock(counting_);
+  note(handle, other, change);
+}
+
+void CycloneEndpoint::note(dds_entity_t handle, dds_instance_handle_t other, int change) noexcept {
+  const auto topic =
+      is_service_ == is_writer_ ? ServiceMatches::responses : ServiceMatches::requests;
+  if (change < 0) return services_->remove(topic, other);
+  auto* data = is_writer_ ? dds_get_matched_subscription_data(handle, other)
+                          : dds_get_matched_publication_data(handle, other);
+  if (data == nullptr) return;  // it has gone already, or we are being made
+  services_->add(topic, other, user_data_value(*data->qos, is_service_ ? kClientId : kServiceId));
+  dds_builtintopic_free_endpoint(data);
 }
 
 void put_away(std::unique_ptr<CycloneEndpoint> gone) {

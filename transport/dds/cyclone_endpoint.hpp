@@ -8,12 +8,14 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include <dds/dds.h>
 
 #include "takt/base/clock.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
 #include "takt/transport/dds/participant.hpp"
+#include "takt/transport/dds/service_matches.hpp"
 
 namespace takt {
 
@@ -61,12 +63,15 @@ class CycloneEndpoint {
   /// Makes the DDS entity with `create`: dds_create_writer or dds_create_reader.
   void make(decltype(&dds_create_writer) create, std::size_t depth, const Listener& listener);
   void count_matched(dds_entity_t handle, std::size_t count, int change) noexcept;
+  /// One end of a service or client notes that another end has come, or gone.
+  void note_match(dds_entity_t handle, dds_instance_handle_t other, int change) noexcept;
   virtual EndpointEvents& events() const noexcept = 0;
 
   const std::shared_ptr<CycloneParticipant> participant_;  // must go last
   const Endpoint endpoint_;
-  const bool is_writer_;
-  const std::string why_udp_;  // empty: by shared memory
+  const bool is_writer_, is_service_;
+  const std::string why_udp_;                       // empty: by shared memory
+  const std::shared_ptr<ServiceMatches> services_;  // nullptr: this is no part of one
   Topic topic_;
   dds_entity_t handle_ = 0;
   const std::uint64_t number_;
@@ -75,6 +80,10 @@ class CycloneEndpoint {
   std::atomic<std::size_t> matched_{0};
   std::atomic<std::size_t> held_{0};  // by users, in shared memory
   std::atomic<std::uint64_t> messages_{0}, uncopied_{0}, lost_{0};
+
+ private:
+  std::vector<dds_instance_handle_t> matched_ends(dds_entity_t handle) const noexcept;
+  void note(dds_entity_t handle, dds_instance_handle_t other, int change) noexcept;
 };
 
 /// Ends, or lets live on, an endpoint whose owner has gone, and ends those whose messages have come

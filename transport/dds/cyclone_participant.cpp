@@ -174,9 +174,19 @@ void CycloneParticipant::remove(const CycloneEndpoint& end, const Endpoint& endp
   {
     const std::lock_guard lock(mutex_);
     std::erase(endpoints_, &end);
+    service_matches_.erase(endpoint.identity.id);  // both ends have it
   }
   topic_watch_->remove(endpoint);
   if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
+}
+
+std::shared_ptr<ServiceMatches> CycloneParticipant::service_matches(const std::string& id) {
+  if (id.empty()) return nullptr;
+  const std::lock_guard lock(mutex_);
+  std::weak_ptr<ServiceMatches>& known = service_matches_[id];
+  std::shared_ptr<ServiceMatches> matches = known.lock();
+  if (matches == nullptr) known = matches = std::make_shared<ServiceMatches>();
+  return matches;
 }
 
 void CycloneParticipant::check_room() const {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -57,6 +58,8 @@ class CycloneParticipant final : public Participant,
   void add(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle,
            bool is_writer);
   void remove(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle) noexcept;
+  /// What both ends of a service, or of a client, share; nullptr for an empty id.
+  std::shared_ptr<ServiceMatches> service_matches(const std::string& id);
   /// Why the messages of an endpoint do not go by shared memory; empty: they do.
   std::string why_udp(const Endpoint& endpoint, bool is_writer) const;
 
@@ -76,6 +79,7 @@ class CycloneParticipant final : public Participant,
   std::unique_ptr<NodeAnnouncer> announcer_;  // nullptr: our nodes are not announced
   mutable std::mutex mutex_;
   std::vector<const CycloneEndpoint*> endpoints_;
+  std::map<std::string, std::weak_ptr<ServiceMatches>> service_matches_;
   std::unique_ptr<GraphReader> graph_reader_;
   std::unique_ptr<TopicWatch> topic_watch_;
 };

@@ -31,8 +31,9 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     dds_lset_subscription_matched(
         listener.get(),
         [](dds_entity_t handle, const dds_subscription_matched_status_t status, void* self) {
-          static_cast<CycloneReader*>(self)->count_matched(handle, status.current_count,
-                                                           status.current_count_change);
+          auto& end = *static_cast<CycloneReader*>(self);
+          end.note_match(handle, status.last_publication_handle, status.current_count_change);
+          end.count_matched(handle, status.current_count, status.current_count_change);
         });
     dds_lset_requested_incompatible_qos(
         listener.get(),
@@ -95,6 +96,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       } else {
         block->hold(sample);
       }
+      if (is_service_) note_caller(*block, handle, info.publication_handle);
       block->set_references(1);
       messages_.fetch_add(1, std::memory_order_relaxed);
       const TimePoint sent_at = clocks_.sent_at(handle, info);
@@ -103,6 +105,13 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       block->envelope = {.sequence = arrival.sequence, .ready_time = arrival.ready_time};
       reader_.deliver(*block, arrival);
     }
+  }
+
+  // Of a request: which writer its client is.
+  void note_caller(const ReceivedBlock& request, dds_entity_t handle,
+                   dds_instance_handle_t writer) {
+    if (!services_->knows(ServiceMatches::requests, writer)) note_match(handle, writer, 1);
+    if (const auto client = request.address()) services_->called(*client, writer);
   }
 
   /// Where the message lies in shared memory, if it does and is of our type.

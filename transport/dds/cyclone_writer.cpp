@@ -50,7 +50,9 @@ class CycloneWriter final : public CycloneEndpoint {
         [](dds_entity_t handle, const dds_publication_matched_status_t status, void* self) {
           auto& writer = *static_cast<CycloneWriter*>(self);
           if (status.total_count_change > 0) writer.readers_ever_.fetch_add(1);
+          writer.note_match(handle, status.last_subscription_handle, status.current_count_change);
           writer.count_matched(handle, status.current_count, status.current_count_change);
+          writer.send_waiting();
         });
     dds_lset_offered_incompatible_qos(
         listener.get(),
@@ -62,7 +64,14 @@ class CycloneWriter final : public CycloneEndpoint {
     if (is_shared()) is_known_at_ = Clock::steady().now() + kHearsayTime;
   }
 
+  ~CycloneWriter() override {
+    for (const Waiting& response : waiting_) {
+      if (response.data != nullptr) ddsi_serdata_unref(response.data);
+    }
+  }
+
   void write(const void* message) noexcept {
+    if (is_service_ && waits(message)) return;
     if (matched_.load(std::memory_order_relaxed) == 0 &&
         endpoint_.qos.durability == Durability::volatile_) {
       return;
@@ -70,9 +79,7 @@ class CycloneWriter final : public CycloneEndpoint {
     const ForeignCode cyclone;
     const dds_time_t published = dds_time();
     if (is_shared()) return write_copy(message, published);
-    ddsi_serdata* data = encode(topic_.type(), message);
-    data->timestamp.v = published;  // forwardcdr keeps it: encoding is a part of the way
-    count(dds_forwardcdr(handle_, data));
+    count(dds_forwardcdr(handle_, encode_at(message, published)));
   }
 
   MessageBlock* lend(const void* prototype) noexcept {
@@ -94,7 +101,8 @@ class CycloneWriter final : public CycloneEndpoint {
   }
 
   void write_lent(MessageBlock& message) noexcept {
-    if (matched() != 0) {
+    const bool is_kept = is_service_ && waits(message.payload());
+    if (!is_kept && matched() != 0) {
       const ForeignCode cyclone;
       const dds_time_t published = dds_time();
       const std::lock_guard lock(mutex_);
@@ -114,8 +122,60 @@ class CycloneWriter final : public CycloneEndpoint {
     held_.fetch_sub(1);  // the last: from here on we may be gone
   }
   void assert_liveliness() noexcept { dds_assert_liveliness(handle_); }
+  /// Of a client's requests: the services that it can hear, too.
+  std::size_t reader_count() const noexcept {
+    const std::size_t count = matched();
+    return services_ == nullptr || is_service_ ? count : std::min(count, services_->count());
+  }
 
  private:
+  /// A response for a client that cannot hear it yet.
+  struct Waiting {
+    std::uint64_t client;
+    ddsi_serdata* data;           // nullptr: by shared memory
+    std::vector<std::byte> copy;  // for shared memory
+    dds_time_t published;
+  };
+
+  ddsi_serdata* encode_at(const void* message, dds_time_t published) const noexcept {
+    ddsi_serdata* data = encode(topic_.type(), message);
+    data->timestamp.v = published;  // forwardcdr keeps it: encoding is a part of the way
+    return data;
+  }
+
+  // Keeps a response whose client's reader has not been discovered, which may take its time after
+  // that of its writer. Beyond the depth it replaces the oldest.
+  bool waits(const void* message) {
+    const ForeignCode cyclone;
+    const dds_time_t published = dds_time();
+    std::uint64_t client = 0;
+    std::memcpy(&client, message, sizeof client);
+    const std::lock_guard lock(waiting_mutex_);  // before looking: send_waiting comes later
+    if (services_->can_hear(client)) return false;
+    if (waiting_.size() == endpoint_.qos.depth) {
+      if (waiting_.front().data != nullptr) ddsi_serdata_unref(waiting_.front().data);
+      waiting_.erase(waiting_.begin());
+      count(DDS_RETCODE_OUT_OF_RESOURCES);
+    }
+    const auto* bytes = static_cast<const std::byte*>(message);
+    waiting_.push_back(
+        is_shared() ? Waiting{client, nullptr, {bytes, bytes + endpoint_.type->size}, published}
+                    : Waiting{client, encode_at(message, published), {}, published});
+    return true;
+  }
+  void send_waiting() noexcept {
+    const std::lock_guard lock(waiting_mutex_);
+    std::erase_if(waiting_, [this](const Waiting& response) {
+      if (!services_->can_hear(response.client)) return false;
+      if (response.data != nullptr) {
+        count(dds_forwardcdr(handle_, response.data));
+      } else {
+        write_copy(response.copy.data(), response.published);
+      }
+      return true;
+    });
+  }
+
   // Cyclone and iceoryx allow eight at once; one is for messages that are copied.
   static constexpr std::size_t kMostLent = 7;
 
@@ -174,6 +234,8 @@ class CycloneWriter final : public CycloneEndpoint {
   const std::shared_ptr<EndpointEvents> events_;
   const std::uint64_t id_ = random_number();
   const PoolPtr<LentBlock> lent_;
+  PiMutex waiting_mutex_;
+  std::vector<Waiting> waiting_;  // of a service
   std::atomic<std::uint64_t> readers_ever_{0};
   PiMutex mutex_;               // guards what follows
   std::uint64_t sequence_ = 0;  // of the last one sent by shared memory
@@ -192,7 +254,7 @@ class WriterEnd final : public RemoteWriter {
     writer_->close();
     put_away(std::move(writer_));
   }
-  std::size_t reader_count() const noexcept override { return writer_->matched(); }
+  std::size_t reader_count() const noexcept override { return writer_->reader_count(); }
   void write(const void* message) noexcept override { writer_->write(message); }
   MessageBlock* lend(const void* prototype) noexcept override { return writer_->lend(prototype); }
   void write_lent(MessageBlock& message) noexcept override { writer_->write_lent(message); }

@@ -33,6 +33,9 @@ struct Graph {
   std::vector<GraphEndpoint> publishers, subscriptions, services, clients;
 };
 
+/// The keys of such ids.
+inline constexpr char kServiceId[] = "serviceid", kClientId[] = "clientid";
+
 /// "serviceid=1f.3a...;": an id that no other service or client has, for user data.
 std::string new_service_id(std::string_view kind);
 

@@ -65,7 +65,7 @@ void call(const Options& options) {
 
   // Node rejects the names of the client's topics, so create the endpoints without it.
   const std::string node = observer.node().fully_qualified_name();
-  const ServiceIdentity identity{new_service_id("clientid"), &request, &response};
+  const ServiceIdentity identity{new_service_id(kClientId), &request, &response};
   bool is_answered = false;
   const auto answers = std::make_shared<GenericSubscription>(
       name, observer.node().default_callback_group(),

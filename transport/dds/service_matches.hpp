@@ -1,0 +1,48 @@
+// Requests and responses of a service are two topics, which are discovered one after the other.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_SERVICE_MATCHES_HPP_
+#define TAKT_TRANSPORT_DDS_SERVICE_MATCHES_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <dds/dds.h>
+
+#include "takt/base/pi_mutex.hpp"
+
+namespace takt {
+
+/// The clients that a service has discovered, or the services that a client has, with the ids in
+/// their user data: one is there when its ends of both topics are. As rmw_cyclonedds counts them.
+/// Thread safety: from any thread.
+/// Real-time: can_hear and count take a lock with priority inheritance, and allocate nothing.
+class ServiceMatches {
+ public:
+  enum Topic { requests, responses };
+
+  /// `id`: empty where the other side has none, as it is not of ROS 2 or of Takt.
+  void add(Topic topic, dds_instance_handle_t end, const std::string& id);
+  void remove(Topic topic, dds_instance_handle_t end);
+  bool knows(Topic topic, dds_instance_handle_t end) const;
+  /// How many are matched by both ends.
+  std::size_t count() const;
+
+  /// For a service. A request of this client came from this writer.
+  void called(std::uint64_t client, dds_instance_handle_t writer);
+  /// Whether the client's reader of responses is matched, or the client has gone.
+  bool can_hear(std::uint64_t client) const;
+
+ private:
+  bool has(Topic topic, const std::string& id) const;
+
+  mutable PiMutex mutex_;
+  std::map<dds_instance_handle_t, std::string> ids_[2];
+  std::map<std::uint64_t, dds_instance_handle_t> callers_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_SERVICE_MATCHES_HPP_
