@@ -148,7 +148,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.error_message = kNoStdException;
         }
       },
-      nullptr, kRareService));
+      nullptr, rare_service()));
   services_.push_back(node->create_service<ci::ListNodes>(
       "~/_container/list_nodes",
       [&container](const auto&, auto& response) {
@@ -157,7 +157,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.unique_ids.push_back(component.id);
         }
       },
-      nullptr, kRareService));
+      nullptr, rare_service()));
   services_.push_back(node->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {
@@ -170,7 +170,8 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.reason = kNoStdException;
         }
       },
-      nullptr, kRareService));
+      nullptr, rare_service()));
+  own_ = serve(node);
 }
 
 std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& component) {

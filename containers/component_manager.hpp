@@ -22,7 +22,9 @@ class Container;
 ///   container), `on_exception`, and `callback_group.GROUP.KEY` with a key of a callback group.
 /// - `/CONTAINER/set_callback_parameters`: see SetCallbackParameters.
 /// - for each component's node: ROS 2's parameter services, if enabled, and the lifecycle services
-///   of a lifecycle node.
+///   of a lifecycle node. In ROS 2's graph they belong to that node.
+/// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
+///   for none.
 /// Requests are served one after another: while a component is constructed or unloaded, others
 /// wait. Thread safety: only the container uses it. Real-time: no; components run on other threads.
 class ComponentManager {
@@ -36,6 +38,7 @@ class ComponentManager {
   const std::shared_ptr<Node> node_;
   const bool serves_parameters_;
   std::vector<std::shared_ptr<Entity>> services_;
+  std::shared_ptr<void> own_;
 };
 
 /// Reads a load_node request; `executors` are the executor names that it may use. Throws Error if

@@ -55,6 +55,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
       std::any_of(components_.begin(), components_.end(), may_be_removed) ||
       std::any_of(components_.begin(), components_.end(), uses_sim_time)) {
     make_manager();
+    if (lifecycle_node_ != nullptr) lifecycle_services_ = manager_->serve(lifecycle_node_);
   }
   for (const auto& loaded : components_) serve(*loaded);
 }

@@ -194,6 +194,7 @@ class Container {
   std::unique_ptr<Rosout> rosout_;
   std::unique_ptr<TimeSource> time_source_;  // if a component uses simulated time
   std::shared_ptr<Node> lifecycle_node_;
+  std::shared_ptr<void> lifecycle_services_;  // of that node
   std::unique_ptr<HeartbeatSender> heartbeats_;
   std::unique_ptr<LifecycleManager> lifecycle_;  // in one process of the system
   std::shared_ptr<GuardCondition> failed_;       // a failed component must leave its executors

@@ -9,6 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/testing/peer_process.hpp"
+
 namespace takt::test {
 namespace {
 
@@ -88,6 +90,40 @@ TEST(Container, ComponentsMayUseSimulatedTime) {
   });
   ASSERT_NE(timer, callbacks.end());
   EXPECT_EQ(timer->statistics.received, 3u);  // in real time, it would have been more
+}
+
+// `ros2 param list` asks each node of the graph, and waits for one that does not answer.
+TEST(Container, EveryNodeHasItsServicesInTheGraph) {
+  SystemDescription system = one_ticker();
+  system.name = "robot";
+  system.dds.emplace();
+  system.dds->domain = test_domain();
+  system.dds->shared_memory = SharedMemory::off;
+  system.lifecycle.emplace();
+  Container container(system);
+  container.start();
+  const auto observer = Participant::create({.domain = test_domain()});
+  const auto owners = [&](std::string_view service) {
+    std::set<std::string> found;
+    for (const GraphEndpoint& end : observer->graph().services) {
+      if (end.name.ends_with(service)) {
+        EXPECT_EQ(end.name, fmt::format("{}{}", end.node, service));
+        found.insert(end.node);
+      }
+    }
+    return found;
+  };
+  const std::set<std::string> all{"/robot", "/robot_lifecycle", "/ticker"};
+  EXPECT_TRUE(eventually([&] { return owners("/list_parameters") == all; }));
+  EXPECT_THAT(observer->graph().nodes, testing::ElementsAreArray(all));
+  const auto has_events_of = [&](const std::string& node) {
+    const auto publishers = observer->graph().publishers;
+    return std::any_of(publishers.begin(), publishers.end(), [&](const GraphEndpoint& end) {
+      return end.name == "/parameter_events" && end.node == node;
+    });
+  };
+  for (const std::string& node : all) EXPECT_TRUE(has_events_of(node)) << node;
+  container.stop();
 }
 
 TEST(Container, DeliversEverythingUnderEveryExecutorAndAllocatesNothing) {

@@ -34,10 +34,15 @@ struct ServiceOptions {
   /// Responses that are allocated in advance; further ones come from the heap. For services that
   /// allocate anyway: 0.
   std::size_t loans = kServiceDepth;
+  /// The full name of the node that has the service in ROS 2's graph; empty: the node that makes
+  /// it. For a service that another node's executor serves.
+  std::string graph_node;
 };
 
 /// For services that are called rarely, and of which there are many: little memory.
-inline constexpr ServiceOptions kRareService{.depth = 10, .loans = 0};
+inline ServiceOptions rare_service(const std::string& graph_node = {}) {
+  return {.depth = 10, .loans = 0, .graph_node = graph_node};
+}
 
 /// A service, as its node creates it: it receives requests as a subscription does, from this
 /// process by pointer and from others over DDS, and publishes each response. The callback fills in

@@ -191,7 +191,8 @@ class Node : public std::enable_shared_from_this<Node> {
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                  const PublisherOptions<T>& options = {}) {
-    const Endpoint end = endpoint<T>(topic, qos);
+    Endpoint end = endpoint<T>(topic, qos);
+    if (!options.graph_node.empty()) end.node = options.graph_node;
     remember_output(end.topic, options.published_by);
     return std::make_shared<Publisher<T>>(end, clock().real(), options, options_.participant);
   }
@@ -239,7 +240,8 @@ class Node : public std::enable_shared_from_this<Node> {
                                              const ServiceOptions& options = {}) {
     group = group_or_default(std::move(group));
     auto service = std::make_shared<CallbackService<S, F>>(
-        std::string(name), group, resolve(name), fully_qualified_name_, clock().real(),
+        std::string(name), group, resolve(name),
+        options.graph_node.empty() ? fully_qualified_name_ : options.graph_node, clock().real(),
         std::move(callback), options, options_.participant);
     if constexpr (CallbackService<S, F>::kIsTask) {
       service->set_runner(create_task_runner(std::string(name), group, 1));

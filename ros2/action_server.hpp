@@ -368,7 +368,7 @@ class ActionServer {
                                                                  auto& response) mutable {
           response = core->cancel(request.goal_info, handle_cancel);
         },
-        options.cancel_group, kRareService);
+        options.cancel_group, rare_service());
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
         [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
@@ -380,7 +380,7 @@ class ActionServer {
           response.accepted = true;
           accepted->push(std::move(goal));
         },
-        options.goal_group, kRareService);
+        options.goal_group, rare_service());
     expiry_ = node.create_timer(
         base + "_expiry", std::chrono::hours(1), [core = core_] { core->expire(); },
         options.result_group);
@@ -398,7 +398,7 @@ class ActionServer {
         [core = core_](const auto& request, RequestId id) {
           core->ask_result(request.goal_id, id);
         },
-        group, kRareService);
+        group, rare_service());
     core_->set_result_service(result_);
   }
 

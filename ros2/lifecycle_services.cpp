@@ -56,20 +56,21 @@ void change_state(LifecycleNode& node, const lifecycle_msgs::msg::Transition& re
 LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                                      const std::shared_ptr<CallbackGroup>& group)
     : node_(node),
-      transition_event_(host.create_publisher<TransitionEvent>(
-          node.fully_qualified_name() + "/transition_event", 10)),
+      transition_event_(
+          host.create_publisher<TransitionEvent>(node.fully_qualified_name() + "/transition_event",
+                                                 10, {.graph_node = node.fully_qualified_name()})),
       change_state_(host.create_service<ChangeState>(
           node.fully_qualified_name() + "/change_state",
           [&node](const ChangeState::Request& request, ChangeState::Response& response) {
             change_state(node, request.transition, response);
           },
-          group, kRareService)),
+          group, rare_service(node.fully_qualified_name()))),
       get_state_(host.create_service<GetState>(
           node.fully_qualified_name() + "/get_state",
           [&node](const GetState::Request&, GetState::Response& response) {
             response.current_state = to_message(node.get_current_state());
           },
-          group, kRareService)),
+          group, rare_service(node.fully_qualified_name()))),
       get_available_states_(host.create_service<GetAvailableStates>(
           node.fully_qualified_name() + "/get_available_states",
           [](const GetAvailableStates::Request&, GetAvailableStates::Response& response) {
@@ -77,7 +78,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
               response.available_states.push_back(to_message(state));
             }
           },
-          group, kRareService)),
+          group, rare_service(node.fully_qualified_name()))),
       get_transitions_(host.create_service<GetAvailableTransitions>(
           node.fully_qualified_name() + "/get_available_transitions",
           [&node](const GetAvailableTransitions::Request&,
@@ -87,7 +88,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                   to_message<TransitionDescription>(transition));
             }
           },
-          group, kRareService)),
+          group, rare_service(node.fully_qualified_name()))),
       get_transition_graph_(host.create_service<GetAvailableTransitions>(
           node.fully_qualified_name() + "/get_transition_graph",
           [](const GetAvailableTransitions::Request&, GetAvailableTransitions::Response& response) {
@@ -96,7 +97,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                   to_message<TransitionDescription>(transition));
             }
           },
-          group, kRareService)) {
+          group, rare_service(node.fully_qualified_name()))) {
   node.set_transition_listener([publisher = transition_event_](const auto& transition) {
     auto event = std::make_unique<TransitionEvent>(to_message<TransitionEvent>(transition));
     event->timestamp = wall_time_ns();

@@ -26,8 +26,9 @@ namespace takt {
 /// Errors: as Node::create_service.
 class LifecycleServices {
  public:
-  /// The services and the publisher belong to `host`, which may be the node itself, or one on
-  /// another executor. Both must outlive this object. `group`: the host's.
+  /// The services and the publisher are entities of `host`, which may be the node itself, or one on
+  /// another executor; in ROS 2's graph they are the node's. Both must outlive this object.
+  /// `group`: the host's.
   LifecycleServices(LifecycleNode& node, Node& host,
                     const std::shared_ptr<CallbackGroup>& group = nullptr);
   ~LifecycleServices();

@@ -163,7 +163,8 @@ void ParameterServices::publish(const Parameters& values, bool are_new) const {
 ParameterServices::ParameterServices(Node& node, Node& host)
     : node_(node),
       events_(host.create_publisher<wire::ParameterEvent>(
-          "/parameter_events", qos_profile("parameter_events")->keep_last(10))),
+          "/parameter_events", qos_profile("parameter_events")->keep_last(10),
+          {.graph_node = node.fully_qualified_name()})),
       get_(host.create_service<rcl_interfaces::srv::GetParameters>(
           service_name(node, "get_parameters"),
           [&node](const auto& request, auto& response) {
@@ -172,7 +173,7 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                   return to_message(node.get_parameter<ParameterValue>(name));
                 });
           },
-          nullptr, kRareService)),
+          nullptr, rare_service(node.fully_qualified_name()))),
       get_types_(host.create_service<rcl_interfaces::srv::GetParameterTypes>(
           service_name(node, "get_parameter_types"),
           [&node](const auto& request, auto& response) {
@@ -181,7 +182,7 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                   return type_of(node.get_parameter<ParameterValue>(name));
                 });
           },
-          nullptr, kRareService)),
+          nullptr, rare_service(node.fully_qualified_name()))),
       set_(host.create_service<rcl_interfaces::srv::SetParameters>(
           service_name(node, "set_parameters"),
           [&node](const auto& request, auto& response) {
@@ -189,19 +190,19 @@ ParameterServices::ParameterServices(Node& node, Node& host)
               response.results.push_back(set(node, {parameter}));
             }
           },
-          nullptr, kRareService)),
+          nullptr, rare_service(node.fully_qualified_name()))),
       set_atomically_(host.create_service<rcl_interfaces::srv::SetParametersAtomically>(
           service_name(node, "set_parameters_atomically"),
           [&node](const auto& request, auto& response) {
             response.result = set(node, request.parameters);
           },
-          nullptr, kRareService)),
+          nullptr, rare_service(node.fully_qualified_name()))),
       list_(host.create_service<rcl_interfaces::srv::ListParameters>(
           service_name(node, "list_parameters"),
           [&node](const auto& request, auto& response) {
             response.result = to_message(node.list_parameters(request.prefixes, request.depth));
           },
-          nullptr, kRareService)),
+          nullptr, rare_service(node.fully_qualified_name()))),
       describe_(host.create_service<rcl_interfaces::srv::DescribeParameters>(
           service_name(node, "describe_parameters"),
           [&node](const auto& request, auto& response) {
@@ -211,13 +212,17 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                                     node.describe_parameter(name));
                 });
           },
-          nullptr, kRareService)) {
+          nullptr, rare_service(node.fully_qualified_name()))) {
+  publish_events();
+}
+
+void ParameterServices::publish_events() {
   Parameters declared;
-  for (const std::string& name : node.list_parameters().names) {
-    declared.emplace(name, node.get_parameter<ParameterValue>(name));
+  for (const std::string& name : node_.list_parameters().names) {
+    declared.emplace(name, node_.get_parameter<ParameterValue>(name));
   }
   if (!declared.empty()) publish(declared, true);
-  node.set_parameters_listener(
+  node_.set_parameters_listener(
       [this](const Parameters& values, bool are_new) { publish(values, are_new); });
 }
 

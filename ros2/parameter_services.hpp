@@ -30,8 +30,8 @@ ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 /// initially all parameters.
 ///
 /// The services are entities of the host, in its default callback group: the node itself, or
-/// another one whose executor is not a real-time one. Both nodes outlive
-/// them. When they are destroyed, no request is served any more.
+/// another one whose executor is not a real-time one. In ROS 2's graph they are the node's. Both
+/// nodes outlive them. When they are destroyed, no request is served any more.
 ///
 /// Thread safety: as Node.
 /// Real-time: no; they copy names and values, and call the node's on-set callbacks.
@@ -46,6 +46,7 @@ class ParameterServices {
   template <class S>
   using Handle = std::shared_ptr<Service<S>>;
 
+  void publish_events();
   void publish(const Parameters& values, bool are_new) const;
 
   Node& node_;

@@ -81,7 +81,9 @@ def test_what_is_there():
     with System():
         nodes = {row["node"]: row for row in seen(lambda rows: len(rows) == 3, "node", "list")}
         check("all nodes are there", set(nodes) == {"/front/lidar", "/robot", "/sink"}, nodes)
-        check("with what they publish", nodes["/front/lidar"]["publishers"] == 1, nodes)
+        check("with what they publish", nodes["/front/lidar"]["publishers"] == 2, nodes)
+        check("and their parameter services",
+              [nodes[node]["services"] for node in ("/front/lidar", "/sink")] == [6, 6], nodes)
         info = table("node", "info", "front/lidar")
         check("node info",
               {"name": "/front/scan", "type": "takt/msg/Workload"} in info["publishers"], info)
