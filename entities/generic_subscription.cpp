@@ -13,7 +13,7 @@ bool GenericSubscription::take(Slot& slot) noexcept {
 
 void GenericSubscription::execute(Slot& slot) {
   const HeldMessage held(slot.message);
-  const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+  const MessageInfo info(slot);
   if (slot.message->payload() == nullptr) {
     return callback_(slot.message->encoded(), info);
   }

@@ -314,7 +314,7 @@ TEST_F(WireTest, ThePartsOfAnAction) {
   const auto bytewise = join(RosGraph::off);
   std::shared_ptr<ServerGoalHandle<Count>> goal;
   const auto server = create_action_server<Count>(
-      *node, "count", [](const auto&, const auto&) { return GoalResponse::accept; },
+      *node, "count", [](const auto&, const auto&) { return GoalResponse::accept_and_execute; },
       [](const auto&) { return CancelResponse::accept; }, [&](auto handle) { goal = handle; });
   const auto all = [&] { serve_all(*node); };
   const std::string action = "/count/_action/", type = "test_msgs/action/Count_";

@@ -87,6 +87,12 @@ class PublisherBase {
   void assert_liveliness() noexcept {
     if (remote_ != nullptr) remote_->assert_liveliness();
   }
+  /// Waits until every reliable subscription in another process has confirmed what was published;
+  /// one in this process has it at once. False: it took longer. Not for callbacks that must not
+  /// block.
+  bool wait_for_all_acked(Nanoseconds timeout = Nanoseconds::max()) noexcept {
+    return remote_ == nullptr || remote_->wait_for_acks(timeout);
+  }
   /// In this process and outside.
   std::size_t subscription_count() const noexcept {
     return local_subscription_count() + outside_subscription_count();

@@ -70,6 +70,7 @@ MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept
   MessageBlock* message = decode(bytes);
   if (message != nullptr) {
     message->envelope = received.envelope;
+    message->origin = received.origin;
   } else {
     static constinit LogThrottle throttle;
     malformed_.fetch_add(1, std::memory_order_relaxed);

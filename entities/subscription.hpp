@@ -84,6 +84,17 @@ struct MessageInfo {
   std::uint64_t sequence;  // order of publication, over the process
   TimePoint publish_time;  // {} when the executor's statistics are not full
   TimePoint root_release;  // of the chain's first callback; {} outside chains
+  /// Of a message from another process: when that one published it, by its own wall clock; else {}.
+  std::chrono::system_clock::time_point source_time;
+  /// The same number for all messages of one publisher in another process; 0: one of this process.
+  std::uint64_t writer;
+
+  explicit MessageInfo(const Slot& slot) noexcept
+      : sequence(slot.sequence),
+        publish_time(slot.ready_time),
+        root_release(slot.root_release),
+        source_time(slot.message->origin.source_time),
+        writer(slot.message->origin.writer) {}
 };
 
 /// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
@@ -245,7 +256,7 @@ class CallbackSubscription : public Subscription<T> {
 
   void execute(Slot& slot) override {
     MessageBlock& block = *slot.message;
-    const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+    const MessageInfo info(slot);
     if constexpr (kIsTask) {
       std::abort();  // see TaskSubscription
     } else if constexpr (kLooks) {
@@ -261,7 +272,7 @@ class CallbackSubscription : public Subscription<T> {
  protected:
   /// The callback as a task, which holds the message.
   Task<> task(const Slot& slot) {
-    const MessageInfo info{slot.sequence, slot.ready_time, slot.root_release};
+    const MessageInfo info(slot);
     MessageBlock& block = *slot.message;
     if constexpr (kLooks) {
       return look(TakenMessage<T>(&block, static_cast<const T*>(block.payload())), info);

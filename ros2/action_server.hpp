@@ -21,14 +21,18 @@
 
 namespace takt {
 
-enum class GoalResponse { reject, accept };
+/// A goal that is deferred stays accepted until ServerGoalHandle::execute.
+enum class GoalResponse { reject, accept_and_execute, accept_and_defer };
 enum class CancelResponse { reject, accept };
 
 struct ActionServerOptions {
-  /// That are not forgotten: one more takes the place of the oldest that has ended, or is refused.
+  /// That have not ended; one more is rejected.
   std::size_t most_goals = 10;
   /// How long the result of a goal that has ended can be asked for.
   Nanoseconds result_timeout = std::chrono::seconds(10);
+  /// How many results it keeps for so long: while there are as many, a goal is rejected, rather
+  /// than that a result gets lost.
+  std::size_t most_results = 1000;
   /// Each part is an entity in a group of its own choice; nullptr: the default group.
   std::shared_ptr<CallbackGroup> goal_group, cancel_group, result_group;
   std::shared_ptr<CallbackGroup> execute_group;  // of handle_accepted
@@ -65,7 +69,10 @@ class ServerGoalHandle {
   void publish_feedback(const typename A::Feedback& feedback) {
     core_->publish_feedback(id_, feedback);
   }
-  // These throw Error when the goal has ended already, or no cancellation was requested.
+  /// Of a goal that was deferred: its execution begins. Throws Error when it is not accepted.
+  void execute() { core_->execute(id_); }
+  // These throw Error when the goal is not being executed, and canceled also when no cancellation
+  // was requested.
   void succeed(const typename A::Result& result) { core_->end(id_, GoalState::succeeded, result); }
   void abort(const typename A::Result& result) { core_->end(id_, GoalState::aborted, result); }
   void canceled(const typename A::Result& result) { core_->end(id_, GoalState::canceled, result); }
@@ -117,11 +124,11 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     expiry_.reset();
   }
 
-  /// Makes room for the goal; nullptr: it is known already, there is none, or the server has gone.
+  /// nullptr: the goal is known already, there is no room, or the server has gone.
   std::shared_ptr<Handle> accept(const GoalId& id, const typename A::Goal& goal,
                                  builtin_interfaces::msg::Time stamp) {
     const std::lock_guard lock(mutex_);
-    if (status_ == nullptr || find(id) != nullptr || !make_room()) return nullptr;
+    if (status_ == nullptr || find(id) != nullptr || !has_room()) return nullptr;
     auto handle = std::make_shared<Handle>(this->shared_from_this(), id, goal);
     goals_.push_back({.info = action_msgs::msg::GoalInfo().set__goal_id(id).set__stamp(stamp),
                       .state = GoalState::accepted,
@@ -130,13 +137,20 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     return handle;
   }
 
-  /// Its execution is about to begin.
-  void begin(const GoalId& id) {
+  /// Its execution begins; false: it is not accepted any more.
+  bool begin(const GoalId& id) {
     const std::lock_guard lock(mutex_);
     Goal* goal = find(id);
-    if (goal == nullptr || goal->state != GoalState::accepted) return;
+    if (goal == nullptr || goal->state != GoalState::accepted) return false;
     goal->state = GoalState::executing;
     publish_status();
+    return true;
+  }
+  void execute(const GoalId& id) {
+    if (begin(id)) return;
+    throw Error(fmt::format("goal {} of action '{}' is {} and cannot be executed", to_string(id),
+                            name_, to_string(state(id))),
+                "execute a goal once, after accept_and_defer");
   }
 
   GoalState state(const GoalId& id) noexcept {
@@ -159,7 +173,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     if (!fits) {
       throw Error(fmt::format("goal {} of action '{}' is {} and cannot become {}", to_string(id),
                               name_, to_string(now), to_string(state)),
-                  "end a goal once; as canceled only when is_canceling()");
+                  "end a goal once, after its execution has begun; as canceled only when "
+                  "is_canceling()");
     }
     finish(*goal, state, result, lock);
   }
@@ -261,13 +276,10 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
                                    [&](const Goal& known) { return known.info.goal_id == id; });
     return goal != goals_.end() ? &*goal : nullptr;
   }
-  bool make_room() noexcept {
-    if (goals_.size() < options_.most_goals) return true;
-    const auto ended = std::find_if(goals_.begin(), goals_.end(),
-                                    [](const Goal& goal) { return is_terminal(goal.state); });
-    if (ended == goals_.end()) return false;
-    goals_.erase(ended);
-    return true;
+  bool has_room() const noexcept {
+    const auto ended = static_cast<std::size_t>(std::count_if(
+        goals_.begin(), goals_.end(), [](const Goal& goal) { return is_terminal(goal.state); }));
+    return goals_.size() - ended < options_.most_goals && ended < options_.most_results;
   }
   void finish(Goal& goal, GoalState state, const typename A::Result& result,
               std::unique_lock<PiMutex>& lock) {
@@ -314,7 +326,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 /// node, each in the group that the options give it: the services "NAME/_action/send_goal",
 /// "…/cancel_goal" and "…/get_result", and what calls handle_accepted, "NAME_execute".
 ///
-/// - `handle_goal` accepts or rejects a goal, and returns at once.
+/// - `handle_goal` accepts or rejects a goal, and returns at once. A goal that it defers is still
+///   given to handle_accepted, and is not executed before ServerGoalHandle::execute.
 /// - `handle_cancel` accepts or rejects a request for cancellation; if it accepts, the goal's
 ///   is_canceling() becomes true.
 /// - `handle_accepted` executes it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
@@ -349,9 +362,9 @@ class ActionServer {
         base + "_execute",
         [core = core_, accepted, runner = runner_.get(),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
-          auto goal = accepted->pop();
+          auto [goal, is_executed] = accepted->pop();
           if (goal == nullptr) return;
-          core->begin(goal->id());
+          if (is_executed) core->begin(goal->id());
           if constexpr (kIsTask) {
             if (!runner->reserve()) return;
             runner->start([&] { return execute(callback, std::move(goal)); });
@@ -373,12 +386,13 @@ class ActionServer {
         name + kSendGoal,
         [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
             const auto& request, auto& response) mutable {
-          if (handle_goal(request.goal_id, request.goal) == GoalResponse::reject) return;
+          const GoalResponse decision = handle_goal(request.goal_id, request.goal);
+          if (decision == GoalResponse::reject) return;
           response.stamp = wire_time(std::chrono::system_clock::now());
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);
           if (goal == nullptr) return;
           response.accepted = true;
-          accepted->push(std::move(goal));
+          accepted->push({std::move(goal), decision == GoalResponse::accept_and_execute});
         },
         options.goal_group, rare_service());
     expiry_ = node.create_timer(
@@ -408,19 +422,23 @@ class ActionServer {
    public:
     /// What calls the callback; before the first goal.
     void set_listener(const std::shared_ptr<GuardCondition>& listener) { listener_ = listener; }
-    void push(std::shared_ptr<Handle> goal) {
+    struct Next {
+      std::shared_ptr<Handle> goal;  // nullptr: none
+      bool is_executed = false;      // at once
+    };
+    void push(Next goal) {
       {
         const std::lock_guard lock(mutex_);
         goals_.push_back(std::move(goal));
       }
       trigger();
     }
-    std::shared_ptr<Handle> pop() {
-      std::shared_ptr<Handle> first;
+    Next pop() {
+      Next first;
       bool more = false;
       {
         const std::lock_guard lock(mutex_);
-        if (goals_.empty()) return nullptr;
+        if (goals_.empty()) return {};
         first = std::move(goals_.front());
         goals_.erase(goals_.begin());
         more = !goals_.empty();
@@ -436,7 +454,7 @@ class ActionServer {
 
     std::weak_ptr<GuardCondition> listener_;
     PiMutex mutex_;
-    std::vector<std::shared_ptr<Handle>> goals_;
+    std::vector<Next> goals_;
   };
 
   // It owns the callback, whatever becomes of the server meanwhile.

@@ -4,6 +4,7 @@
 #define TAKT_TRANSPORT_MESSAGE_BLOCK_HPP_
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -46,6 +47,12 @@ struct Envelope {
   Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
 };
 
+/// Where a message of another process comes from; for one of this process it stays as it is.
+struct Origin {
+  std::chrono::system_clock::time_point source_time{};  // when it was published, by its own clock
+  std::uint64_t writer = 0;                             // a number of the publisher
+};
+
 /// The payload with a count of the holders that have not released it.
 /// Thread safety: release from any thread; the rest belongs to the publisher before it is sent,
 /// and is read-only afterwards.
@@ -55,6 +62,7 @@ struct Envelope {
 class alignas(64) MessageBlock {
  public:
   Envelope envelope;
+  Origin origin;
 
   /// nullptr: it has come as bytes that are not decoded yet, see `encoded`.
   const void* payload() const noexcept { return payload_; }

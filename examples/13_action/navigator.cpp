@@ -17,7 +17,7 @@ class Navigator : public takt::Node {
             *this, "navigate_to_pose",
             [](const takt::GoalId&, const Navigate::Goal& goal) {
               const bool is_known = goal.pose.header.frame_id == "map";
-              return is_known ? takt::GoalResponse::accept : takt::GoalResponse::reject;
+              return is_known ? takt::GoalResponse::accept_and_execute : takt::GoalResponse::reject;
             },
             [](const std::shared_ptr<Goal>&) { return takt::CancelResponse::accept; },
             [](std::shared_ptr<Goal> goal) { return drive(std::move(goal)); })) {}

@@ -31,7 +31,7 @@ class ConformanceAction : public Conformance {
     server_ = create_action_server<Navigate>(
         *node_, "navigate",
         [](const GoalId&, const Navigate::Goal& goal) {
-          return goal.distance > 0 ? GoalResponse::accept : GoalResponse::reject;
+          return goal.distance > 0 ? GoalResponse::accept_and_execute : GoalResponse::reject;
         },
         [this](const ServerGoal&) { return may_cancel_; },
         [](ServerGoal goal) -> Task<> {
@@ -131,7 +131,7 @@ TEST_P(ConformanceAction, GoalsRunSideBySideAndNoMoreThanFit) {
                                                     "a 0 to go", "b 0 to go", "a succeeded after 1",
                                                     "b succeeded after 1"));
   trace_.clear();
-  client_->async_send_goal({1}, noted("d"));  // takes the place of one that has ended
+  client_->async_send_goal({1}, noted("d"));  // those have ended
   run(15);
   EXPECT_THAT(trace_, ElementsAre("d accepted", "d 0 to go", "d succeeded after 1"));
 }
@@ -202,10 +202,92 @@ TEST_P(ConformanceAction, ResultsAreKeptForAWhile) {
   EXPECT_THAT(trace_, ElementsAre("succeeded", "unknown"));
 }
 
+TEST_P(ConformanceAction, NoResultGoesBeforeItsTimeHoweverManyGoalsCome) {
+  client_->async_send_goal({1}, {.response = [&](const auto& goal) { goal_ = goal; }});
+  run(20);
+  const auto first = goal_;
+  for (int i = 0; i < 5; ++i) {  // more than fit side by side
+    client_->async_send_goal({1}, noted("goal"));
+    run(20);
+  }
+  trace_.clear();
+  client_->async_get_result(first, noted("first").result);
+  run(2);
+  EXPECT_THAT(trace_, ElementsAre("first succeeded after 1"));
+}
+
+TEST_P(ConformanceAction, AGoalIsRejectedRatherThanAResultForgotten) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
+  const auto server = create_action_server<Navigate>(
+      *node_, "brief", [](const auto&, const auto&) { return GoalResponse::accept_and_execute; },
+      [](const ServerGoal&) { return CancelResponse::accept; },
+      [](const ServerGoal& goal) { goal->succeed({1}); },
+      {.result_timeout = 1s, .most_results = 1});
+  const auto client = create_action_client<Navigate>(*node_, "brief");
+  for (const char* name : {"a", "b"}) {
+    client->async_send_goal({1}, noted(name));
+    run(5);
+  }
+  clock_.advance(1s);
+  run(5);
+  client->async_send_goal({1}, noted("c"));
+  run(5);
+  EXPECT_THAT(trace_, ElementsAre("a accepted", "a succeeded after 1", "b rejected", "c accepted",
+                                  "c succeeded after 1"));
+}
+
+TEST_P(ConformanceAction, ADeferredGoalIsExecutedWhenItsServerSaysSo) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
+  ServerGoal held;
+  const auto server = create_action_server<Navigate>(
+      *node_, "patient", [](const auto&, const auto&) { return GoalResponse::accept_and_defer; },
+      [](const ServerGoal&) { return CancelResponse::accept; },
+      [&](const ServerGoal& goal) { held = goal; });
+  const auto client = create_action_client<Navigate>(*node_, "patient");
+  client->async_send_goal({1}, noted("goal"));
+  run(5);
+  ASSERT_NE(held, nullptr);
+  EXPECT_EQ(held->state(), GoalState::accepted);
+  EXPECT_EQ(goal_->state(), GoalState::accepted);
+  EXPECT_THROW(held->succeed({}), Error);
+  held->execute();
+  EXPECT_EQ(held->state(), GoalState::executing);
+  EXPECT_THROW(held->execute(), Error);
+  held->succeed({1});
+  EXPECT_THROW(held->execute(), Error);
+  run(5);
+  EXPECT_THAT(trace_, ElementsAre("goal accepted", "goal succeeded after 1"));
+}
+
+// As in ROS 2, a cancellation is a wish: the goal may be reached, or fail, before it ends.
+TEST_P(ConformanceAction, AGoalThatIsBeingCanceledMaySucceedOrAbort) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
+  std::vector<ServerGoal> held;
+  const auto server = create_action_server<Navigate>(
+      *node_, "stubborn", [](const auto&, const auto&) { return GoalResponse::accept_and_execute; },
+      [](const ServerGoal&) { return CancelResponse::accept; },
+      [&](const ServerGoal& goal) { held.push_back(goal); });
+  const auto client = create_action_client<Navigate>(*node_, "stubborn");
+  for (const char* name : {"a", "b"}) {
+    client->async_send_goal({1}, noted(name));
+    run(5);
+    client->async_cancel_goal(goal_, {});
+    run(5);
+  }
+  ASSERT_EQ(held.size(), 2u);
+  for (const ServerGoal& goal : held) EXPECT_EQ(goal->state(), GoalState::canceling);
+  held[0]->succeed({1});
+  held[1]->abort({2});
+  run(5);
+  EXPECT_THAT(trace_,
+              ElementsAre("a accepted", "b accepted", "a succeeded after 1", "b aborted after 2"));
+}
+
 TEST_P(ConformanceAction, AGoalThatNobodyEndsIsAborted) {
   if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
   const auto other = create_action_server<Navigate>(
-      *node_, "forgetful", [](const auto&, const auto&) { return GoalResponse::accept; },
+      *node_, "forgetful",
+      [](const auto&, const auto&) { return GoalResponse::accept_and_execute; },
       [](const ServerGoal&) { return CancelResponse::accept; }, [](const ServerGoal&) {});
   const auto client = create_action_client<Navigate>(*node_, "forgetful");
   client->async_send_goal({1}, noted("goal"));

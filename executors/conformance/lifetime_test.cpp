@@ -42,7 +42,7 @@ using ServerGoal = std::shared_ptr<ServerGoalHandle<Count>>;
 using Client = ActionClient<Count>;
 
 GoalResponse accept_goal(const GoalId&, const Count::Goal&) {
-  return GoalResponse::accept;
+  return GoalResponse::accept_and_execute;
 }
 CancelResponse accept_cancel(const ServerGoal&) {
   return CancelResponse::accept;
@@ -181,8 +181,13 @@ TEST_P(ConformanceLifetime, AServiceThatAnotherThreadDropsAnswersFirst) {
   const auto outside = std::make_shared<Outside>();
   const auto executor = make(Clock::steady());
   const auto node = std::make_shared<Node>("node", NodeOptions{.participant = outside});
-  auto service = node->create_service<Double>(
-      "twice", [](const auto& request, auto& response) { response.value = 2 * request.value; });
+  const SubscriptionBase* asked = nullptr;
+  auto service =
+      node->create_service<Double>("twice", [&asked](const auto& request, auto& response) {
+        response.value = 2 * request.value;
+        asked->outside_publisher_count();  // takes its time, see Outside
+      });
+  asked = service.get();
   const auto caller = make_node(Clock::steady(), "caller");
   const auto client = caller->create_client<Double>("twice");
   executor->add_node(node);
@@ -272,7 +277,7 @@ TEST_P(ConformanceLifetime, AnActionServerThatHandleGoalDropsAcceptsNothing) {
       *node_, "count",
       [&](const auto&, const auto&) {
         server.reset();
-        return GoalResponse::accept;
+        return GoalResponse::accept_and_execute;
       },
       accept_cancel, [&](const ServerGoal&) { note("handled"); });
   const auto client = create_action_client<Count>(*node_, "count");

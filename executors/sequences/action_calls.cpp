@@ -27,7 +27,7 @@ void World::make_action_server() {
       if (is_rejected) goals_[goal.number]->is_rejected = true;
       const Inside inside = enter(part);
       act(part);
-      return is_rejected ? GoalResponse::reject : GoalResponse::accept;
+      return is_rejected ? GoalResponse::reject : GoalResponse::accept_and_execute;
     };
     const auto may_cancel = [this, part](const HeldGoal::Handle& handle) {
       const Inside inside = enter(part);

@@ -248,7 +248,7 @@ class Actor {
           node, "/count",
           [probe](const GoalId&, const Count::Goal& goal) {
             probe->run();
-            return goal.number % 4 == 0 ? GoalResponse::reject : GoalResponse::accept;
+            return goal.number % 4 == 0 ? GoalResponse::reject : GoalResponse::accept_and_execute;
           },
           [probe](const auto&) {
             probe->run();

@@ -102,6 +102,9 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       const TimePoint sent_at = clocks_.sent_at(handle, info);
       const ReadSection section;
       const Arrival arrival{next_sequence(), sent_at};
+      block->origin = {.source_time = std::chrono::system_clock::time_point(
+                           std::chrono::nanoseconds(info.source_timestamp)),
+                       .writer = info.publication_handle};
       block->envelope = {.sequence = arrival.sequence, .ready_time = arrival.ready_time};
       reader_.deliver(*block, arrival);
     }

@@ -122,6 +122,9 @@ class CycloneWriter final : public CycloneEndpoint {
     held_.fetch_sub(1);  // the last: from here on we may be gone
   }
   void assert_liveliness() noexcept { dds_assert_liveliness(handle_); }
+  bool wait_for_acks(Nanoseconds timeout) noexcept {
+    return dds_wait_for_acks(handle_, timeout.count()) == DDS_RETCODE_OK;
+  }
   /// Of a client's requests: the services that it can hear, too.
   std::size_t reader_count() const noexcept {
     const std::size_t count = matched();
@@ -259,6 +262,9 @@ class WriterEnd final : public RemoteWriter {
   MessageBlock* lend(const void* prototype) noexcept override { return writer_->lend(prototype); }
   void write_lent(MessageBlock& message) noexcept override { writer_->write_lent(message); }
   void assert_liveliness() noexcept override { writer_->assert_liveliness(); }
+  bool wait_for_acks(Nanoseconds timeout) noexcept override {
+    return writer_->wait_for_acks(timeout);
+  }
 
  private:
   std::unique_ptr<CycloneWriter> writer_;

@@ -86,6 +86,8 @@ class RemoteWriter {
   virtual void write_lent(MessageBlock& message) noexcept = 0;
   /// With manual liveliness: asserts that the publisher is alive without a message.
   virtual void assert_liveliness() noexcept = 0;
+  /// Waits until every reliable reader has confirmed all messages. False: it took too long.
+  virtual bool wait_for_acks(Nanoseconds timeout) noexcept = 0;
 };
 
 /// Receives messages from other processes until it is destroyed.

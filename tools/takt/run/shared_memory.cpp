@@ -23,6 +23,7 @@ class NoWriter final : public RemoteWriter {
   MessageBlock* lend(const void*) noexcept override { return nullptr; }
   void write_lent(MessageBlock&) noexcept override {}
   void assert_liveliness() noexcept override {}
+  bool wait_for_acks(Nanoseconds) noexcept override { return true; }
 };
 
 class NoReader final : public RemoteReader {
