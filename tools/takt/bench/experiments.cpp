@@ -134,8 +134,8 @@ std::vector<Variant> executors_by_subscribers(const BenchOptions&) {
   for (const int subscribers : {1, 5, 10}) {
     const std::string system = publish_subscribe(500'000, 20'000, subscribers, 500);
     for (const std::string& executor : executors().names()) {
-      variants.push_back(
-          {executor, subscribers * 1.0, system, joined(kLoadedOverDds, {"--executor", executor})});
+      variants.push_back({executor, subscribers * 1.0, system,
+                          joined(kOneProcessOverDds, {"--executor", executor})});
     }
   }
   return variants;
@@ -247,7 +247,8 @@ const std::vector<Experiment>& experiments() {
        "subscribers",
        {"latency_us", "cpu_percent"},
        executors_by_subscribers,
-       {"All but single_threaded, isolated and multi_threaded are not in the paper."}},
+       {"The nodes are created with their process; the paper loads them.",
+        "All executors but single_threaded, isolated and multi_threaded are not in the paper."}},
       {"nav2",
        "A Nav2-like robot",
        "",
@@ -274,13 +275,15 @@ const std::vector<Experiment>& experiments() {
         "drops divided by samples.",
         "A callback works for 2 ms of CPU time; upstream searches prime numbers for as long as "
         "its machine takes.",
-        "The history of a sample comes from the trace; upstream sends it with the message."}},
+        "The history of a sample comes from the trace; upstream sends it with the message."},
+       false},
       {"topologies",
        "Topologies of irobot-ros/ros2-performance",
        "",
        {"latency_us", "p99_us", "cpu_percent", "pss_mb"},
        topologies,
-       {}},
+       {},
+       false},
   };
   return all;
 }

@@ -34,6 +34,7 @@ struct Experiment {
   std::vector<std::string> metrics;  // keys of the results, in this order
   std::function<std::vector<Variant>(const BenchOptions&)> variants;
   std::vector<std::string> deviations;  // from how the original was measured, as sentences
+  bool is_of_paper = true;
 };
 
 const std::vector<Experiment>& experiments();

@@ -39,7 +39,6 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
   };
   const double cpu_before_s = children_cpu_s();
   const TimePoint start = Clock::steady().now();
-  rt::keep_ddsperf_on_loopback();
   std::vector<double> mb_s;
   double received = 0, lost = 0;
   rt::for_each_line(
