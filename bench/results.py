@@ -83,7 +83,7 @@ def measure():
 def rows_on_lines(document):
     """JSON with a line for each row: git shows what has changed."""
     text = json.dumps(document, ensure_ascii=False)
-    return re.sub(r'\}, \{("series"|"run_name")', r'},\n {\1', text)
+    return re.sub(r'\}, \{("metrics"|"missing"|"run_name")', r'},\n {\1', text)
 
 
 # ---- What the figures are ----
