@@ -1,14 +1,16 @@
 #!/usr/bin/python3
 """Measures, and makes the page of docs/results and the README's figures from the data.
 
-usage: results.py measure   measures into docs/results/DATE, 15 minutes; nothing else should run
-       results.py write     makes docs/results/DATE.md and the README's figures from that data
-       results.py check     exit status 1 if they are not what the data gives
+usage: results.py measure [PART...]  measures into docs/results/DATE, 15 minutes; nothing else should run
+                                     (PART: only these again, of the newest date, while the code is the same)
+       results.py write              makes docs/results/DATE.md and the README's figures from that data
+       results.py check              exit status 1 if they are not what the data gives
 
 The newest date counts. A file of data is what the command wrote, without the histograms.
 SPDX-License-Identifier: Apache-2.0
 """
 import datetime
+import functools
 import json
 import os
 import pathlib
@@ -51,33 +53,56 @@ def run(program, options, out):
     return document, done.stdout
 
 
-def measure():
+def measure_dispatch(out):
+    document, _ = run("dispatch_benchmark", DISPATCH.partition(" ")[2], f"--benchmark_out={out}")
+    kept = ("run_name", "run_type", "cpu_time", "time_unit")
+    return {"context": {"load_avg": document["context"]["load_avg"]}, "benchmarks": [
+        {key: row[key] for key in kept} for row in document["benchmarks"] if row["run_type"] == "iteration"]}
+
+
+def measure_demo(out):
+    document, text = run("takt", DEMO + " --json", out)
+    return {"machine": document["machine"], "table": text[text.index("executor  "):].rstrip()}
+
+
+def measure_experiment(name, out):
+    document, _ = run("takt", f"bench {name} {EXPERIMENTS[name]} --json", out)
+    for row in document["experiments"][0]["rows"]:
+        row.pop("latency_buckets_us", None)
+    return {"machine": document["machine"], **document["experiments"][0]}
+
+
+def measure_timers(out):
+    document, _ = run("takt", TIMERS + " --json", out)
+    kept = ("name", "cycles", "p50_us", "p99_us", "max", "early", "cpu_percent")
+    return {"machine": document["machine"], "thread": {
+        key: {name: row[name] for name in kept} for key, row in document["thread"].items()}}
+
+
+def measure(wanted):
     if git("status", "--porcelain", "--", *MEASURED):
         sys.exit("commit first: the page names the commit that it measures")
-    folder = ROOT / "docs/results" / str(datetime.date.today())
+    parts = {"dispatch": measure_dispatch, "demo": measure_demo,
+             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
+    if not set(wanted) <= set(parts):
+        sys.exit(f"a part is one of: {' '.join(parts)}")
+    if wanted:
+        date, data = newest(ROOT)
+        about = data["about"]
+        if code_is_newer(ROOT, about["commit"]):
+            sys.exit(f"the code has changed since {date}: measure all parts")
+    else:
+        date, about = str(datetime.date.today()), {"commit": git("rev-parse", "HEAD"), "load_before": os.getloadavg()[0]}
+    folder = ROOT / "docs/results" / date
     folder.mkdir(exist_ok=True)
-    out = str(folder / "out.json")
 
     def keep(name, document):
         (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
-    about = {"commit": git("rev-parse", "HEAD"), "load_before": os.getloadavg()[0]}
-    dispatch, _ = run("dispatch_benchmark", DISPATCH.partition(" ")[2], f"--benchmark_out={out}")
-    kept = ("run_name", "run_type", "cpu_time", "time_unit")
-    keep("dispatch", {"context": {"load_avg": dispatch["context"]["load_avg"]}, "benchmarks": [
-        {key: row[key] for key in kept} for row in dispatch["benchmarks"] if row["run_type"] == "iteration"]})
-    document, text = run("takt", DEMO + " --json", out)
-    keep("demo", {"machine": document["machine"], "table": text[text.index("executor  "):].rstrip()})
-    for name, options in EXPERIMENTS.items():
-        document, _ = run("takt", f"bench {name} {options} --json", out)
-        for row in document["experiments"][0]["rows"]:
-            row.pop("latency_buckets_us", None)
-        keep(name, {"machine": document["machine"], **document["experiments"][0]})
-    document, _ = run("takt", TIMERS + " --json", out)
-    shown_of_timer = ("name", "cycles", "p50_us", "p99_us", "max", "early", "cpu_percent")
-    keep("timers", {"machine": document["machine"], "thread": {
-        key: {name: row[name] for name in shown_of_timer} for key, row in document["thread"].items()}})
-    keep("about", {**about, "load_after": os.getloadavg()[0]})
+    for name in wanted or parts:
+        keep(name, parts[name](str(folder / "out.json")))
+    if not wanted:
+        keep("about", {**about, "load_after": os.getloadavg()[0]})
 
 
 def rows_on_lines(document):
@@ -160,7 +185,7 @@ def demo_table(demo):
 
 def timers_section(timers):
     rows = [[row["name"], row["cycles"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}", row["max"], row["early"],
-             f"{row['cpu_percent']:.2f}"] for row in timers["thread"].values()]
+             f"{row['cpu_percent']:.2f}"] for _, row in sorted(timers["thread"].items(), key=lambda each: int(each[0]))]
     return (f"## Timers under each executor\n\n`takt {TIMERS}`: SCHED_FIFO 80, 1 kHz; statistics `full`; "
             f"{load_of(timers)} at the end. `clock_nanosleep` is the bare loop.\n\n" +
             table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
@@ -242,8 +267,8 @@ def check(root):
 
 
 def main():
-    if sys.argv[1:] == ["measure"]:
-        measure()
+    if sys.argv[1:2] == ["measure"]:
+        measure(sys.argv[2:])
         write(ROOT)
     elif sys.argv[1:] == ["write"]:
         write(ROOT)
