@@ -164,6 +164,17 @@ std::vector<Variant> robot(const std::string& system) {
   return variants;
 }
 
+const std::vector<std::string> kReferenceDeviations{
+    "Upstream does not show the first two columns, from the release of the front lidar.",
+    "The others are counted as upstream counts them: a sample is a message that reaches a "
+    "command node, and the first nine are skipped. Its latency is from the start of the later "
+    "lidar's timer to the start of the collision estimator. Its drops are the messages "
+    "overwritten before each node of the hot path that it has come through. Upstream shows "
+    "drops divided by samples.",
+    "A callback works for 2 ms of CPU time; upstream searches prime numbers for as long as "
+    "its machine takes.",
+    "The history of a sample comes from the trace; upstream sends it with the message."};
+
 std::vector<Variant> reference_system(const BenchOptions&) {
   std::vector<Variant> variants;
   for (const std::string& executor : executors().names()) {
@@ -267,15 +278,7 @@ const std::vector<Experiment>& experiments() {
        {"hot_path_release_ms", "hot_path_release_max_ms", "hot_path_ms", "hot_path_max_ms",
         "hot_path_drops", "hot_path_samples", "planner_deviation_ms", "cpu_percent"},
        reference_system,
-       {"Upstream does not show the first two columns, from the release of the front lidar.",
-        "The others are counted as upstream counts them: a sample is a message that reaches a "
-        "command node, and the first nine are skipped. Its latency is from the start of the later "
-        "lidar's timer to the start of the collision estimator. Its drops are the messages "
-        "overwritten before each node of the hot path that it has come through. Upstream shows "
-        "drops divided by samples.",
-        "A callback works for 2 ms of CPU time; upstream searches prime numbers for as long as "
-        "its machine takes.",
-        "The history of a sample comes from the trace; upstream sends it with the message."},
+       kReferenceDeviations,
        false},
       {"topologies",
        "Topologies of irobot-ros/ros2-performance",
