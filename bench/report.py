@@ -23,17 +23,7 @@ plt.rcParams.update({
     "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
 
 COLOURS = ["#3566a8", "#d0632b", "#3c8a4e", "#a83c6b", "#7a5cc0", "#8a6d3b", "#2b9aa0", "#555555"]
-LABELS = {
-    "pss_mb": "memory, PSS (MB)", "cpu_percent": "CPU (% of one core)",
-    "latency_us": "mean latency (µs)", "p99_us": "p99 latency (µs)",
-    "goodput_mb_s": "goodput (MB/s)",
-    "hot_path_release_ms": "hot path, front lidar due → end, median (ms)",
-    "hot_path_release_max_ms": "hot path, front lidar due → end, maximum (ms)",
-    "hot_path_ms": "hot path, last lidar's start → start, median (ms)",
-    "hot_path_max_ms": "hot path, last lidar's start → start, maximum (ms)",
-    "hot_path_drops": "hot path drops",
-    "planner_jitter_ms": "planner's mean distance from 100 ms (ms)"}
-# Of the paper's figures: experiment, metric → (x values, series, factor to our unit).
+# What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
 PAPER = {
     ("memory", "pss_mb"): ("ram_pss_mb_vs_nodes", "nodes", None, 1),
     ("latency", "latency_us"): ("pub_sub_50hz", "size_kb", "latency_ms", 1000),
@@ -41,6 +31,8 @@ PAPER = {
     ("goodput", "goodput_mb_s"): ("goodput_mb_s", "size_kb", None, 1),
     ("executors", "latency_us"): ("containers_500kb_50hz_500us_work", "subs", "latency_ms", 1000),
     ("executors", "cpu_percent"): ("containers_500kb_50hz_500us_work", "subs", "cpu_pct", 1)}
+# Experiment, series that the paper measured in another way: it limited the rate.
+ANOTHER_WAY = {("goodput", "multi_process_loaned")}
 
 
 class Page:
@@ -201,11 +193,12 @@ def curves(page, experiment, metric, paper):
     if paper and source:
         table, x_key, key, factor = source
         data = paper[table] if key is None else paper[table][key]
-        names = [name for name in data if isinstance(data[name], list) and name != x_key]
+        names = [name for name in data if isinstance(data[name], list) and name != x_key
+                 and name in series and (experiment["name"], name) not in ANOTHER_WAY]
         for name in names:
             points = [(x, y * factor) for x, y in zip(paper[table][x_key], data[name])
                       if y is not None]
-            colour = COLOURS[list(series).index(name) % len(COLOURS)] if name in series else "#999"
+            colour = COLOURS[list(series).index(name) % len(COLOURS)]
             axes.plot(*zip(*points), "--", marker="x", markersize=4, color=colour, alpha=0.6,
                       label=f"{name}, paper (Raspberry Pi 4B)")
     if "size" in experiment["x_label"]:
@@ -214,15 +207,17 @@ def curves(page, experiment, metric, paper):
     if positive and min(positive) > 0 and max(positive) / min(positive) > 30:
         axes.set_yscale("log")
     axes.set_xlabel(experiment["x_label"])
-    axes.set_ylabel(LABELS.get(metric, metric))
+    axes.set_ylabel(experiment["labels"][metric])
     axes.legend(fontsize=7)
-    page.figure(figure, f"{experiment['title']}: {LABELS.get(metric, metric)}. Medians and range "
+    page.figure(figure, f"{experiment['title']}: {experiment['labels'][metric]}. Medians and range "
                         f"of n = {experiment['repeat']} runs of {experiment['duration']} each.")
 
 
 def bars(page, experiment, metric):
     """One metric as a bar for each row, with the spread of its runs."""
     rows = [row for row in experiment["rows"] if metric in row.get("metrics", {})]
+    if not rows:
+        return
     figure, axes = plt.subplots(figsize=(7.2, 1.2 + 0.35 * len(rows)))
     values = [row["metrics"][metric] for row in rows]
     axes.barh([row["series"] for row in rows], [centre(value) for value in values],
@@ -230,9 +225,9 @@ def bars(page, experiment, metric):
               label=f"{'sum' if 'sum' in values[0] else 'median and range'} of "
                     f"{experiment['repeat']} runs")
     axes.invert_yaxis()
-    axes.set_xlabel(LABELS.get(metric, metric))
+    axes.set_xlabel(experiment["labels"][metric])
     axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.25))
-    page.figure(figure, f"{experiment['title']}: {LABELS.get(metric, metric)}. "
+    page.figure(figure, f"{experiment['title']}: {experiment['labels'][metric]}. "
                         f"n = {experiment['repeat']} runs of {experiment['duration']} each.")
 
 
@@ -255,10 +250,13 @@ def draw_experiment(page, experiment, paper):
         percentile_curves(page, named, f"{experiment['title']}: publish → callback {where}.")
         boxes(page, named, f"{experiment['title']}: publish → callback {where}.")
     metrics = experiment["metrics"]
+    page.note(f"Statistics: {experiment['statistics']}.")
+    for deviation in experiment["deviations"]:
+        page.note(f"Not as in the original: {deviation}")
     page.table(["series"] + ([experiment["x_label"]] if experiment["x_label"] else []) +
-               [LABELS.get(metric, metric) for metric in metrics] + ["lost"],
+               [experiment["labels"][metric] for metric in metrics] + ["lost"],
                [[row["series"]] + ([f"{row['x']:g}"] if "x" in row else []) +
-                [shown(row["metrics"][m]) for m in metrics] +
+                [shown(row["metrics"][m]) if m in row["metrics"] else "-" for m in metrics] +
                 [f"{row['metrics']['lost']['sum']:g}"]
                 for row in experiment["rows"] if "metrics" in row])
     for series, why in sorted({(row["series"], row["missing"])

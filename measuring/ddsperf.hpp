@@ -11,11 +11,12 @@ namespace takt::rt {
 /// Why ddsperf cannot run; empty: it can.
 std::string why_no_ddsperf();
 
-/// Configures ddsperf processes that are started from now on: loopback interface, discovery without
-/// multicast, as in Takt.
+/// Configures the ddsperf that this process becomes: loopback interface, discovery without
+/// multicast, as in Takt. Takt's own domains would read it, too.
 void keep_ddsperf_on_loopback();
 
-/// Runs a shell command, and passes on each line of its output. Throws Error if it cannot start.
+/// Runs a shell command with ddsperf, configured the same, and passes on each line of its output.
+/// Throws Error if it cannot start.
 void for_each_line(const std::string& command, const std::function<void(const std::string&)>& use);
 
 }  // namespace takt::rt

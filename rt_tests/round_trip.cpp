@@ -141,7 +141,6 @@ int main(int argc, char** argv) {
       "How long is a round trip between two processes over UDP, compared with ddsperf? (1 KB, "
       "SCHED_OTHER, all on one CPU, to exclude wake-ups of other CPUs)");
   if (const std::string why = rt::why_no_ddsperf(); !why.empty()) test.skip(why);
-  rt::keep_ddsperf_on_loopback();
   const int domain = 20 + 3 * (getpgrp() % 60);
   const std::vector<int> cpu{0};
   const DdsOptions dds{.domain = domain, .threads = {.affinity = cpu}};
@@ -149,6 +148,7 @@ int main(int argc, char** argv) {
   const auto ddsperf_pong = [&](Mode mode) {
     if (std::freopen("/dev/null", "w", stdout) == nullptr) return;
     const std::string id = std::to_string(domain_of(domain, mode));
+    rt::keep_ddsperf_on_loopback();
     execlp("taskset", "taskset", "-c", "0", "ddsperf", "-i", id.c_str(), "pong", name(mode),
            nullptr);
   };

@@ -31,13 +31,13 @@ std::vector<std::string> joined(std::vector<std::string> words,
 }
 
 std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int subscribers,
-                              int work_us, std::int64_t fill_bytes) {
+                              int work_us) {
   std::string text = fmt::format(
       "container:\n  name: bench\n  components:\n"
       "    - component: takt::Workload\n      name: publisher\n      parameters:\n"
-      "        publishers.topic: [/data]\n        publishers.period_us: [{}]\n"
-      "        publishers.size_bytes: [{}]\n        publishers.fill_bytes: [{}]\n",
-      period_us, bytes, fill_bytes);
+      "        publishers.topic: [/data]\n        publishers.period_us: [{0}]\n"
+      "        publishers.size_bytes: [{1}]\n        publishers.fill_bytes: [{1}]\n",
+      period_us, bytes);
   for (int i = 0; i < subscribers; ++i) {
     text += fmt::format(
         "    - component: takt::Workload\n      name: subscriber_{}\n      parameters:\n"
@@ -50,32 +50,28 @@ std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int su
 namespace {
 
 /// A publisher of loaned messages in shared memory, and a subscriber in another process.
-std::string publish_subscribe_loaned(std::int64_t bytes, std::int64_t period_us,
-                                     std::int64_t fill_bytes = 0) {
+std::string publish_subscribe_loaned(std::int64_t bytes, std::int64_t period_us) {
   return fmt::format(
       "dds: {{shared_memory: require}}\ncontainer:\n  name: bench\n  components:\n"
       "    - component: takt::Workload\n      name: publisher\n      parameters:\n"
       "        publishers.topic: [/data]\n        publishers.period_us: [{0}]\n"
-      "        publishers.fixed_bytes: [{1}]\n        publishers.fill_bytes: [{2}]\n"
+      "        publishers.fixed_bytes: [{1}]\n        publishers.fill_bytes: [{1}]\n"
       "    - component: takt::Workload\n      name: subscriber\n      parameters:\n"
       "        subscriptions.topic: [/data]\n        subscriptions.fixed_bytes: [{1}]\n",
-      period_us, bytes, fill_bytes);
+      period_us, bytes);
 }
+
 std::string why_no_loans() {
   return RoudiProcess::is_installed() || find_roudi().pid != 0
              ? ""
              : "iox-roudi is missing: apt-get install iceoryx";
 }
 
-/// Nodes in a ring: each publishes 1 KB at 10 Hz and subscribes to its neighbour.
-std::string ring_of_nodes(int count) {
+/// Nodes without a topic or a timer.
+std::string empty_nodes(int count) {
   std::string text = "container:\n  name: bench\n  components:\n";
   for (int i = 0; i < count; ++i) {
-    text += fmt::format(
-        "    - component: takt::Workload\n      name: node_{0}\n      parameters:\n"
-        "        publishers.topic: [/ring_{0}]\n        publishers.period_us: [100000]\n"
-        "        publishers.size_bytes: [1024]\n        subscriptions.topic: [/ring_{1}]\n",
-        i, (i + 1) % count);
+    text += fmt::format("    - component: takt::Workload\n      name: node_{}\n", i);
   }
   return text;
 }
@@ -83,7 +79,7 @@ std::string ring_of_nodes(int count) {
 std::vector<Variant> memory(const BenchOptions&) {
   std::vector<Variant> variants;
   for (const int nodes : {1, 2, 3, 5, 10, 15, 20}) {
-    const std::string system = ring_of_nodes(nodes);
+    const std::string system = empty_nodes(nodes);
     variants.push_back({"multi_process", nodes * 1.0, system, kManyProcesses});
     variants.push_back({"manual", nodes * 1.0, system, kOneProcessOverDds});
     variants.push_back({"dynamic", nodes * 1.0, system, kLoadedOverDds});
@@ -109,16 +105,21 @@ std::vector<Variant> latency_by_size(const BenchOptions&) {
   return variants;
 }
 
+const std::vector<std::string> kGoodputDeviations{
+    "multi_process_loaned sends without a pause; the paper limited it to 450 Hz.",
+    "composition is created with its process; the paper loads it.",
+    "ddsperf, of Cyclone DDS, is not in the paper."};
+
 std::vector<Variant> goodput(const BenchOptions&) {
   std::vector<Variant> variants;
   for (const std::int64_t kb : {50, 100, 500, 1000, 5000}) {
     // A period shorter than the work: so the publisher writes as fast as it can.
-    const std::string system = publish_subscribe(kb * 1000, 1, 1, 0, kb * 1000);
+    const std::string system = publish_subscribe(kb * 1000, 1, 1, 0);
     const auto x = static_cast<double>(kb);
     variants.push_back({"multi_process", x, system, kManyProcesses, kb * 1000, {}});
     variants.push_back({.series = "multi_process_loaned",
                         .x = x,
-                        .system = publish_subscribe_loaned(kb * 1000, 1, kb * 1000),
+                        .system = publish_subscribe_loaned(kb * 1000, 1),
                         .words = kManyProcesses,
                         .message_bytes = kb * 1000,
                         .missing = why_no_loans()});
@@ -138,12 +139,15 @@ std::vector<Variant> executors_by_subscribers(const BenchOptions&) {
   for (const int subscribers : {1, 5, 10}) {
     const std::string system = publish_subscribe(500'000, 20'000, subscribers, 500);
     for (const std::string& executor : executors().names()) {
-      variants.push_back(
-          {executor, subscribers * 1.0, system, joined(kOneProcess, {"--executor", executor})});
+      variants.push_back({executor, subscribers * 1.0, system,
+                          joined(kOneProcessOverDds, {"--executor", executor})});
     }
   }
   return variants;
 }
+
+const std::string kModelled =
+    "The graph has the robot's nodes, rates and sizes; the work of its callbacks is assumed.";
 
 std::vector<Variant> robot(const std::string& system) {
   // A node in a separate process has one thread, whatever the file configures for a shared process.
@@ -164,6 +168,17 @@ std::vector<Variant> robot(const std::string& system) {
   add("dynamic", system, kLoaded, {"isolated", "multi_threaded"});
   return variants;
 }
+
+const std::vector<std::string> kReferenceDeviations{
+    "Upstream does not show the first two columns, from the release of the front lidar.",
+    "The others are counted as upstream counts them: a sample is a message that reaches a "
+    "command node, and the first nine are skipped. Its latency is from the start of the later "
+    "lidar's timer to the start of the collision estimator. Its drops are the messages "
+    "overwritten before each node of the hot path that it has come through. Upstream shows "
+    "drops divided by samples.",
+    "A callback works for 2 ms of CPU time; upstream searches prime numbers for as long as "
+    "its machine takes.",
+    "The history of a sample comes from the trace; upstream sends it with the message."};
 
 std::vector<Variant> reference_system(const BenchOptions&) {
   std::vector<Variant> variants;
@@ -201,45 +216,80 @@ std::vector<Variant> topologies(const BenchOptions& options) {
 
 }  // namespace
 
+const std::map<std::string, std::string>& labels() {
+  static const std::map<std::string, std::string> all{
+      {"pss_mb", "memory, PSS (MB)"},
+      {"cpu_percent", "CPU (% of one core)"},
+      {"latency_us", "mean latency (µs)"},
+      {"p99_us", "p99 latency (µs)"},
+      {"goodput_mb_s", "goodput (MB/s)"},
+      {"hot_path_release_ms", "hot path from release: front lidar due → end, median (ms)"},
+      {"hot_path_release_max_ms", "hot path from release, maximum (ms)"},
+      {"hot_path_ms", "hot path as upstream: later lidar's start → start, mean (ms)"},
+      {"hot_path_max_ms", "hot path as upstream, maximum (ms)"},
+      {"hot_path_drops", "hot path drops"},
+      {"hot_path_samples", "hot path samples"},
+      {"planner_deviation_ms", "planner's period, standard deviation (ms)"}};
+  return all;
+}
+
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all{
-      {"memory", "Memory against the number of nodes", "nodes", {"pss_mb"}, memory},
+      {"memory",
+       "Memory against the number of empty nodes",
+       "nodes",
+       {"pss_mb"},
+       memory,
+       {"Of multi_process, the command takt that starts the others counts, too.",
+        "'manual, without DDS' is not in the paper."}},
       {"latency",
        "Latency and CPU against the size of messages, 50 Hz",
        "message size (KB)",
        {"latency_us", "cpu_percent"},
-       latency_by_size},
+       latency_by_size,
+       {"Of multi_process, the CPU time of the command takt that started the others counts, too; "
+        "of multi_process_loaned, also that of RouDi if the run started it.",
+        "The paper has no multi_process_loaned of 5 MB, as its messages crashed there."}},
       {"goodput",
        "Goodput against the size of messages",
        "message size (KB)",
        {"goodput_mb_s", "cpu_percent"},
-       goodput},
+       goodput,
+       kGoodputDeviations},
       {"executors",
        "500 KB at 50 Hz to subscribers with 500 µs of work",
        "subscribers",
        {"latency_us", "cpu_percent"},
-       executors_by_subscribers},
+       executors_by_subscribers,
+       {"The nodes are created with their process; the paper loads them.",
+        "All executors but single_threaded, isolated and multi_threaded are not in the paper."}},
       {"nav2",
        "A Nav2-like robot",
        "",
        {"pss_mb", "cpu_percent", "latency_us"},
-       [](const BenchOptions&) { return robot(kNav2Robot); }},
+       [](const BenchOptions&) { return robot(kNav2Robot); },
+       {kModelled}},
       {"create3",
        "A Create 3-like robot",
        "",
        {"pss_mb", "cpu_percent", "latency_us"},
-       [](const BenchOptions&) { return robot(kCreate3Robot); }},
+       [](const BenchOptions&) { return robot(kCreate3Robot); },
+       {kModelled}},
       {"reference_system",
        "The Autoware reference system",
        "",
        {"hot_path_release_ms", "hot_path_release_max_ms", "hot_path_ms", "hot_path_max_ms",
-        "hot_path_drops", "planner_jitter_ms", "cpu_percent"},
-       reference_system},
+        "hot_path_drops", "hot_path_samples", "planner_deviation_ms", "cpu_percent"},
+       reference_system,
+       kReferenceDeviations,
+       false},
       {"topologies",
        "Topologies of irobot-ros/ros2-performance",
        "",
        {"latency_us", "p99_us", "cpu_percent", "pss_mb"},
-       topologies},
+       topologies,
+       {},
+       false},
   };
   return all;
 }

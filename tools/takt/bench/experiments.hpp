@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@ namespace takt::tools {
 struct BenchOptions {
   std::string name, duration = "2s", report, json;
   std::vector<std::string> files;
-  int repeat = 3;
+  int repeat = 10;
 };
 
 /// One point of a curve, or one row of a table.
@@ -24,7 +25,7 @@ struct Variant {
   std::vector<std::string> words;    // additional arguments
   std::int64_t message_bytes = 0;    // for goodput
   std::string missing;               // why it cannot run on this machine; empty: it can
-  bool is_reference_system = false;  // its key figures come from a trace
+  bool is_reference_system = false;  // its figures come from a trace
   bool is_ddsperf = false;           // runs ddsperf instead of Takt
 };
 
@@ -32,13 +33,18 @@ struct Experiment {
   std::string name, title, x_label;  // no label: a table, not curves
   std::vector<std::string> metrics;  // keys of the results, in this order
   std::function<std::vector<Variant>(const BenchOptions&)> variants;
+  std::vector<std::string> deviations;  // from how the original was measured, as sentences
+  bool is_of_paper = true;
 };
 
 const std::vector<Experiment>& experiments();
 
-/// A system of one publisher, and subscribers in separate nodes.
+/// What a metric is called in reports, with its unit.
+const std::map<std::string, std::string>& labels();
+
+/// A system of one publisher, which writes the whole payload, and subscribers in separate nodes.
 std::string publish_subscribe(std::int64_t bytes, std::int64_t period_us, int subscribers,
-                              int work_us, std::int64_t fill_bytes = 0);
+                              int work_us);
 
 std::vector<std::string> joined(std::vector<std::string> words,
                                 const std::vector<std::string>& more);

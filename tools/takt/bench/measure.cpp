@@ -16,6 +16,7 @@
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
+#include "bench/reference_system.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
 
@@ -38,7 +39,6 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
   };
   const double cpu_before_s = children_cpu_s();
   const TimePoint start = Clock::steady().now();
-  rt::keep_ddsperf_on_loopback();
   std::vector<double> mb_s;
   double received = 0, lost = 0;
   rt::for_each_line(
@@ -109,7 +109,8 @@ Figures run_takt(const Variant& variant, const BenchOptions& options, const EndS
   if (variant.is_reference_system) words = joined(words, {"--trace", trace});
   const json run = run_again(words, signals).at("runs").at(0);
   Figures figures = figures_of(run, variant);
-  if (variant.is_reference_system) figures.values.merge(key_figures(run, read_and_remove(trace)));
+  if (variant.is_reference_system)
+    figures.values.merge(reference_figures(run, read_and_remove(trace)));
   return figures;
 }
 

@@ -34,11 +34,12 @@ using nlohmann::json;
 /// A metric over all runs. What is counted is added up: a median would hide the one run that lost
 /// messages.
 json over_runs(const std::string& metric, const std::vector<double>& values) {
-  if (metric == "received" || metric == "lost" || metric == "hot_path_drops") {
-    return {{"sum", std::accumulate(values.begin(), values.end(), 0.0)}, {"n", values.size()}};
+  if (metric == "received" || metric == "lost" || metric == "hot_path_drops" ||
+      metric == "hot_path_samples") {
+    return {{"sum", std::accumulate(values.begin(), values.end(), 0.0)}, {"runs", values}};
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return {{"median", rt::median(values)}, {"min", *least}, {"max", *most}, {"n", values.size()}};
+  return {{"median", rt::median(values)}, {"min", *least}, {"max", *most}, {"runs", values}};
 }
 
 /// Progress through all runs of all experiments.
@@ -109,10 +110,18 @@ json run(const Experiment& experiment, const BenchOptions& options, Course& cour
     row["latency_buckets_us"] = std::move(buckets);
     rows.push_back(std::move(row));
   }
+  std::vector<std::string> deviations = experiment.deviations;
+  if (experiment.is_of_paper) {
+    deviations.push_back(
+        fmt::format("Medians of {} run(s); the paper shows means of 10.", options.repeat));
+  }
+  json named = json::object();
+  for (const std::string& metric : experiment.metrics) named[metric] = labels().at(metric);
   return {{"name", experiment.name},       {"title", experiment.title},
           {"x_label", experiment.x_label}, {"metrics", experiment.metrics},
           {"duration", options.duration},  {"repeat", options.repeat},
-          {"rows", std::move(rows)}};
+          {"statistics", "full"},          {"labels", named},
+          {"deviations", deviations},      {"rows", std::move(rows)}};
 }
 
 void print(const json& experiment) {
@@ -139,7 +148,12 @@ void print(const json& experiment) {
     };
     if (has_x) cells.push_back(fmt::format("{}", row.at("x").get<double>()));
     for (const json& metric : experiment.at("metrics")) {
-      const json& value = row.at("metrics").at(metric.get<std::string>());
+      const json& metrics = row.at("metrics");
+      if (!metrics.contains(metric.get<std::string>())) {
+        cells.insert(cells.end(), 2, "-");
+        continue;
+      }
+      const json& value = metrics.at(metric.get<std::string>());
       if (value.contains("sum")) {
         cells.push_back(fmt::format("{:.0f}", value.at("sum").get<double>()));
         cells.push_back("sum");
@@ -153,11 +167,16 @@ void print(const json& experiment) {
     }
     table.add(std::move(cells));
   }
+  std::string deviations;
+  for (const json& deviation : experiment.at("deviations")) {
+    deviations += "\n  " + deviation.get<std::string>();
+  }
   table.print(fmt::format(
       "{}: {} (medians of {} run(s) of {}, interleaved; counts: sums; latency: mean, publish → "
-      "callback)",
+      "callback; statistics full){}",
       experiment.at("name").get<std::string>(), experiment.at("title").get<std::string>(),
-      experiment.at("repeat").get<int>(), experiment.at("duration").get<std::string>()));
+      experiment.at("repeat").get<int>(), experiment.at("duration").get<std::string>(),
+      deviations.empty() ? "" : "\nNot as in the original:" + deviations));
 }
 
 void write(const json& document, const BenchOptions& options) {
@@ -222,7 +241,7 @@ void set_up(CLI::App* command) {
       ->check(CLI::IsMember(names));
   command->add_option("FILE", options->files, "Systems to run, for 'topologies' only");
   command->add_option("--duration", options->duration, "Duration of each run (2s)");
-  command->add_option("--repeat", options->repeat, "Runs of each variant (3)")
+  command->add_option("--repeat", options->repeat, "Runs of each variant (10)")
       ->check(CLI::Range(1, 1000));
   command->add_option("--report", options->report,
                       "Write report.html and results.json into this folder");

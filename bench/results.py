@@ -1,0 +1,282 @@
+#!/usr/bin/python3
+"""Measures, and makes the page of docs/results and the README's figures from the data.
+
+usage: results.py measure [PART...]  measures into docs/results/DATE, 15 minutes; nothing else should run
+                                     (PART: only these again, of the newest date, while the code is the same)
+       results.py write              makes docs/results/DATE.md and the README's figures from that data
+       results.py check              exit status 1 if they are not what the data gives
+
+The newest date counts. A file of data is what the command wrote, without the histograms.
+SPDX-License-Identifier: Apache-2.0
+"""
+import datetime
+import functools
+import json
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+# What the figures measure.
+MEASURED = ["base", "sched", "messages", "transport", "callback_groups", "entities", "nodes", "ros2", "executors",
+            "containers", "components", "measuring", "bench/workloads", "tools/takt/bench", "tools/takt/run",
+            "tools/takt/latency", ":!*_test.*", ":!*.md"]
+# Experiment → options. What has curves is repeated as in the paper.
+EXPERIMENTS = {
+    "memory": "--duration 100ms --repeat 10", "latency": "--duration 500ms --repeat 10",
+    "goodput": "--duration 200ms --repeat 10", "executors": "--duration 500ms --repeat 10",
+    "nav2": "--duration 2s --repeat 3", "create3": "--duration 1s --repeat 3",
+    "reference_system": "--duration 3s --repeat 3"}
+DEMO = "compare examples/03_robot/robot.yaml --executors all --duration 3s"
+TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50 -q"
+DISPATCH = ("dispatch_benchmark --benchmark_filter=^bare|/(events|static_single_threaded|single_threaded)/threads:1/"
+            "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
+            "--benchmark_min_time=0.2 --benchmark_display_aggregates_only=true")
+
+
+# ---- Measure ----
+
+def git(*words):
+    return subprocess.run(["git", *words], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
+
+
+def run(program, options, out):
+    """Runs it, and reads what it writes; its stdout is the text."""
+    done = subprocess.run([ROOT / "build/release/bin" / program, *options.split(), out], cwd=ROOT,
+                          stdout=subprocess.PIPE, text=True, check=True)
+    path = pathlib.Path(out.partition("=")[2] or out)
+    document = json.loads(path.read_text(encoding="utf-8"))
+    path.unlink()
+    return document, done.stdout
+
+
+def measure_dispatch(out):
+    document, _ = run("dispatch_benchmark", DISPATCH.partition(" ")[2], f"--benchmark_out={out}")
+    kept = ("run_name", "run_type", "cpu_time", "time_unit")
+    return {"context": {"load_avg": document["context"]["load_avg"]}, "benchmarks": [
+        {key: row[key] for key in kept} for row in document["benchmarks"] if row["run_type"] == "iteration"]}
+
+
+def measure_demo(out):
+    document, text = run("takt", DEMO + " --json", out)
+    return {"machine": document["machine"], "table": text[text.index("executor  "):].rstrip()}
+
+
+def measure_experiment(name, out):
+    document, _ = run("takt", f"bench {name} {EXPERIMENTS[name]} --json", out)
+    for row in document["experiments"][0]["rows"]:
+        row.pop("latency_buckets_us", None)
+    return {"machine": document["machine"], **document["experiments"][0]}
+
+
+def measure_timers(out):
+    document, _ = run("takt", TIMERS + " --json", out)
+    kept = ("name", "cycles", "p50_us", "p99_us", "max", "early", "cpu_percent")
+    return {"machine": document["machine"], "thread": {
+        key: {name: row[name] for name in kept} for key, row in document["thread"].items()}}
+
+
+def measure(wanted):
+    if git("status", "--porcelain", "--", *MEASURED):
+        sys.exit("commit first: the page names the commit that it measures")
+    parts = {"dispatch": measure_dispatch, "demo": measure_demo,
+             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
+    if not set(wanted) <= set(parts):
+        sys.exit(f"a part is one of: {' '.join(parts)}")
+    if wanted:
+        date, data = newest(ROOT)
+        about = data["about"]
+        if code_is_newer(ROOT, about["commit"]):
+            sys.exit(f"the code has changed since {date}: measure all parts")
+    else:
+        date, about = str(datetime.date.today()), {"commit": git("rev-parse", "HEAD"), "load_before": os.getloadavg()[0]}
+    folder = ROOT / "docs/results" / date
+    folder.mkdir(exist_ok=True)
+
+    def keep(name, document):
+        (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+
+    for name in wanted or parts:
+        keep(name, parts[name](str(folder / "out.json")))
+    if not wanted:
+        keep("about", {**about, "load_after": os.getloadavg()[0]})
+
+
+def rows_on_lines(document):
+    """JSON with a line for each row: git shows what has changed."""
+    text = json.dumps(document, ensure_ascii=False)
+    return re.sub(r'\}, \{("metrics"|"missing"|"run_name")', r'},\n {\1', text)
+
+
+# ---- What the figures are ----
+
+def number(value):
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"
+
+
+def shown(metrics, metric):
+    if metric not in metrics:
+        return "-"
+    value = metrics[metric]
+    if "sum" in value:
+        return f"{value['sum']:.0f}"
+    return f"{number(value['median'])} ({number(value['min'])} – {number(value['max'])})"
+
+
+def table(header, rows):
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+def machine_of(machine):
+    return f"{machine['cpus']} × {machine['cpu']}, Linux {machine['kernel']}, {machine['preemption']}"
+
+
+def load_of(document):
+    return f"load average {document['machine']['load_average']:.1f}"
+
+
+def experiment_section(experiment):
+    metrics = experiment["metrics"]
+    x_label = [experiment["x_label"]] if experiment["x_label"] else []
+    rows = [[row["series"], *([f"{row['x']:g}"] if x_label else []),
+             *(shown(row["metrics"], metric) for metric in metrics), shown(row["metrics"], "lost")]
+            for row in experiment["rows"] if "metrics" in row]
+    missing = sorted({f"{row['series']} ({row['missing']})" for row in experiment["rows"] if "missing" in row})
+    parts = [f"## {experiment['name']}: {experiment['title']}",
+             f"Statistics `{experiment['statistics']}`; medians and ranges of {experiment['repeat']} runs of "
+             f"{experiment['duration']} each, which alternate; counts are sums. {load_of(experiment).capitalize()} "
+             "at the end."]
+    if experiment["deviations"]:
+        parts.append("Not as in the original:\n\n" + "\n".join(f"- {text}" for text in experiment["deviations"]))
+    parts.append(table(["series", *x_label, *(experiment["labels"][metric] for metric in metrics), "lost"], rows))
+    if missing:
+        parts.append("Not measured: " + ", ".join(missing) + ".")
+    return "\n\n".join(parts)
+
+
+def dispatch_table(dispatch):
+    """ns of CPU time for each callback: executor and statistics against the number of nodes."""
+    values = {}
+    for row in dispatch["benchmarks"]:
+        name = re.match(r"ping_pong/(\w+)/threads:1/statistics:(\w+)/nodes/(\d+)", row["run_name"])
+        key = name.groups() if name else ("", "", "2")
+        values.setdefault(key[:2], {}).setdefault(int(key[2]), []).append(row["cpu_time"])
+    nodes = sorted({count for of_nodes in values.values() for count in of_nodes})
+    rows = []
+    for (executor, level), of_nodes in sorted(values.items(), key=lambda each: (each[0][1], each[0][0])):
+        name = f"`{executor}`, statistics `{level}`" if executor else "the same atomic operations by hand, nothing else"
+        rows.append([name, *(f"{statistics.median(of_nodes[count]):.0f} "
+                             f"({min(of_nodes[count]):.0f} – {max(of_nodes[count]):.0f})"
+                             if count in of_nodes else "" for count in nodes)])
+    repetitions = max(len(numbers) for of_nodes in values.values() for numbers in of_nodes.values())
+    load = dispatch["context"]["load_avg"][0]
+    return (table(["ns per callback", *(f"{count} nodes" for count in nodes)], rows) +
+            f"\n\nMedians and ranges of {repetitions} repetitions, which alternate; load average {load:.1f}.")
+
+
+def demo_table(demo):
+    return (f"```\n{demo['table']}\n```\n\nLatencies of subscriptions in µs, publish → callback; statistics `full`; "
+            f"one run of 3 s each; {load_of(demo)} at the end. Compare the rows, and ignore the maxima.")
+
+
+def timers_section(timers):
+    rows = [[row["name"], row["cycles"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}", row["max"], row["early"],
+             f"{row['cpu_percent']:.2f}"] for _, row in sorted(timers["thread"].items(), key=lambda each: int(each[0]))]
+    return (f"## Timers under each executor\n\n`takt {TIMERS}`: SCHED_FIFO 80, 1 kHz; statistics `full`; "
+            f"{load_of(timers)} at the end. `clock_nanosleep` is the bare loop.\n\n" +
+            table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
+
+
+# ---- Pages ----
+
+def first_line(data, is_older):
+    commit = data["about"]["commit"][:9]
+    if is_older:
+        return f"**Older than the code**, which has changed since commit {commit}, where this was measured."
+    return f"Measured at commit {commit}; what is measured has not changed since."
+
+
+def page(date, data, is_older):
+    about = data["about"]
+    experiments = [experiment_section(data[name]) for name in EXPERIMENTS]
+    return "\n\n".join([
+        first_line(data, is_older),
+        f"# Results of {date}",
+        f"On {machine_of(data['memory']['machine'])}, a virtual machine that shares its host: compare the rows, the "
+        f"maxima depend on the machine. Load average {about['load_before']:.1f} at the start, "
+        f"{about['load_after']:.1f} at the end. SCHED_OTHER unless noted. Made by `./dev results` from "
+        f"[the data]({date}). [What the figures are](../explanation/figures.md).",
+        "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
+        "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
+        *experiments, timers_section(data["timers"]),
+        "## The robot of the demo\n\n" + demo_table(data["demo"])]) + "\n"
+
+
+def with_figures(readme, date, data):
+    """The README with its figures between their marks."""
+    at = (f"Measured on {date} at commit {data['about']['commit'][:9]} on {machine_of(data['memory']['machine'])} "
+          f"(virtual, shared): [all results](docs/results/{date}.md).")
+    for name, text in (("demo", demo_table(data["demo"])), ("dispatch", dispatch_table(data["dispatch"]))):
+        readme, count = re.subn(rf"(<!-- figures: {name} -->\n).*?(<!-- end -->)",
+                                lambda marks, text=text: f"{marks[1]}{text} {at}\n{marks[2]}", readme, flags=re.DOTALL)
+        if count != 1:
+            sys.exit(f"README.md: write '<!-- figures: {name} -->' and '<!-- end -->' where they belong, once")
+    return readme
+
+
+def newest(root):
+    dates = sorted(path.parent.name for path in (root / "docs/results").glob("*/about.json"))
+    if not dates:
+        sys.exit("docs/results: no data: bench/results.py measure")
+    folder = root / "docs/results" / dates[-1]
+    return dates[-1], {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")}
+
+
+def code_is_newer(root, commit):
+    """None where git does not know the commit, as in a shallow clone."""
+    done = subprocess.run(["git", "diff", "--quiet", commit, "--", *MEASURED], cwd=root, stderr=subprocess.DEVNULL)
+    return bool(done.returncode) if done.returncode in (0, 1) else None
+
+
+def write(root):
+    date, data = newest(root)
+    (root / f"docs/results/{date}.md").write_text(
+        page(date, data, bool(code_is_newer(root, data["about"]["commit"]))), encoding="utf-8")
+    readme = root / "README.md"
+    readme.write_text(with_figures(readme.read_text(encoding="utf-8"), date, data), encoding="utf-8")
+
+
+def check(root):
+    """A page that does not yet say that it is older is no error, as the commit that changes the code cannot measure."""
+    date, data = newest(root)
+    path = root / f"docs/results/{date}.md"
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    wrong = [] if text in (page(date, data, False), page(date, data, True)) else [path]
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    if readme != with_figures(readme, date, data):
+        wrong.append(root / "README.md")
+    for path in wrong:
+        print(f"{path.relative_to(root)}:1: not what docs/results/{date} gives: bench/results.py write")
+    if not wrong and code_is_newer(root, data["about"]["commit"]) and text == page(date, data, False):
+        print(f"note: docs/results/{date}.md is older than the code; let it say so: bench/results.py write")
+    return not wrong
+
+
+def main():
+    if sys.argv[1:2] == ["measure"]:
+        measure(sys.argv[2:])
+        write(ROOT)
+    elif sys.argv[1:] == ["write"]:
+        write(ROOT)
+    elif sys.argv[1:] == ["check"]:
+        sys.exit(0 if check(ROOT) else 1)
+    else:
+        sys.exit(__doc__)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+#!/usr/bin/python3
+"""What results.py makes of data: results_test.py
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import contextlib
+import io
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path += [HERE, os.path.join(HERE, "../cmake")]
+from checks import check, finish  # noqa: E402
+import results  # noqa: E402
+
+MACHINE = {"cpus": 2, "cpu": "Some CPU", "kernel": "6.1", "preemption": "PREEMPT_RT", "load_average": 0.25}
+README = "# Takt\n<!-- figures: demo -->\n<!-- end -->\nand\n<!-- figures: dispatch -->\nold 99\n<!-- end -->\nlast\n"
+
+
+def value(*runs):
+    return {"median": sorted(runs)[len(runs) // 2], "min": min(runs), "max": max(runs), "runs": list(runs)}
+
+
+def experiment(name):
+    metrics = {"latency_us": value(10, 12.34, 4000), "lost": {"sum": 3, "runs": [3]}}
+    return {"machine": MACHINE, "name": name, "title": f"Title of {name}", "x_label": "nodes", "statistics": "full",
+            "metrics": ["latency_us"], "labels": {"latency_us": "mean latency (µs)"}, "repeat": 3, "duration": "1s",
+            "deviations": ["The machine is another."],
+            "rows": [{"series": "events", "x": 5, "metrics": metrics}, {"series": "loaned", "missing": "no RouDi"}]}
+
+
+def dispatch_row(name, *times):
+    return [{"run_name": name, "run_type": "iteration", "cpu_time": time, "time_unit": "ns"} for time in times]
+
+
+def data(commit):
+    rows = (dispatch_row("bare/process_time", 27, 28, 26)
+            + dispatch_row("ping_pong/events/threads:1/statistics:count/nodes/2/process_time", 36, 37, 41)
+            + dispatch_row("ping_pong/events/threads:1/statistics:full/nodes/20/process_time", 120, 122, 130))
+    timer = {"name": "events", "cycles": 1000, "p50_us": 1.5, "p99_us": 30, "max": 99, "early": 0, "cpu_percent": 2}
+    return {"about": {"commit": commit, "load_before": 0.1, "load_after": 1.5},
+            "dispatch": {"context": {"load_avg": [0.5]}, "benchmarks": rows},
+            "demo": {"machine": MACHINE, "table": "executor  p50\nevents    1.25"},
+            "timers": {"machine": MACHINE, "thread": {"0": timer}},
+            **{name: experiment(name) for name in results.EXPERIMENTS}}
+
+
+def git(root, *words):
+    done = subprocess.run(["git", "-c", "user.name=t", "-c", "user.email=t@t", *words], cwd=root, check=True,
+                          stdout=subprocess.PIPE, text=True)
+    return done.stdout.strip()
+
+
+def outcome(root):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        holds = results.check(root)
+    return holds, said.getvalue()
+
+
+def commit_source(root, name, text):
+    (root / "base").mkdir(exist_ok=True)
+    (root / "base" / name).write_text(text, encoding="utf-8")
+    git(root, "add", "-A")
+    git(root, "commit", "-qm", name)
+    return git(root, "rev-parse", "HEAD")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    root = pathlib.Path(folder)
+    git(root, "init", "-q")
+    commit = commit_source(root, "clock.hpp", "1")
+    (root / "README.md").write_text(README, encoding="utf-8")
+    for date in ("2026-01-01", "2026-01-02"):
+        (root / "docs/results" / date).mkdir(parents=True)
+        for name, document in data(commit).items():
+            path = root / "docs/results" / date / f"{name}.json"
+            path.write_text(results.rows_on_lines(document), encoding="utf-8")
+            check(f"{date}/{name}: rows on lines are the same data",
+                  json.loads(path.read_text(encoding="utf-8")) == document)
+    check("nothing made yet: that is wrong", not outcome(root)[0])
+    results.write(root)
+    page = (root / "docs/results/2026-01-02.md").read_text(encoding="utf-8")
+    readme = (root / "README.md").read_text(encoding="utf-8")
+    check("the newest date has the page", not (root / "docs/results/2026-01-01.md").exists())
+    check("the first line names the commit", page.startswith(f"Measured at commit {commit[:9]};"), page)
+    for text in ("| events | 5 | 12.3 (10 – 4000) | 3 |", "- The machine is another.", "loaned (no RouDi)",
+                 "Statistics `full`; medians and ranges of 3 runs of 1s each", "Load average 0.2 at the end",
+                 "Load average 0.1 at the start, 1.5 at the end", "2 × Some CPU, Linux 6.1, PREEMPT_RT",
+                 "| events | 1000 | 1.50 | 30.00 | 99 | 0 | 2.00 |"):
+        check(f"the page has: {text}", text in page, page)
+    for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
+                 "| `events`, statistics `full` |  | 122 (120 – 130) |", "by hand, nothing else | 27 (26 – 28) |  |",
+                 "events    1.25", "statistics `full`; one run", "](docs/results/2026-01-02.md)"):
+        check(f"the README has: {text}", text in readme, readme)
+    check("what is between the marks goes, the rest stays",
+          "old 99" not in readme and readme.startswith("# Takt\n") and readme.endswith("-->\nlast\n"), readme)
+    check("what is made is right, and nothing is said", outcome(root) == (True, ""), outcome(root))
+
+    (root / "README.md").write_text(readme.replace("122", "121"), encoding="utf-8")
+    check("a figure of the README that the data does not have is found", "README.md:1:" in outcome(root)[1])
+    results.write(root)
+    (root / "docs/results/2026-01-02.md").write_text(page.replace("12.3", "9.3"), encoding="utf-8")
+    check("one of the page, too", outcome(root)[0] is False and "2026-01-02.md:1:" in outcome(root)[1])
+    results.write(root)
+
+    commit_source(root, "clock_test.cpp", "1")
+    check("a test is not what is measured", outcome(root) == (True, ""), outcome(root))
+    commit_source(root, "clock.hpp", "2")
+    check("a change of the code makes a note, and no error",
+          outcome(root)[0] and "older than the code" in outcome(root)[1], outcome(root))
+    results.write(root)
+    first = (root / "docs/results/2026-01-02.md").read_text(encoding="utf-8").splitlines()[0]
+    check("then the page says so in its first line", first.startswith("**Older than the code**"), first)
+    check("and that is right", outcome(root) == (True, ""), outcome(root))
+    check("a commit that git does not know is no error", results.code_is_newer(root, "0" * 40) is None)
+finish()
