@@ -29,7 +29,7 @@ void Caller::nobody(const std::string& service, const std::string& whose) const 
   // "/robot" in "/robot/_container/load_node" and in "/robot/get_state"
   const std::size_t end = std::min(service.find("/_"), service.rfind('/'));
   std::vector<std::string> others = owners(service.substr(end));
-  for (std::string& other : others) other.insert(0, "/");
+  for (std::string& other : others) other = fmt::format("/{}", other);
   throw Error(fmt::format("{} was not found within 3 s", whose),
               others.empty() ? "check that it runs on the same DDS domain (--domain, ROS_DOMAIN_ID)"
                              : suggest(service.substr(0, end), others));
