@@ -3,6 +3,9 @@
 #ifndef TAKT_TOOLS_TAKT_EMBEDDED_HPP_
 #define TAKT_TOOLS_TAKT_EMBEDDED_HPP_
 
+#include <span>
+#include <string_view>
+
 namespace takt::tools {
 
 extern const char* const kReportScript;       // bench/report.py
@@ -11,6 +14,12 @@ extern const char* const kNav2Robot;          // examples/08_nav2/nav2.yaml
 extern const char* const kReferenceSystem;    // bench/workloads/reference_system.yaml
 extern const char* const kCreate3Robot;       // examples/09_create3/create3.yaml
 extern const char* const kConfigurationPage;  // docs/reference/configuration.md.in
+
+/// An interface of ROS 2: "std_msgs/msg/Header", and its .msg, .srv or .action file.
+struct Definition {
+  std::string_view type, text;
+};
+extern const std::span<const Definition> kDefinitions;  // messages/packages
 
 }  // namespace takt::tools
 

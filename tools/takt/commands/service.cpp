@@ -1,20 +1,16 @@
 // takt service: lists and calls the services on the domain.
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <cstring>
-#include <iterator>
 #include <memory>
+#include <thread>
 
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/entities/generic_publisher.hpp"
-#include "takt/entities/generic_subscription.hpp"
-#include "takt/entities/service_message.hpp"
 #include "takt/executors/wait_set.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "graph/dynamic_client.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
 #include "run/result_json.hpp"
@@ -55,36 +51,17 @@ void call(const Options& options) {
       options.type.empty() ? type_of(graph.services, {}, name, "service") : options.type;
   const MessageType& request = require_type(type + "_Request");
   const MessageType& response = require_type(type + "_Response");
-  struct {
-    std::uint64_t client = new_client_id();
-    std::int64_t sequence = 1;
-  } const id;
-  std::array<std::byte, sizeof id> header{};
-  std::memcpy(header.data(), &id, sizeof id);
-  const ByteBuffer message = write_message(request, options.request, header);
-
-  // Node rejects the names of the client's topics, so create the endpoints without it.
-  const std::string node = observer.node().fully_qualified_name();
-  const ServiceIdentity identity{new_service_id(kClientId), &request, &response};
   bool is_answered = false;
-  const auto answers = std::make_shared<GenericSubscription>(
-      name, observer.node().default_callback_group(),
-      Endpoint{reply_topic(name), &serialized_type(response.name), QoS(10), node, identity},
-      [&](std::span<const std::byte> bytes, const MessageInfo&) {
-        is_answered = true;
-        const auto fields = read_message(response, bytes, {.skipped = sizeof id});
-        if (options.json_path != "-") fmt::print("{}", to_yaml(fields));
-        if (!options.json_path.empty()) write_json(fields, options.json_path);
-      },
-      observer.participant());
-  answers->set_address(id.client);
-  answers->start();
-  GenericPublisher requests(
-      {request_topic(name), &serialized_type(request.name), QoS(10), node, identity},
-      Clock::steady(), observer.participant());
+  DynamicClient client(observer, name, request, response,
+                       [&](const nlohmann::ordered_json& fields) {
+                         is_answered = true;
+                         if (options.json_path != "-") fmt::print("{}", to_yaml(fields));
+                         if (!options.json_path.empty()) write_json(fields, options.json_path);
+                       });
+  const ByteBuffer message = write_message(request, options.request, client.header());
   const Nanoseconds limit(static_cast<std::int64_t>(options.timeout_s * 1e9));
   const TimePoint end = Clock::steady().now() + limit;
-  while (requests.subscription_count() == 0 || answers->outside_publisher_count() == 0) {
+  while (!client.service_is_ready()) {
     if (Clock::steady().now() > end) {
       throw Error(fmt::format("service '{}' has no server", name),
                   "check that the server runs on the same DDS domain (--domain, ROS_DOMAIN_ID)");
@@ -92,11 +69,11 @@ void call(const Options& options) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   WaitSet wait_set;
-  wait_set.add(answers);
-  requests.publish(message.bytes());
+  wait_set.add(client.responses());
+  client.send(message.bytes());
   while (!is_answered) {
     if (wait_set.wait(std::max(end - Clock::steady().now(), Nanoseconds::zero())).empty()) break;
-    for (Slot slot; answers->take(slot);) answers->execute(slot);
+    for (Slot slot; client.responses()->take(slot);) client.responses()->execute(slot);
   }
   if (!is_answered) {
     throw Error(fmt::format("no response from '{}' within {}", name, to_string(limit)),

@@ -2,6 +2,7 @@
 #include "graph/dynamic_message.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -302,6 +303,18 @@ class Writer {
   document::Errors& errors_;
 };
 
+// JSON has no infinity and no NaN, and YAML 1.1 takes 1e+20 for a text.
+std::string yaml_number(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value < 0 ? "-.inf" : ".inf";
+  std::string text = json(value).dump();
+  const std::size_t exponent = text.find('e');
+  if (text.find('.') == std::string::npos && exponent != std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
 void write_yaml(const json& value, std::size_t indent, std::string& text) {
   const std::string spaces(indent, ' ');
   if (value.is_object()) {
@@ -338,6 +351,8 @@ void write_yaml(const json& value, std::size_t indent, std::string& text) {
     if (!is_nested) text += value.empty() ? "[]" : "]";
   } else if (value.is_string() && value.get_ref<const std::string&>().starts_with(kCut)) {
     text += value.get_ref<const std::string&>();
+  } else if (value.is_number_float()) {
+    text += yaml_number(value.get<double>());
   } else {
     text += value.dump();
   }

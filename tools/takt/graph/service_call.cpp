@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graph/service_call.hpp"
 
+#include <algorithm>
 #include <set>
 
 namespace takt::tools {
 
 std::vector<std::string> Caller::find(const std::string& ending) const {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  return owners(ending);
+}
+
+std::vector<std::string> Caller::owners(const std::string& ending) const {
   std::set<std::string> names;
   for (const GraphEndpoint& service : participant_->graph().services) {
     if (!service.name.ends_with(ending)) continue;
@@ -15,9 +20,19 @@ std::vector<std::string> Caller::find(const std::string& ending) const {
   return {names.begin(), names.end()};
 }
 
-void Caller::nobody(const std::string& whose) const {
+void Caller::no_response(const std::string& whose, Nanoseconds limit) {
+  throw Error(fmt::format("no response from {} within {}", whose, to_string(limit)),
+              "check that it is not busy or stopped");
+}
+
+void Caller::nobody(const std::string& service, const std::string& whose) const {
+  // "/robot" in "/robot/_container/load_node" and in "/robot/get_state"
+  const std::size_t end = std::min(service.find("/_"), service.rfind('/'));
+  std::vector<std::string> others = owners(service.substr(end));
+  for (std::string& other : others) other = fmt::format("/{}", other);
   throw Error(fmt::format("{} was not found within 3 s", whose),
-              "check that it runs on the same DDS domain (--domain, ROS_DOMAIN_ID)");
+              others.empty() ? "check that it runs on the same DDS domain (--domain, ROS_DOMAIN_ID)"
+                             : suggest(service.substr(0, end), others));
 }
 
 }  // namespace takt::tools

@@ -37,28 +37,45 @@ class Caller {
   /// The names N of all services "/N" + `ending` that are discovered in half a second.
   std::vector<std::string> find(const std::string& ending) const;
 
-  /// Throws Error if there is no response; `whose` names the server in the error.
+  /// A request that was sent.
+  template <class S>
+  struct Call {
+    std::shared_ptr<Client<S>> client;
+    Future<typename Client<S>::Answer> answer;
+  };
+
+  /// Throws Error if the service is not found; `whose` names the server in the error.
+  template <class S>
+  Call<S> send(const std::string& service, const typename S::Request& request,
+               const std::string& whose) {
+    const auto client = node_->create_client<S>(service);
+    const TimePoint late = Clock::steady().now() + std::chrono::seconds(3);
+    while (!client->service_is_ready()) {
+      if (Clock::steady().now() > late) nobody(service, whose);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return {client, client->async_send_request(request)};
+  }
+  /// Returns an empty answer if there is none in time.
+  template <class S>
+  typename Client<S>::Answer receive(const Call<S>& call, Nanoseconds limit) {
+    executor_->spin_until_future_complete(call.answer, limit);
+    return call.answer.ready() ? call.answer.get() : typename Client<S>::Answer{};
+  }
+  /// Throws Error if there is no response.
   template <class S>
   typename S::Response call(const std::string& service, const typename S::Request& request,
                             const std::string& whose,
                             Nanoseconds limit = std::chrono::seconds(30)) {
-    const auto client = node_->create_client<S>(service);
-    const TimePoint late = Clock::steady().now() + std::chrono::seconds(3);
-    while (!client->service_is_ready()) {
-      if (Clock::steady().now() > late) nobody(whose);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    const auto answer = client->async_send_request(request);
-    executor_->spin_until_future_complete(answer, limit);
-    if (!answer.ready() || !answer.get()) {
-      throw Error(fmt::format("no response from {} within {}", whose, to_string(limit)),
-                  "check that it is not busy or stopped");
-    }
-    return *answer.get();
+    const auto answer = receive(send<S>(service, request, whose), limit);
+    if (!answer) no_response(whose, limit);
+    return *answer;
   }
+  [[noreturn]] static void no_response(const std::string& whose, Nanoseconds limit);
 
  private:
-  [[noreturn]] void nobody(const std::string& whose) const;
+  std::vector<std::string> owners(const std::string& ending) const;
+  [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
 
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Node> node_;

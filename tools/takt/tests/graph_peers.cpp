@@ -1,0 +1,94 @@
+// What graph_test.py looks at from outside: parameters of all types, actions, and a service that
+// never answers.
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "takt/containers/component.hpp"
+#include "takt/messages/example_interfaces/action/fibonacci.hpp"
+#include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
+#include "takt/ros2/action_server.hpp"
+
+namespace peers {
+
+using example_interfaces::action::Fibonacci;
+using namespace std::chrono_literals;
+
+class Parameters : public takt::Node {
+ public:
+  explicit Parameters(const takt::NodeOptions& options) : Node("parameters", options) {
+    declare_parameter("flag", true);
+    declare_parameter("count", std::int64_t{3},
+                      {.description = "how many",
+                       .integer_range = takt::IntegerRange{.from_value = 0, .to_value = 10}});
+    declare_parameter("gain.p", 1.0);
+    declare_parameter("gain.i", 1e20);
+    declare_parameter("limit", std::numeric_limits<double>::infinity());
+    declare_parameter("word", std::string("it's on"));
+    declare_parameter("fixed", std::string("on"), {.read_only = true});
+    declare_parameter("flags", std::vector<bool>{true, false});
+    declare_parameter("counts", std::vector<std::int64_t>{1, 2});
+    declare_parameter("gains", std::vector<double>{0.5, 2.0});
+    declare_parameter("words", std::vector<std::string>{"a", "yes"});
+  }
+};
+
+// Never answers. Its container must not serve its parameters.
+class Mute : public takt::Node {
+ public:
+  using List = rcl_interfaces::srv::ListParameters;
+
+  explicit Mute(const takt::NodeOptions& options) : Node("mute", options) {
+    service_ = create_service<List>("/mute/list_parameters",
+                                    [](const List::Request&, List::Response&) -> takt::Task<> {
+                                      co_await takt::sleep_for(1h);
+                                    });
+  }
+
+ private:
+  std::shared_ptr<takt::Service<List>> service_;
+};
+
+// Orders: 0 to 9 succeed, 10 is aborted, 11 lasts until it is canceled, 12 lasts and refuses to be
+// canceled; the rest is rejected.
+class Counter : public takt::Node {
+ public:
+  using Goal = takt::ServerGoalHandle<Fibonacci>;
+
+  explicit Counter(const takt::NodeOptions& options)
+      : Node("counter", options),
+        server_(takt::create_action_server<Fibonacci>(
+            *this, "fibonacci",
+            [](const takt::GoalId&, const Fibonacci::Goal& goal) {
+              return goal.order <= 12 ? takt::GoalResponse::accept : takt::GoalResponse::reject;
+            },
+            [](const std::shared_ptr<Goal>& goal) {
+              return goal->goal().order == 12 ? takt::CancelResponse::reject
+                                              : takt::CancelResponse::accept;
+            },
+            [](std::shared_ptr<Goal> goal) { return execute(std::move(goal)); })) {}
+
+ private:
+  static takt::Task<> execute(std::shared_ptr<Goal> goal) {
+    const int order = goal->goal().order;
+    std::vector<std::int32_t> sequence{0, 1};
+    for (int i = 2; i <= order && i < 10; ++i) {
+      sequence.push_back(sequence[sequence.size() - 2] + sequence.back());
+    }
+    goal->publish_feedback(Fibonacci::Feedback().set__sequence(sequence));
+    while (order > 10 && !goal->is_canceling()) co_await takt::sleep_for(10ms);
+    const auto result = Fibonacci::Result().set__sequence(sequence);
+    if (order < 10) goal->succeed(result);
+    if (order == 10) goal->abort(result);
+    if (order > 10) goal->canceled(result);
+  }
+
+  const std::shared_ptr<takt::ActionServer<Fibonacci>> server_;
+};
+
+}  // namespace peers
+
+TAKT_REGISTER_COMPONENT(peers::Parameters)
+TAKT_REGISTER_COMPONENT(peers::Mute)
+TAKT_REGISTER_COMPONENT(peers::Counter)

@@ -1,0 +1,316 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""takt param, action and interface, between processes.
+
+usage: ros2_commands_test.py TAKT PEERS_LIBRARY
+"""
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "cmake"))
+from checks import check, environment, finish
+
+takt, library = (str(pathlib.Path(path).resolve()) for path in sys.argv[1:3])
+folder = pathlib.Path(tempfile.mkdtemp())
+SYSTEM = """
+dds: {{domain: {domain}, shared_memory: off, parameter_services: {serves}}}
+executors: {{one: {{type: events}}}}
+container:
+  name: {name}
+  components:
+{components}
+"""
+ACTION = ("/fibonacci", "example_interfaces/action/Fibonacci")
+
+
+def run(*arguments, status=0):
+    done = subprocess.run([takt, *arguments], env=environment, text=True, capture_output=True,
+                          timeout=60)
+    check(f"takt {' '.join(arguments)[:70]}: status {status}", done.returncode == status,
+          done.returncode, done.stdout, done.stderr)
+    return done
+
+
+def as_json(*arguments, status=0):
+    return json.loads(run(*arguments, "--json", "-", status=status).stdout)
+
+
+def seen(holds, *arguments):
+    """The rows when they hold, or after ten looks: on a busy machine others are heard of late."""
+    for _ in range(10):
+        rows = json.loads(subprocess.run([takt, *arguments, "--json", "-"], env=environment,
+                                         text=True, capture_output=True).stdout or "[]")
+        if holds(rows):
+            break
+    return rows
+
+
+class System:
+    """A container that runs while the object lives: a name for each class."""
+
+    def __init__(self, name, components, serves="true"):
+        file = folder / f"{name}.yaml"
+        lines = [f"    - {{component: peers::{kind}, library: {library}, name: {node}, "
+                 f"namespace: {space}, executor: one}}" for kind, space, node in components]
+        file.write_text(SYSTEM.format(domain=environment["ROS_DOMAIN_ID"], name=name, serves=serves,
+                                      components="\n".join(lines)))
+        self.names = {f"{space.rstrip('/')}/{node}" for _, space, node in components}
+        self.process = subprocess.Popen([takt, "run", str(file)], env=environment,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def __enter__(self):
+        seen(lambda rows: self.names <= {row["node"] for row in rows}, "node", "list")
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait(20)
+
+
+def parameters():
+    return System("robot", [("Parameters", "/front", "lidar"), ("Parameters", "/", "other")])
+
+
+def test_values_are_shown_as_ros2_shows_them():
+    with parameters():
+        for name, line in {
+                "flag": "Boolean value is: True", "count": "Integer value is: 3",
+                "gain.p": "Double value is: 1.0", "gain.i": "Double value is: 1e+20",
+                "limit": "Double value is: inf", "word": "String value is: it's on",
+                "flags": "Boolean values are: [True, False]", "counts": "Integer values are: [1, 2]",
+                "gains": "Double values are: [0.5, 2.0]",
+                "words": "String values are: ['a', 'yes']"}.items():
+            done = run("param", "get", "/front/lidar", name)
+            check(f"{name}: {line}", done.stdout == line + "\n", done.stdout)
+        hidden = run("param", "get", "front/lidar", "count", "--hide-type")
+        check("only the value", hidden.stdout == "3\n", hidden.stdout)
+        row = as_json("param", "get", "/front/lidar", "counts")
+        check("as JSON", row == {"node": "/front/lidar", "name": "counts", "type": "integer array",
+                                 "value": [1, 2]}, row)
+
+        names = run("param", "list", "/front/lidar").stdout.splitlines()
+        check("names, indented and sorted", "  count" in names and names == sorted(names), names)
+        rows = seen(lambda rows: len(rows) == 3, "param", "list")
+        check("of all nodes", [row["node"] for row in rows] == ["/front/lidar", "/other", "/robot"],
+              rows)
+        text = run("param", "list").stdout
+        check("under the names of the nodes", text.startswith("/front/lidar:\n  "), text)
+
+        text = run("param", "describe", "/front/lidar", "count", "fixed").stdout
+        check("described", text ==
+              "Parameter name: count\n  Type: integer\n  Description: how many\n  Constraints:\n"
+              "    Min value: 0\n    Max value: 10\n"
+              "Parameter name: fixed\n  Type: string\n  Constraints:\n    Read only: true\n", text)
+        row = as_json("param", "describe", "/front/lidar", "count")[0]
+        check("described as JSON", row["range"] == {"from_value": 0, "to_value": 10, "step": 0} and
+              row["read_only"] is False, row)
+
+
+def test_values_are_set():
+    with parameters():
+        value = lambda name: as_json("param", "get", "/other", name)["value"]
+        for name, text, expected in [
+                ("flag", "false", False), ("count", "7", 7), ("gain.p", "2.5", 2.5),
+                ("word", "hello", "hello"), ("word", "'5'", "5"), ("word", "", ""),
+                ("counts", "[]", []), ("counts", "[4]", [4]), ("words", "['5', b]", ["5", "b"])]:
+            done = run("param", "set", "/other", name, text)
+            check("and says so", done.stdout == "Set parameter successful\n", done.stdout)
+            check(f"{name} is {expected}", value(name) == expected, value(name))
+        for name, text, reason in [
+                ("count", "high", "count"), ("count", "[1", "the value"), ("count", "11", "10"),
+                ("count", "{a: 1}", "count"), ("flags", "[1, true]", "flags"),
+                ("fixed", "off", "fixed"), ("no_such", "1", "no_such")]:
+            wrong = run("param", "set", "/other", name, text, status=2)
+            check(f"{name} {text}: the reason", reason in wrong.stderr and not wrong.stdout,
+                  wrong.stderr)
+        check("unchanged", value("count") == 7, value("count"))
+        result = as_json("param", "set", "/other", "count", "8")
+        check("set with JSON", result == {"successful": True, "reason": ""}, result)
+
+
+def test_a_dump_is_loaded():
+    with parameters():
+        text = run("param", "dump", "/front/lidar").stdout
+        check("ROS 2's form", text.startswith("/front/lidar:\n  ros__parameters:\n    ") and
+              "\n    gain:\n      i: 1.0e+20\n      p: 1.0\n" in text and
+              "\n    limit: .inf\n" in text, text)
+        document = as_json("param", "dump", "/front/lidar")
+        check("as JSON", document["/front/lidar"]["ros__parameters"]["gain"]["p"] == 1.0, document)
+        run("param", "set", "/front/lidar", "counts", "[]")
+        text = run("param", "dump", "/front/lidar").stdout
+        # `fixed` can only be given at the start.
+        file = folder / "dump.yaml"
+        file.write_text("".join(line for line in text.splitlines(True) if "fixed" not in line))
+        run("param", "set", "/front/lidar", "words", "[changed]")
+        run("param", "set", "/front/lidar", "gain.i", "0.5")
+        loaded = run("param", "load", "/front/lidar", str(file))
+        check("a line for each", "Set parameter gain.p successful\n" in loaded.stdout, loaded.stdout)
+        check("all is as it was", run("param", "dump", "/front/lidar").stdout == text)
+
+        file.write_text(text)
+        wrong = run("param", "load", "/front/lidar", str(file), status=1)
+        check("what is refused is named", "Set parameter fixed failed: " in wrong.stderr and
+              "Set parameter words successful\n" in wrong.stdout, wrong.stderr)
+        wrong = run("param", "load", "/other", str(file), status=2)
+        check("a file for another node", "/front/lidar" in wrong.stderr, wrong.stderr)
+
+        file.write_text("/front/lidar: {ros__parameters: {count: 2}}\n"
+                        "front: {lidar: {ros__parameters: {gain: {p: 3.0}}}}\n"
+                        "/**: {ros__parameters: {count: 1, word: all}}\n"
+                        "/front/*: {ros__parameters: {gain.i: 4.0}}\n"
+                        "/*: {ros__parameters: {word: wrong}}\n")
+        rows = as_json("param", "load", "/front/lidar", str(file))
+        check("its sections", {row["name"] for row in rows} == {"count", "word", "gain.i", "gain.p"},
+              rows)
+        for name, expected in {"count": 2, "word": "all", "gain.i": 4.0, "gain.p": 3.0}.items():
+            value = as_json("param", "get", "/front/lidar", name)["value"]
+            check(f"{name} is {expected}", value == expected, value)
+        file.write_text("/front/lidar:\n  ros__parameters: [\n")
+        wrong = run("param", "load", "/front/lidar", str(file), status=2)
+        check("no YAML: the line", "dump.yaml:" in wrong.stderr, wrong.stderr)
+        wrong = run("param", "load", "/front/lidar", str(folder / "none.yaml"), status=2)
+        check("no file", "none.yaml" in wrong.stderr, wrong.stderr)
+
+
+def test_who_has_no_parameters():
+    with parameters(), System("silent", [("Mute", "/", "mute")], serves="false"):
+        wrong = run("param", "get", "/front/lidra", "count", status=2)
+        check("an unknown node", "did you mean '/front/lidar'" in wrong.stderr, wrong.stderr)
+        wrong = run("param", "get", "/front/lidar", "cout", status=2)
+        check("an unknown parameter", "did you mean 'count'" in wrong.stderr, wrong.stderr)
+        wrong = run("param", "describe", "/front/lidar", "count", "cout", status=2)
+        check("one of two", "no parameter 'cout'" in wrong.stderr, wrong.stderr)
+
+        seen(lambda rows: any(row["service"] == "/mute/list_parameters" for row in rows), "service",
+             "list")
+        wrong = run("param", "list", "/mute", "--timeout", "0.5", status=2)
+        check("no answer", "no response from node '/mute' within 500ms" in wrong.stderr, wrong.stderr)
+        wrong = run("param", "list", "--timeout", "1", status=2)
+        check("the others are shown", "/front/lidar:\n" in wrong.stdout and "/other:\n" in wrong.stdout
+              and "no response from node '/mute' within 1s" in wrong.stderr,
+              wrong.stdout, wrong.stderr)
+
+
+def goal(*arguments, status=0):
+    return run("action", "send_goal", *ACTION, *arguments, status=status)
+
+
+def test_actions():
+    with System("server", [("Counter", "/", "counter")]):
+        rows = seen(lambda rows: rows and "?" not in rows[0]["servers"], "action", "list")
+        check("action list", rows == [{"action": "/fibonacci", "types": [ACTION[1]],
+                                       "servers": ["/counter"], "clients": []}], rows)
+        text = run("action", "list").stdout
+        check("a name on each line", text == "/fibonacci\n", text)
+        text = run("action", "list", "-t").stdout
+        check("with its type", text == f"/fibonacci [{ACTION[1]}]\n", text)
+        text = run("action", "info", "fibonacci", "-t").stdout
+        check("action info", text == "Action: /fibonacci\nAction clients: 0\nAction servers: 1\n"
+              f"    /counter [{ACTION[1]}]\n", text)
+        wrong = run("action", "info", "/fibonaci", status=2)
+        check("no such action", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
+
+        text = goal("{order: 5}", "--feedback").stdout
+        sequence = "    sequence: [0, 1, 1, 2, 3, 5]\n"
+        lines = text.splitlines()
+        check("the goal", lines[:3] == ["Waiting for an action server to become available...",
+                                        "Sending goal:", "     order: 5"], text)
+        check("its id", "Goal accepted with ID: " in text, text)
+        check("its feedback", f"Feedback:\n{sequence}\n" in text, text)
+        check("its result",
+              text.endswith(f"Result:\n{sequence}\nGoal finished with status: SUCCEEDED\n"), text)
+        row = as_json("action", "send_goal", *ACTION, "{order: 3}", "-f")
+        check("as JSON", row["status"] == "SUCCEEDED" and row["result"] == {"sequence": [0, 1, 1, 2]}
+              and row["feedback"] == [row["result"]] and len(row["goal_id"]) == 32, row)
+        text = goal("{order: 10}", status=1).stdout
+        check("aborted", text.endswith("Goal finished with status: ABORTED\n"), text)
+        wrong = goal("{order: 13}", status=2)
+        check("rejected", "action '/fibonacci' rejected the goal" in wrong.stderr, wrong.stderr)
+        wrong = goal("{oder: 1}", status=2)
+        check("a field that is none", "did you mean 'order'" in wrong.stderr, wrong.stderr)
+        wrong = goal("{order: [", status=2)
+        check("no YAML", "the message" in wrong.stderr, wrong.stderr)
+        wrong = run("action", "send_goal", "/fibonacci", ACTION[1] + "s", "{}", status=2)
+        check("a type that is none", "does not know the type" in wrong.stderr, wrong.stderr)
+        wrong = run("action", "send_goal", "/fibonaci", ACTION[1], "{}", "--timeout", "0.5", status=2)
+        check("no such server", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
+
+
+class LongGoal:
+    """A goal that is executed until it is canceled."""
+
+    def __init__(self, order):
+        self.process = subprocess.Popen([takt, "action", "send_goal", *ACTION, f"{{order: {order}}}"],
+                                        env=environment, text=True, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE)
+        for line in self.process.stdout:
+            if line.startswith("Goal accepted"):
+                break
+
+    def end(self):
+        out, error = self.process.communicate(timeout=60)
+        return self.process.returncode, out, error
+
+
+def test_a_goal_is_canceled():
+    with System("server", [("Counter", "/", "counter")]) as server:
+        for sent, name in ((signal.SIGINT, "Ctrl-C"), (signal.SIGTERM, "SIGTERM")):
+            long_goal = LongGoal(11)
+            long_goal.process.send_signal(sent)
+            status, out, error = long_goal.end()
+            check(f"{name} cancels", status == 128 + sent and
+                  out.endswith("Canceling goal...\nGoal canceled.\n"), status, out, error)
+        long_goal = LongGoal(12)
+        long_goal.process.send_signal(signal.SIGINT)
+        status, out, error = long_goal.end()
+        check("a server may refuse", status == 2 and
+              "did not cancel the goal" in error, status, out, error)
+        long_goal = LongGoal(12)
+        server.__exit__()
+        status, out, error = long_goal.end()
+        check("the server goes", status == 2 and
+              "the server of action '/fibonacci' has gone" in error, status, out, error)
+
+
+def test_interfaces():
+    text = run("interface", "show", "geometry_msgs/msg/TwistStamped").stdout
+    check("nested types are indented", text == (
+        "std_msgs/Header header\n\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n\t\tuint32 nanosec\n"
+        "\tstring frame_id\nTwist twist\n\tVector3 linear\n"
+        "\t\tfloat64 x\n\t\tfloat64 y\n\t\tfloat64 z\n\tVector3 angular\n"
+        "\t\tfloat64 x\n\t\tfloat64 y\n\t\tfloat64 z\n"), text)
+    text = run("interface", "show", ACTION[1]).stdout
+    check("an action", text == "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n", text)
+    text = run("interface", "show", "std_srvs/srv/SetBool").stdout
+    check("a service", text == "bool data\n---\nbool success\nstring message\n", text)
+    rows = as_json("interface", "show", "std_srvs/srv/SetBool")
+    check("as JSON", rows["response"]["fields"] == [{"name": "success", "type": "bool"},
+                                                    {"name": "message", "type": "string"}], rows)
+    rows = as_json("interface", "show", "action_msgs/msg/GoalStatus")
+    check("constants", {"name": "STATUS_ABORTED", "type": "int8", "value": "6"} in rows["constants"],
+          rows)
+    nested = {field["name"]: field for field in rows["fields"]}["goal_info"]["definition"]
+    check("nested", nested["type"] == "action_msgs/msg/GoalInfo" and
+          [field["name"] for field in nested["fields"]] == ["goal_id", "stamp"], nested)
+    rows = as_json("interface", "show", "geometry_msgs/msg/Quaternion")
+    check("defaults", rows["fields"][3] == {"name": "w", "type": "float64", "default": "1"}, rows)
+    text = run("interface", "show", "takt/msg/Workload").stdout
+    check("a type of Takt's own", text != "" and "---" not in text and "===" not in text, text)
+    wrong = run("interface", "show", "std_msgs/msg/Strin", status=2)
+    check("no such type", "did you mean 'std_msgs/msg/String'" in wrong.stderr, wrong.stderr)
+    wrong = run("interface", "show", "no_msgs/msg/Strin", status=2)
+    check("no such package", "std_msgs" in wrong.stderr, wrong.stderr)
+
+
+test_interfaces()
+test_values_are_shown_as_ros2_shows_them()
+test_values_are_set()
+test_a_dump_is_loaded()
+test_who_has_no_parameters()
+test_actions()
+test_a_goal_is_canceled()
+finish()
