@@ -7,6 +7,7 @@
 
 #include "takt/messages/std_msgs/msg/bool.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/messages/type_description.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action_client.hpp"
 #include "takt/ros2/action_server.hpp"
@@ -288,6 +289,24 @@ TEST_F(WireTest, AServiceAndAClient) {
   answers->publish(bytes(request.substr(0, 40) + "0f00000000000000"));
   ASSERT_TRUE(eventually([&] { return serve(*client) && future.ready(); }));
   EXPECT_EQ(future.get()->sum, 15);
+}
+
+// For `takt topic echo` and the recorder: ROS 2 warns of each end without a hash.
+TEST_F(WireTest, AnEndByBytesAnnouncesTheHashOfTheEndsThatItMeets) {
+  const auto node = make("typed");
+  const auto publisher = node->create_publisher<std_msgs::msg::String>("chatter", 10);
+  const auto bytewise = join(RosGraph::jazzy);
+  ASSERT_TRUE(eventually([&] { return !bytewise->graph().publishers.empty(); }));
+  const auto reads = receiver(bytewise, "/chatter", "std_msgs/msg/String");
+  const auto observer = join(RosGraph::jazzy);
+  const auto hash = [&](const std::vector<GraphEndpoint>& ends) {
+    const auto end = std::find_if(ends.begin(), ends.end(),
+                                  [](const auto& each) { return each.name == "/chatter"; });
+    return end != ends.end() ? end->type_hash : "";
+  };
+  ASSERT_TRUE(eventually([&] { return !hash(observer->graph().subscriptions).empty(); }));
+  EXPECT_EQ(hash(observer->graph().subscriptions),
+            type_hash(message_type<std_msgs::msg::String>()));
 }
 
 TEST_F(WireTest, WhatAProcessAnnouncesAboutItsNodes) {

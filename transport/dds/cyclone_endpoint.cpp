@@ -44,7 +44,8 @@ void CycloneEndpoint::make(decltype(&dds_create_writer) create, std::size_t dept
   const bool ignores_own_process = !is_shared() && !participant_->serves_own_process();
   const WireQoS qos = wire_qos(endpoint_.qos, depth);
   if (ignores_own_process) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
-  const std::string text = user_data(endpoint_, participant_->ros_graph());
+  const std::string text =
+      user_data(endpoint_, participant_->ros_graph(), participant_->discovered_hash(endpoint_));
   dds_qset_userdata(qos.get(), text.data(), text.size());
   handle_ = dds_check(
       create(participant_->handle(), topic_.handle(), qos.get(), listener.get()),

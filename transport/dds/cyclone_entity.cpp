@@ -94,14 +94,15 @@ std::string_view policy_name(std::uint32_t id) noexcept {
   }
 }
 
-std::string user_data(const Endpoint& endpoint, RosGraph form) {
+std::string user_data(const Endpoint& endpoint, RosGraph form, const std::string& known_hash) {
   if (form == RosGraph::off) return clock_identity();
   const ServiceIdentity& identity = endpoint.identity;
   std::string text = identity.id + clock_identity();
   if (form != RosGraph::jazzy) return text;
-  const std::string hash = identity.id.empty()
-                               ? type_hash(*endpoint.type)
-                               : service_type_hash(*identity.request, *identity.response);
+  const std::string hash = !identity.id.empty()
+                               ? service_type_hash(*identity.request, *identity.response)
+                           : endpoint.type->is_serialized ? known_hash
+                                                          : type_hash(*endpoint.type);
   if (!hash.empty()) text += "typehash=" + hash + ";";
   return endpoint.node.empty() ? text : text + "node=" + endpoint.node + ";";
 }

@@ -31,7 +31,8 @@ std::string_view policy_name(std::uint32_t id) noexcept;
 
 /// What others want to know of an endpoint beyond its name and type. ROS 2: "typehash=RIHS01_...;",
 /// "serviceid=...;". Takt: "node=/...;", and see clock_identity.
-std::string user_data(const Endpoint& endpoint, RosGraph form);
+/// `known_hash`: the type's where only its name is known.
+std::string user_data(const Endpoint& endpoint, RosGraph form, const std::string& known_hash = {});
 /// What `user_data` says under the key; empty: nothing.
 std::string user_data_value(const dds_qos_t& qos, std::string_view key);
 

@@ -180,6 +180,18 @@ void CycloneParticipant::remove(const CycloneEndpoint& end, const Endpoint& endp
   if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
 }
 
+std::string CycloneParticipant::discovered_hash(const Endpoint& endpoint) {
+  if (!endpoint.type->is_serialized || ros_graph_ != RosGraph::jazzy) return {};
+  const Graph discovered = graph();
+  for (const auto& ends : {discovered.publishers, discovered.subscriptions}) {
+    for (const GraphEndpoint& end : ends) {
+      const bool is_same = end.name == endpoint.topic && end.type == endpoint.type->name;
+      if (is_same && !end.type_hash.empty()) return end.type_hash;
+    }
+  }
+  return {};
+}
+
 std::shared_ptr<ServiceMatches> CycloneParticipant::service_matches(const std::string& id) {
   if (id.empty()) return nullptr;
   const std::lock_guard lock(mutex_);

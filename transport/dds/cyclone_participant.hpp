@@ -58,6 +58,9 @@ class CycloneParticipant final : public Participant,
   void add(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle,
            bool is_writer);
   void remove(const CycloneEndpoint& end, const Endpoint& endpoint, dds_entity_t handle) noexcept;
+  /// The hash that other ends of its topic announce for a type of which only the name is known:
+  /// without one, each process of ROS 2 warns. Empty: none does.
+  std::string discovered_hash(const Endpoint& endpoint);
   /// What both ends of a service, or of a client, share; nullptr for an empty id.
   std::shared_ptr<ServiceMatches> service_matches(const std::string& id);
   /// Why the messages of an endpoint do not go by shared memory; empty: they do.
