@@ -74,8 +74,9 @@ with tempfile.TemporaryDirectory() as folder:
     said = [process.communicate()[1] for process in processes]
     rows = json.load(open(os.path.join(folder, "listener.json")))["runs"][0]["callbacks"]
     received = {row["kind"]: row["received"] for row in rows}
+    # Each 10 ms for 4 s; how soon the hosts meet, and what the machine leaves to them, is its affair.
     check("`takt run` on two hosts: a topic and a service pass",
-          received["subscription"] > 50 and received["client"] > 50, received, said)
+          50 < received["subscription"] <= 402 and 50 < received["client"] <= 402, received, said)
 
 # What is on the loopback interface only hears nobody else, though Cyclone's sockets would.
 FIRST_PORT = 7410
