@@ -78,14 +78,15 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
     if (name.starts_with("callback_group.") && key > name.find('.')) {
       const std::size_t begin = name.find('.') + 1;
       put(by_group[name.substr(begin, key - begin)], value_of(name.substr(key + 1), value, errors));
-    } else if (name == "use_intra_process_comms" && value.bool_value) {
-      // It always is.
+    } else if (name == "use_intra_process_comms" || name == "forward_global_arguments") {
+      // Launch files send them. Messages of one process always go by pointer, and there are no
+      // global arguments.
     } else if (name == "executor" || name == "library" || name == "on_exception") {
       put(component, value_of(name, value, errors));
     } else {
       errors.add(1, fmt::format("'{}' is no extra argument", name),
-                 "valid: executor, library, on_exception, callback_group.NAME.KEY, "
-                 "use_intra_process_comms (true)");
+                 "valid: executor, library, on_exception, callback_group.NAME.KEY; "
+                 "use_intra_process_comms and forward_global_arguments have no effect");
     }
   }
   for (auto& [name, group] : by_group) put(groups, {name, 1, std::move(group)});

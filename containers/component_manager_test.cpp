@@ -31,10 +31,10 @@ Parameter number(const std::string& name, std::int64_t value) {
   return parameter;
 }
 
-Parameter flag(const std::string& name) {
+Parameter flag(const std::string& name, bool value) {
   Parameter parameter;
   parameter.name = name;
-  parameter.value.set__type(ParameterType::PARAMETER_BOOL).set__bool_value(true);
+  parameter.value.set__type(ParameterType::PARAMETER_BOOL).set__bool_value(value);
   return parameter;
 }
 
@@ -71,7 +71,8 @@ TEST(LoadNode, SaysWhatAFileWouldSay) {
                              number("callback_group.loop.priority", 90),
                              text("callback_group.loop.deadline", "2ms"),
                              text("callback_group.rest.executor", "default"),
-                             flag("use_intra_process_comms")};
+                             flag("use_intra_process_comms", false),
+                             flag("forward_global_arguments", true)};
   const ComponentDescription component = describe(request, {"fast", "default"}, {});
   EXPECT_EQ(component.type, "takt::Workload");
   EXPECT_EQ(full_name(component), "/front/imu");

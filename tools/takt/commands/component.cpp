@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 
@@ -27,10 +28,12 @@ namespace ci = composition_interfaces::srv;
 using nlohmann::json;
 
 constexpr const char* kList = "/_container/list_nodes";
+constexpr const char* kLoad = "/_container/load_node";
 
 struct Options {
   int domain = default_domain();
   std::string container, json_path;
+  std::vector<std::string> component;  // perhaps a package, and a class
   std::uint64_t id = 0;
   ci::LoadNode::Request request;
   std::vector<std::string> parameters, extra_arguments;
@@ -96,8 +99,28 @@ rcl_interfaces::msg::Parameter parameter(const std::string& text) {
   return rcl_interfaces::msg::Parameter().set__name(parsed.name).set__value(to_message(*value));
 }
 
+// A container of ROS 2 looks for the class in the index of its package, and ends when the package
+// has no name. What else it does not know, it would ignore.
+void check_what_ros2_knows(const Options& options) {
+  const std::string container = called(options.container);
+  if (options.request.package_name.empty()) {
+    throw Error(
+        fmt::format("{} is one of ROS 2, which finds components by their package", container),
+        fmt::format("write: takt component load {} PACKAGE {}", options.container,
+                    options.request.plugin_name));
+  }
+  if (!options.executor.empty() || !options.library.empty()) {
+    throw Error(fmt::format("{} is one of ROS 2, which has no named executors, and loads libraries "
+                            "by their index only",
+                            container),
+                "leave out --executor and --library");
+  }
+}
+
 void load(Options& options) {
   ci::LoadNode::Request& request = options.request;
+  request.plugin_name = options.component.back();
+  if (options.component.size() == 2) request.package_name = options.component.front();
   for (const std::string& text : options.parameters) request.parameters.push_back(parameter(text));
   for (const std::string& text : options.extra_arguments) {
     request.extra_arguments.push_back(parameter(text));
@@ -110,8 +133,13 @@ void load(Options& options) {
   add("executor", options.executor);
   add("library", options.library);
   Caller caller(options.domain);
-  const auto answer = caller.call<ci::LoadNode>(
-      service_of(options.container, "/_container/load_node"), request, called(options.container));
+  const auto of_takt = caller.find("/set_callback_parameters");
+  const auto of_all = caller.find(kLoad);
+  const std::string name = service_of(options.container, "").substr(1);
+  const auto has = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
+  if (has(of_all) && !has(of_takt)) check_what_ros2_knows(options);
+  const auto answer = caller.call<ci::LoadNode>(service_of(options.container, kLoad), request,
+                                                called(options.container));
   if (!answer.success) throw Error(answer.error_message);
   fmt::print("{} {}\n", answer.unique_id, answer.full_node_name);
 }
@@ -122,6 +150,31 @@ void unload(const Options& options) {
       service_of(options.container, "/_container/unload_node"),
       ci::UnloadNode::Request().set__unique_id(options.id), called(options.container));
   if (!answer.success) throw Error(answer.error_message);
+}
+
+void add_load_options(CLI::App* command, Options& options) {
+  command->add_option("CONTAINER", options.container, "The container's name")->required();
+  command
+      ->add_option("COMPONENT", options.component,
+                   "[PACKAGE] CLASS (see: takt component types); only ROS 2's containers need the "
+                   "package")
+      ->required()
+      ->expected(1, 2);
+  command->add_option("--name", options.request.node_name, "The node's name");
+  command->add_option("--namespace", options.request.node_namespace, "The node's namespace");
+  command->add_option(
+      "--library", options.library,
+      "The library of a class that is not in the index; the container must allow it "
+      "(see: load in the configuration, takt run --load)");
+  command->add_option("--executor", options.executor, "Name of an executor in the container");
+  command->add_option("-p,--param", options.parameters, "name:=value; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("-r,--remap", options.request.remap_rules, "from:=to; may be repeated")
+      ->allow_extra_args(false);
+  command
+      ->add_option("-e,--extra", options.extra_arguments,
+                   "callback_group.NAME.KEY:=value, on_exception:=…; may be repeated")
+      ->allow_extra_args(false);
 }
 
 void set_up(CLI::App* command) {
@@ -152,26 +205,7 @@ void set_up(CLI::App* command) {
 
   CLI::App* load_command = add("load", "Loads a component; prints its ID and its node's name",
                                [](Options& o) { load(o); });
-  load_command->add_option("CONTAINER", options->container, "The container's name")->required();
-  load_command
-      ->add_option("COMPONENT", options->request.plugin_name,
-                   "The class (see: takt component types)")
-      ->required();
-  load_command->add_option("--name", options->request.node_name, "The node's name");
-  load_command->add_option("--namespace", options->request.node_namespace, "The node's namespace");
-  load_command->add_option(
-      "--library", options->library,
-      "The library of a class that is not in the index; the container must allow it "
-      "(see: load in the configuration, takt run --load)");
-  load_command->add_option("--executor", options->executor, "Name of an executor in the container");
-  load_command->add_option("-p,--param", options->parameters, "name:=value; may be repeated")
-      ->allow_extra_args(false);
-  load_command->add_option("-r,--remap", options->request.remap_rules, "from:=to; may be repeated")
-      ->allow_extra_args(false);
-  load_command
-      ->add_option("-e,--extra", options->extra_arguments,
-                   "callback_group.NAME.KEY:=value, on_exception:=…; may be repeated")
-      ->allow_extra_args(false);
+  add_load_options(load_command, *options);
 
   CLI::App* unload_command = add("unload", "Unloads a component", [](Options& o) { unload(o); });
   unload_command->add_option("CONTAINER", options->container, "The container's name")->required();

@@ -6,8 +6,8 @@
 
 namespace takt::tools {
 
-std::vector<std::string> Caller::find(const std::string& ending) const {
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+std::vector<std::string> Caller::find(const std::string& ending) {
+  std::this_thread::sleep_until(discovered_);
   return owners(ending);
 }
 

@@ -34,8 +34,8 @@ class Caller {
     executor_->add_node(node_);
   }
 
-  /// The names N of all services "/N" + `ending` that are discovered in half a second.
-  std::vector<std::string> find(const std::string& ending) const;
+  /// The names N of all services "/N" + `ending` that are discovered half a second after the start.
+  std::vector<std::string> find(const std::string& ending);
 
   /// A request that was sent.
   template <class S>
@@ -77,6 +77,8 @@ class Caller {
   std::vector<std::string> owners(const std::string& ending) const;
   [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
 
+  const std::chrono::steady_clock::time_point discovered_ =
+      std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Node> node_;
   std::unique_ptr<Executor> executor_ = executors().make("events", {.name = "call"});

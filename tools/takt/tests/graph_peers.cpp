@@ -1,11 +1,11 @@
-// What graph_test.py looks at from outside: parameters of all types, actions, and a service that
-// never answers.
-// SPDX-License-Identifier: Apache-2.0
+// What ros2_commands_test.py looks at from outside: parameters of all types, actions, a service
+// that never answers, and a container as ROS 2's. SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
 #include <memory>
 
 #include "takt/containers/component.hpp"
+#include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
 #include "takt/ros2/action_server.hpp"
@@ -61,7 +61,8 @@ class Counter : public takt::Node {
         server_(takt::create_action_server<Fibonacci>(
             *this, "fibonacci",
             [](const takt::GoalId&, const Fibonacci::Goal& goal) {
-              return goal.order <= 12 ? takt::GoalResponse::accept : takt::GoalResponse::reject;
+              return goal.order <= 12 ? takt::GoalResponse::accept_and_execute
+                                      : takt::GoalResponse::reject;
             },
             [](const std::shared_ptr<Goal>& goal) {
               return goal->goal().order == 12 ? takt::CancelResponse::reject
@@ -87,8 +88,28 @@ class Counter : public takt::Node {
   const std::shared_ptr<takt::ActionServer<Fibonacci>> server_;
 };
 
+// A container as rclcpp's: it has no service of Takt's, and wants the package. Its "node" is what
+// it was asked for.
+class Ros2Container : public takt::Node {
+ public:
+  using Load = composition_interfaces::srv::LoadNode;
+
+  explicit Ros2Container(const takt::NodeOptions& options) : Node("ros2_container", options) {
+    service_ = create_service<Load>(
+        "~/_container/load_node", [](const Load::Request& request, Load::Response& response) {
+          response.success = true;
+          response.unique_id = 1;
+          response.full_node_name = request.package_name + "/" + request.plugin_name;
+        });
+  }
+
+ private:
+  std::shared_ptr<takt::Service<Load>> service_;
+};
+
 }  // namespace peers
 
 TAKT_REGISTER_COMPONENT(peers::Parameters)
 TAKT_REGISTER_COMPONENT(peers::Mute)
 TAKT_REGISTER_COMPONENT(peers::Counter)
+TAKT_REGISTER_COMPONENT(peers::Ros2Container)

@@ -306,7 +306,23 @@ def test_interfaces():
     check("no such package", "std_msgs" in wrong.stderr, wrong.stderr)
 
 
+def test_a_component_is_loaded_into_a_container_of_ros2():
+    load = ("component", "load", "/ros2_container")
+    with System("robot", [("Ros2Container", "/", "ros2_container")]):
+        loaded = run(*load, "demo_nodes_cpp", "demo_nodes_cpp::Talker")
+        check("with its package", loaded.stdout == "1 demo_nodes_cpp/demo_nodes_cpp::Talker\n",
+              loaded.stdout)
+        wrong = run(*load, "demo_nodes_cpp::Talker", status=2)
+        check("not without, which would end the container",
+              "PACKAGE demo_nodes_cpp::Talker" in wrong.stderr, wrong.stderr)
+        wrong = run(*load, "demo_nodes_cpp", "demo_nodes_cpp::Talker", "--executor", "fast", status=2)
+        check("and without what it does not know", "leave out --executor" in wrong.stderr, wrong.stderr)
+        loaded = run("component", "load", "robot", "any_package", "takt::Workload", "--name", "load")
+        check("a container of Takt needs no package", loaded.stdout.endswith("/load\n"), loaded.stdout)
+
+
 test_interfaces()
+test_a_component_is_loaded_into_a_container_of_ros2()
 test_values_are_shown_as_ros2_shows_them()
 test_values_are_set()
 test_a_dump_is_loaded()
