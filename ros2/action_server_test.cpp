@@ -36,7 +36,9 @@ TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
   const auto node = std::make_shared<Node>("node");
   constexpr std::size_t kGoals = 50;
   const auto core = std::make_shared<ActionServerCore<Nothing>>(
-      "nothing", ActionServerOptions{.most_goals = kGoals});
+      "nothing", ActionServerOptions{.most_goals = kGoals, .result_timeout = Nanoseconds::zero()});
+  const auto expiry = node->create_timer("expiry", std::chrono::hours(1), [] {});
+  core->set_expiry(expiry);
   core->set_publishers(node->create_publisher<FeedbackMessage<Nothing>>("feedback", 1),
                        node->create_publisher<action_msgs::msg::GoalStatusArray>("status", 1));
   std::atomic<bool> is_over{false};
@@ -54,6 +56,7 @@ TEST(ActionServerCore, ARequestToCancelMayHoldTheLastPointerToAnotherGoal) {
       core->begin(goals.back()->id());
       goals.back()->succeed({});
     }
+    core->expire();
   }
   is_over.store(true);
   canceling.join();
