@@ -13,7 +13,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../
 from checks import check, finish, skip  # noqa: E402
 
 
-REPEATS = 5  # pairs of runs, which alternate
+REPEATS = 3  # pairs of runs, which alternate
 
 
 def check_less(what, less, more, factor=1.0):
