@@ -31,7 +31,12 @@ Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*)) 
 
 void add_commands(CLI::App& app) {
   for (const auto& [name, entry] : commands()) {
-    entry.set_up(app.add_subcommand(name, entry.what));
+    CLI::App* const command = app.add_subcommand(name, entry.what);
+    entry.set_up(command);
+    // Theirs are the examples of their command, not those of `takt`.
+    for (CLI::App* const each : command->get_subcommands({})) {
+      each->footer(command->get_footer());
+    }
   }
 }
 

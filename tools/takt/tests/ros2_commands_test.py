@@ -276,6 +276,13 @@ def test_a_goal_is_canceled():
               "the server of action '/fibonacci' has gone" in error, status, out, error)
 
 
+def test_help():
+    for command, sub in (("topic", "pub"), ("param", "set"), ("action", "info")):
+        text = run(command, sub, "--help").stdout
+        check("its example is of this command", f"\n  takt {command} " in text
+              and "takt compare" not in text, text)
+
+
 def test_interfaces():
     text = run("interface", "show", "geometry_msgs/msg/TwistStamped").stdout
     check("nested types are indented", text == (
@@ -321,6 +328,7 @@ def test_a_component_is_loaded_into_a_container_of_ros2():
         check("a container of Takt needs no package", loaded.stdout.endswith("/load\n"), loaded.stdout)
 
 
+test_help()
 test_interfaces()
 test_a_component_is_loaded_into_a_container_of_ros2()
 test_values_are_shown_as_ros2_shows_them()
