@@ -306,6 +306,9 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     } else {
       ready_.set_now(end);
     }
+    // The time of the dispatch was read after the callback before: what came since then, from
+    // another thread, did not wait.
+    picked = std::max(picked, slot.ready_time);
     if (taken && records_times_) record_times(record, slot, picked, start, end);
     if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end);
     ready_.report_execution(record, as_picked, end - start);

@@ -43,7 +43,9 @@ def main():
     begins = {event["id"]: event["ts"] for event in of("b")}
     ends = {event["id"]: event["ts"] for event in of("e")}
     check("what becomes ready starts later",
-          begins.keys() == ends.keys() and all(begins[i] <= ends[i] for i in begins))
+          begins.keys() == ends.keys() and all(begins[i] <= ends[i] for i in begins),
+          begins.keys() ^ ends.keys(), [(i, begins[i], ends[i]) for i in begins.keys() & ends.keys()
+                                        if begins[i] > ends[i]])
     starts, finishes = ({event["id"] for event in of(phase)} for phase in "sf")
     check(f"arrows of {len(starts)} chain instances begin and end", starts == finishes and starts)
     check("time begins at 0", all(event["ts"] >= 0 for event in events if "ts" in event))
