@@ -91,7 +91,9 @@ TEST(RealtimeScope, CountsTheFirstTouchOfAPage) {
   ASSERT_EQ(madvise(memory, kPages * page, MADV_NOHUGEPAGE), 0);
   const RealtimeScope scope;
   for (std::size_t i = 0; i < kPages; ++i) static_cast<volatile char*>(memory)[i * page] = 1;
-  EXPECT_GE(scope.so_far().minor_faults, kPages);
+  const std::uint64_t faults = scope.so_far().minor_faults;
+  EXPECT_GE(faults, kPages);
+  EXPECT_LT(faults, 2 * kPages);  // the loop itself may touch another
   munmap(memory, kPages * page);
 }
 

@@ -5,6 +5,7 @@
 
 #include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/nodes/node.hpp"
+#include "takt/testing/serve.hpp"
 
 namespace takt {
 namespace {
@@ -12,13 +13,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-
-bool serve(Entity& entity) {
-  Slot slot;
-  if (!entity.take(slot)) return false;
-  entity.execute(slot);
-  return true;
-}
 
 class GenericTest : public testing::Test {
  protected:

@@ -12,6 +12,7 @@
 #include "takt/ros2/action_client.hpp"
 #include "takt/ros2/action_server.hpp"
 #include "takt/testing/peer_process.hpp"
+#include "takt/testing/serve.hpp"
 
 namespace takt {
 namespace {
@@ -185,12 +186,6 @@ class WireTest : public testing::Test {
     for (const auto& entity : node.entities()) {
       if (entity->kind() != EntityKind::timer) serve(*entity);
     }
-  }
-  static bool serve(Entity& entity) {
-    Slot slot;
-    if (!entity.take(slot)) return false;
-    entity.execute(slot);
-    return true;
   }
   /// What an entity receives next, as bytes.
   std::string next_of(SubscriptionBase& subscription) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/testing/peer_process.hpp"
+#include "takt/testing/serve.hpp"
 #include "takt/testing/transport_messages.hpp"
 
 namespace takt {
@@ -17,13 +18,6 @@ std::shared_ptr<Node> make_node(const char* name, bool serves_own_process) {
                        .serves_own_process = serves_own_process,
                        .shared_memory = SharedMemory::off};
   return std::make_shared<Node>(name, NodeOptions{.participant = Participant::create(dds)});
-}
-
-bool serve(Entity& entity) {
-  Slot slot;
-  if (!entity.take(slot)) return false;
-  entity.execute(slot);
-  return true;
 }
 
 TEST(MessageInfo, SaysWhenAndByWhichPublisherAMessageFromOutsideWasPublished) {

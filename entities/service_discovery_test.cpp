@@ -8,6 +8,7 @@
 #include "takt/entities/generic_subscription.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/testing/peer_process.hpp"
+#include "takt/testing/serve.hpp"
 #include "takt/testing/transport_messages.hpp"
 
 namespace takt {
@@ -31,12 +32,6 @@ class ServiceDiscovery : public testing::Test {
   // Two participants of one process stand for two processes: they do not ignore each other.
   static std::shared_ptr<Participant> join() {
     return Participant::create({.domain = test_domain(), .serves_own_process = true});
-  }
-  static bool serve(Entity& entity) {
-    Slot slot;
-    if (!entity.take(slot)) return false;
-    entity.execute(slot);
-    return true;
   }
   // The ends of a client or service, by bytes.
   Endpoint end(const std::string& topic, const std::string& type, const std::string& id) const {

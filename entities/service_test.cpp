@@ -9,6 +9,8 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
+#include "takt/testing/serve.hpp"
+#include "takt/testing/transport_messages.hpp"
 
 namespace takt {
 namespace {
@@ -18,27 +20,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-struct Add {
-  struct Request {
-    std::int64_t a = 0, b = 0;
-  };
-  struct Response {
-    std::int64_t sum = 0;
-  };
-};
-TAKT_MESSAGE(Add::Request, "test_msgs/srv/Add_Request", a, b);
-TAKT_MESSAGE(Add::Response, "test_msgs/srv/Add_Response", sum);
-
 void add(const Add::Request& request, Add::Response& response) {
   response.sum = request.a + request.b;
-}
-
-// What an executor does, without one.
-bool serve(Entity& entity) {
-  Slot slot;
-  if (!entity.take(slot)) return false;
-  entity.execute(slot);
-  return true;
 }
 
 class ServiceTest : public testing::Test {

@@ -53,8 +53,9 @@ const std::vector<Task> kWithoutPreemption{{2ms, 4ms}, {2ms, 5ms}, {1ms, 10ms}};
 TEST(Schedulability, EdfOnOneThreadMissesNothingWhereRateMonotonicPrioritiesDo) {
   const auto two_hyperperiods = 40ms;
   EXPECT_EQ(misses(kWithoutPreemption, "events", {.scheduler = "edf"}, two_hyperperiods), 0u);
-  EXPECT_GT(misses(kWithoutPreemption, "events", {.scheduler = "fixed_priority"}, two_hyperperiods),
-            0u);
+  // The third task's first job of each hyperperiod ends after 15 ms.
+  EXPECT_EQ(misses(kWithoutPreemption, "events", {.scheduler = "fixed_priority"}, two_hyperperiods),
+            2u);
 }
 
 // Utilisation 0.97, above what Liu and Layland grant to rate-monotonic priorities: with them the
@@ -73,9 +74,11 @@ TEST(Schedulability, PreemptiveEdfMissesNothingWhereRateMonotonicPrioritiesDo) {
   EXPECT_EQ(misses(kWithPreemption, "isolated", a_thread_for_each(ThreadPolicy::deadline),
                    two_hyperperiods),
             0u);
-  EXPECT_GT(
+  // The second task's first job of each hyperperiod, after 8 ms. Its third would end when the first
+  // task is released, which preempts it before it has read the clock.
+  EXPECT_EQ(
       misses(kWithPreemption, "isolated", a_thread_for_each(ThreadPolicy::fifo), two_hyperperiods),
-      0u);
+      4u);
 }
 
 // Utilisation 0.85: without preemption 6 ms of work stand in the way of a deadline of 4 ms; with it
@@ -86,8 +89,9 @@ TEST(Schedulability, APriorityForEachThreadPreemptsWhereOneThreadCannot) {
   const auto two_hyperperiods = 40ms;
   EXPECT_EQ(misses(kLongWork, "isolated", a_thread_for_each(ThreadPolicy::fifo), two_hyperperiods),
             0u);
-  EXPECT_GT(misses(kLongWork, "events", {.scheduler = "fixed_priority"}, two_hyperperiods), 0u);
-  EXPECT_GT(misses(kLongWork, "events", {.scheduler = "edf"}, two_hyperperiods), 0u);
+  // The first task's job that is released at 12 ms waits until 16, in each hyperperiod.
+  EXPECT_EQ(misses(kLongWork, "events", {.scheduler = "fixed_priority"}, two_hyperperiods), 2u);
+  EXPECT_EQ(misses(kLongWork, "events", {.scheduler = "edf"}, two_hyperperiods), 2u);
 }
 
 }  // namespace

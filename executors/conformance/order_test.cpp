@@ -171,7 +171,8 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
     return trace;
   };
   const auto first = run();
-  EXPECT_GT(first.size(), 100u);
+  // 108 releases, each with a message; some of the last are not over when the time is.
+  EXPECT_NEAR(static_cast<double>(first.size()), 2 * 108, 3);
   EXPECT_EQ(first, run());
 }
 
@@ -187,7 +188,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   executor->add_node(node);
   const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
   clock.advance(1s);
-  ASSERT_GT(trace.size(), 50u);
+  ASSERT_EQ(trace.size(), 66u);  // 15 ms each, in a second
   for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
 }
 
@@ -208,8 +209,9 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
   executor->add_node(node);
   const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
   clock.advance(1s);
-  EXPECT_GT(timers, 100);
+  EXPECT_NEAR(3 * timers + messages, 1000, 3);  // never idle
   EXPECT_GE(messages, timers / 2 - 1);
+  EXPECT_LE(messages, timers);
 }
 
 // #2912: of two saturated subscriptions one got most of the turns, depending on their order.
@@ -239,8 +241,8 @@ TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) 
       to_light->publish(Number{});
       clock.advance(500us);
     }
-    EXPECT_GT(heavy, 150);
-    EXPECT_NEAR(heavy, light, 2) << "heavy first: " << heavy_first;
+    EXPECT_EQ(heavy, 200) << "heavy first: " << heavy_first;
+    EXPECT_EQ(light, 200) << "heavy first: " << heavy_first;
   }
 }
 

@@ -39,11 +39,15 @@ TEST_P(ConformanceStarvation, TheLastTimerOfTheCounterexampleRuns) {
     const ManualSpin spin(*executor, clock, is_isolated() ? isolated : is_pool() ? 2 : 1);
     clock.advance(1s);
   }
+  if (!is_pool() && !is_isolated()) {  // never idle
+    EXPECT_NEAR(5.0 * (ran[0] + ran[1] + ran[2]) + 0.1 * ran[3], 1000, 6);
+  }
   for (const int others : ran) {
     if (is_pool()) {
       EXPECT_NEAR(others, 100, 2);
     } else {  // one thread has too much to do, and may give each group the same
-      EXPECT_GE(ran[3], others / 2 - 1);
+      EXPECT_GE(2 * ran[3], others - 2);
+      EXPECT_LE(ran[3], 100);
     }
   }
 }
@@ -95,10 +99,9 @@ TEST_P(ConformanceStarvation, BothSubscriptionsOfABusyNodeAreServed) {
     const ManualSpin spin(*executor, clock, is_isolated() ? 4 : is_pool() ? 3 : 1);
     clock.advance(2s);
   }
-  EXPECT_GT(received[0], 100);
-  EXPECT_NEAR(received[0], received[1], 2);
-  EXPECT_GT(received[2], 100);
-  EXPECT_NEAR(received[2], received[3], 2);
+  // 2 s of 3 ms each: all four on one thread, or two on each of two.
+  const int each = is_pool() || is_isolated() ? 2000 / 6 : 2000 / 12;
+  for (const int count : received) EXPECT_NEAR(count, each, 1);
 }
 
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceStarvation);
@@ -114,7 +117,7 @@ class ConformanceWaiting : public Conformance {
     std::shared_ptr<Entity> entity;
     std::size_t depth;  // how much of it may wait
     std::function<void()> make_ready;
-    std::size_t waits = 0, longest_wait = 0, runs = 0;
+    std::size_t waits = 0, longest_wait = 0;
   };
 
   void add_group(const std::string& name, CallbackGroupType type, std::vector<std::size_t> depths) {
@@ -195,7 +198,6 @@ class ConformanceWaiting : public Conformance {
       other.longest_wait = std::max(other.longest_wait, ++other.waits);
     }
     callbacks_[i].waits = 0;
-    ++callbacks_[i].runs;
     if (callbacks_[i].entity->group()->type() == CallbackGroupType::MutuallyExclusive) {
       is_busy_[group] = true;
     }
@@ -220,7 +222,7 @@ class ConformanceWaiting : public Conformance {
 TEST_P(ConformanceWaiting, NoCallbackWaitsForMoreDispatchesThanPromised) {
   run(is_isolated() ? 1 : std::min<std::size_t>(traits_.max_threads, 3));
   for (const Callback& callback : callbacks_) {
-    EXPECT_GT(callback.runs, 100u) << callback.entity->name();
+    EXPECT_GT(callback.longest_wait, 0u) << callback.entity->name();
     EXPECT_LE(callback.longest_wait, bound(callback)) << callback.entity->name();
   }
 }

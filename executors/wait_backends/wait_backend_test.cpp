@@ -222,7 +222,7 @@ TEST_P(EveryWaitBackend, WhoWatchesAClosedFileDoesNotEndTheWatchOfItsSuccessor) 
   const int before = late.announcements;
   successor.send();
   look();
-  EXPECT_GT(late.announcements, before);
+  EXPECT_EQ(late.announcements, before + 1);
   backend_->unwatch(&late);
   close(number);
 }
@@ -240,7 +240,7 @@ TEST_P(EveryWaitBackend, ServesMoreDescriptorsThanFitIntoOneCall) {
     for (std::size_t i = 0; i < kPipes; ++i) pipes[i].send();
     for (std::size_t i = 0; i < kPipes; ++i) backend_->look();
     for (std::size_t i = 0; i < kPipes; ++i) {
-      EXPECT_GE(listeners[i].announcements, round) << i;
+      EXPECT_GE(listeners[i].announcements, round) << i;  // each look may repeat it
       backend_->unwatch(&listeners[i]);
     }
     look();
@@ -261,7 +261,7 @@ TEST_P(EveryWaitBackend, HasADescriptorThatReportsEvents) {
   for (int round = 1; round <= 3; ++round) {
     pipe.send();
     EXPECT_FALSE(parent->wait(0, kNever));
-    EXPECT_GE(outer.announcements, before + round);
+    EXPECT_EQ(outer.announcements, before + round);
     look();
     EXPECT_EQ(inner.announcements, round);
   }
@@ -347,8 +347,8 @@ TEST(Pace, IsDueAboutOnceInAnIntervalHoweverShortTheRounds) {
     for (TimePoint end = clock.now() + 10ms; clock.now() < end; clock.work(round)) {
       if (pace.is_due(clock)) ++due;
     }
-    EXPECT_GE(due, 150) << round.count();
-    EXPECT_LE(due, 201) << round.count();
+    // 10 ms are 200 intervals; each may end a few rounds late.
+    EXPECT_NEAR(due, 200, 2) << round.count();
   }
 }
 

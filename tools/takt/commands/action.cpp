@@ -68,14 +68,18 @@ std::map<std::string, Action> actions_of(const Graph& graph) {
                   : suggest(name, names));
 }
 
+json row(const std::string& name, const Action& action) {
+  return {{"action", name},
+          {"types", action.types},
+          {"servers", action.servers},
+          {"clients", action.clients}};
+}
+
 void list(const Options& options) {
   json rows = json::array();
   for (const auto& [name, action] : actions_of(Observer(options).graph())) {
     if (is_hidden(name) && !options.all) continue;
-    rows.push_back({{"action", name},
-                    {"types", action.types},
-                    {"servers", action.servers},
-                    {"clients", action.clients}});
+    rows.push_back(row(name, action));
     if (!options.prints()) continue;
     fmt::print("{}", name);
     if (options.shows_types) fmt::print(" [{}]", fmt::join(action.types, ", "));
@@ -101,12 +105,7 @@ void info(const Options& options) {
       for (const std::string& node : *nodes) fmt::print("    {}{}\n", node, types);
     }
   }
-  if (options.json_path.empty()) return;
-  write_json({{"action", name},
-              {"types", action.types},
-              {"servers", action.servers},
-              {"clients", action.clients}},
-             options.json_path);
+  if (!options.json_path.empty()) write_json(row(name, action), options.json_path);
 }
 
 // ---- send_goal ----

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/system_reader.hpp"
+#include "takt/containers/set_callback_parameters.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
@@ -26,6 +27,7 @@ namespace {
 
 namespace ci = composition_interfaces::srv;
 using nlohmann::json;
+using namespace std::chrono_literals;
 
 constexpr const char* kList = "/_container/list_nodes";
 constexpr const char* kLoad = "/_container/load_node";
@@ -101,7 +103,12 @@ rcl_interfaces::msg::Parameter parameter(const std::string& text) {
 
 // A container of ROS 2 looks for the class in the index of its package, and ends when the package
 // has no name. What else it does not know, it would ignore.
-void check_what_ros2_knows(const Options& options) {
+bool needs_takt(const Options& options) {
+  return options.request.package_name.empty() || !options.executor.empty() ||
+         !options.library.empty();
+}
+
+[[noreturn]] void refuse_ros2(const Options& options) {
   const std::string container = called(options.container);
   if (options.request.package_name.empty()) {
     throw Error(
@@ -109,12 +116,10 @@ void check_what_ros2_knows(const Options& options) {
         fmt::format("write: takt component load {} PACKAGE {}", options.container,
                     options.request.plugin_name));
   }
-  if (!options.executor.empty() || !options.library.empty()) {
-    throw Error(fmt::format("{} is one of ROS 2, which has no named executors, and loads libraries "
-                            "by their index only",
-                            container),
-                "leave out --executor and --library");
-  }
+  throw Error(fmt::format("{} is one of ROS 2, which has no named executors, and loads libraries "
+                          "by their index only",
+                          container),
+              "leave out --executor and --library");
 }
 
 void load(Options& options) {
@@ -133,13 +138,13 @@ void load(Options& options) {
   add("executor", options.executor);
   add("library", options.library);
   Caller caller(options.domain);
-  const auto of_takt = caller.find("/set_callback_parameters");
-  const auto of_all = caller.find(kLoad);
-  const std::string name = service_of(options.container, "").substr(1);
-  const auto has = [&](const auto& names) { return std::ranges::find(names, name) != names.end(); };
-  if (has(of_all) && !has(of_takt)) check_what_ros2_knows(options);
-  const auto answer = caller.call<ci::LoadNode>(service_of(options.container, kLoad), request,
-                                                called(options.container));
+  const std::string load_node = service_of(options.container, kLoad);
+  if (needs_takt(options) && caller.finds<ci::LoadNode>(load_node, 3s) &&
+      !caller.finds<SetCallbackParameters>(
+          service_of(options.container, "/set_callback_parameters"), 500ms)) {
+    refuse_ros2(options);
+  }
+  const auto answer = caller.call<ci::LoadNode>(load_node, request, called(options.container));
   if (!answer.success) throw Error(answer.error_message);
   fmt::print("{} {}\n", answer.unique_id, answer.full_node_name);
 }

@@ -11,6 +11,15 @@ std::vector<std::string> Caller::find(const std::string& ending) {
   return owners(ending);
 }
 
+bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limit) {
+  const TimePoint end = Clock::steady().now() + limit;
+  while (!condition()) {
+    if (Clock::steady().now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
 std::vector<std::string> Caller::owners(const std::string& ending) const {
   std::set<std::string> names;
   for (const GraphEndpoint& service : participant_->graph().services) {

@@ -3,6 +3,7 @@
 #ifndef TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
 #define TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -37,6 +38,13 @@ class Caller {
   /// The names N of all services "/N" + `ending` that are discovered half a second after the start.
   std::vector<std::string> find(const std::string& ending);
 
+  /// Whether a service of this name is ready, or becomes so within the limit.
+  template <class S>
+  bool finds(const std::string& service, Nanoseconds limit) {
+    const auto client = node_->create_client<S>(service);
+    return comes_true([&] { return client->service_is_ready(); }, limit);
+  }
+
   /// A request that was sent.
   template <class S>
   struct Call {
@@ -49,11 +57,8 @@ class Caller {
   Call<S> send(const std::string& service, const typename S::Request& request,
                const std::string& whose) {
     const auto client = node_->create_client<S>(service);
-    const TimePoint late = Clock::steady().now() + std::chrono::seconds(3);
-    while (!client->service_is_ready()) {
-      if (Clock::steady().now() > late) nobody(service, whose);
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    const auto is_ready = [&] { return client->service_is_ready(); };
+    if (!comes_true(is_ready, std::chrono::seconds(3))) nobody(service, whose);
     return {client, client->async_send_request(request)};
   }
   /// Returns an empty answer if there is none in time.
@@ -74,6 +79,7 @@ class Caller {
   [[noreturn]] static void no_response(const std::string& whose, Nanoseconds limit);
 
  private:
+  static bool comes_true(const std::function<bool()>& condition, Nanoseconds limit);
   std::vector<std::string> owners(const std::string& ending) const;
   [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
 

@@ -10,15 +10,15 @@ import json
 import os
 import pathlib
 import socket
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "cmake"))
+from command import as_json, run, seen, takt
 from checks import check, environment, finish
 
-takt = sys.argv[1]
 folder = pathlib.Path(tempfile.mkdtemp())
 domain = environment["ROS_DOMAIN_ID"]
 SYSTEM = """
@@ -33,28 +33,6 @@ container:
     - {{component: takt::Workload, name: sink, executor: one,
        parameters: {{subscriptions: {{topic: [/front/scan]}}}}}}
 """
-
-
-def run(*arguments, status=0):
-    done = subprocess.run([takt, *arguments], env=environment, text=True, capture_output=True,
-                          timeout=60)
-    check(f"takt {' '.join(arguments)[:60]}", done.returncode == status, done.stderr)
-    return done
-
-
-def table(*arguments):
-    done = run(*arguments, "--json", "-")
-    return json.loads(done.stdout) if done.stdout else None
-
-
-def seen(holds, *arguments):
-    """The table when it holds, or after ten looks: on a busy machine others are heard of late."""
-    for _ in range(10):
-        rows = json.loads(subprocess.run([takt, *arguments, "--json", "-"], env=environment,
-                                         text=True, capture_output=True).stdout or "[]")
-        if holds(rows):
-            break
-    return rows
 
 
 class System:
@@ -84,7 +62,7 @@ def test_what_is_there():
         check("with what they publish", nodes["/front/lidar"]["publishers"] == 2, nodes)
         check("and their parameter services",
               [nodes[node]["services"] for node in ("/front/lidar", "/sink")] == [6, 6], nodes)
-        info = table("node", "info", "front/lidar")
+        info = as_json("node", "info", "front/lidar")
         check("node info",
               {"name": "/front/scan", "type": "takt/msg/Workload"} in info["publishers"], info)
         topics = {row["topic"]: row
@@ -107,12 +85,12 @@ def test_what_is_there():
 
 def test_parameters_from_outside():
     with System():
-        get = lambda name: table("service", "call", "/front/lidar/get_parameters",
+        get = lambda name: as_json("service", "call", "/front/lidar/get_parameters",
                                  f"{{names: [{name}]}}")["values"][0]
         check("a value is read", get("publishers.size_bytes")["integer_array_value"] == [320])
-        names = table("service", "call", "/front/lidar/list_parameters")["result"]["names"]
+        names = as_json("service", "call", "/front/lidar/list_parameters")["result"]["names"]
         check("names are listed", "publishers.topic" in names, names)
-        refused = table("service", "call", "/front/lidar/set_parameters",
+        refused = as_json("service", "call", "/front/lidar/set_parameters",
                         "{parameters: [{name: publishers.topic, value: {type: 2, integer_value: 1}}]}")
         result = refused["results"][0]
         check("refused with the reason",
@@ -176,19 +154,20 @@ import socket, time
 s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(("127.0.0.1", 0))
 print(s.getsockname()[1], flush=True)
 s.recv(9); begin = time.process_time()
-for _ in range(300): s.recv(9)
+for _ in range(200): s.recv(9)
 print(time.process_time() - begin)"""], stdout=subprocess.PIPE, text=True)
     address = ("127.0.0.1", int(receiver.stdout.readline()))
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    for _ in range(301):
+    for _ in range(201):
         sender.sendto(b"x", address)
         time.sleep(0.01)
-    return float(receiver.stdout.readline()) / 3
+    return float(receiver.stdout.readline()) / 2
 
 
-def test_looking_on_takes_less_than_a_hundredth_of_a_cpu():
-    """The CPU time of five seconds, without what it takes to join and leave. Where to be woken up
-    takes a third of that already, three times as much."""
+def test_an_observer_costs_little_more_than_to_be_woken():
+    """The CPU time of three seconds, without what it takes to join and leave. Between 100 messages a
+    second the CPU goes to sleep, so that to be woken costs most: what the machine asks for that is
+    measured beside it, in turn."""
     def cpu_time(command, seconds):
         process = subprocess.Popen([takt, "topic", command, "/front/scan", "--duration", seconds],
                                    env=environment, stdout=subprocess.DEVNULL)
@@ -197,14 +176,17 @@ def test_looking_on_takes_less_than_a_hundredth_of_a_cpu():
 
     with System():
         for command in ("hz", "bw", "echo"):
-            share = (cpu_time(command, "6.5") - cpu_time(command, "1.5")) / 5
-            waking = share_of_waking_up()
-            check(f"takt topic {command} at 100 Hz: {100 * share:.2f} % of a CPU, of which waking up "
-                  f"is {100 * waking:.2f} %", share < max(0.01, 3 * waking))
+            pairs = [((cpu_time(command, "4.5") - cpu_time(command, "1.5")) / 3,
+                      share_of_waking_up()) for _ in range(3)]
+            ratios = [share / waking for share, waking in pairs]
+            shares = ", ".join(f"{100 * share:.2f}" for share, _ in pairs)
+            check(f"takt topic {command} at 100 Hz: {shares} % of a CPU, {min(ratios):.2f} to "
+                  f"{max(ratios):.2f} times what waking up takes, limit 3",
+                  1 < statistics.median(ratios) < 3)
 
 
 if "--measure" in sys.argv:
-    test_looking_on_takes_less_than_a_hundredth_of_a_cpu()
+    test_an_observer_costs_little_more_than_to_be_woken()
 else:
     test_what_is_there()
     test_parameters_from_outside()

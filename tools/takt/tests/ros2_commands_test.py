@@ -4,17 +4,16 @@
 
 usage: ros2_commands_test.py TAKT PEERS_LIBRARY
 """
-import json
 import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "cmake"))
+from command import as_json, run, seen, takt
 from checks import check, environment, finish
 
-takt, library = (str(pathlib.Path(path).resolve()) for path in sys.argv[1:3])
+library = str(pathlib.Path(sys.argv[2]).resolve())
 folder = pathlib.Path(tempfile.mkdtemp())
 SYSTEM = """
 dds: {{domain: {domain}, shared_memory: off, parameter_services: {serves}}}
@@ -25,28 +24,6 @@ container:
 {components}
 """
 ACTION = ("/fibonacci", "example_interfaces/action/Fibonacci")
-
-
-def run(*arguments, status=0):
-    done = subprocess.run([takt, *arguments], env=environment, text=True, capture_output=True,
-                          timeout=60)
-    check(f"takt {' '.join(arguments)[:70]}: status {status}", done.returncode == status,
-          done.returncode, done.stdout, done.stderr)
-    return done
-
-
-def as_json(*arguments, status=0):
-    return json.loads(run(*arguments, "--json", "-", status=status).stdout)
-
-
-def seen(holds, *arguments):
-    """The rows when they hold, or after ten looks: on a busy machine others are heard of late."""
-    for _ in range(10):
-        rows = json.loads(subprocess.run([takt, *arguments, "--json", "-"], env=environment,
-                                         text=True, capture_output=True).stdout or "[]")
-        if holds(rows):
-            break
-    return rows
 
 
 class System:
