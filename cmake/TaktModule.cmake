@@ -16,10 +16,11 @@ function(takt_module)
 
   add_library(takt_${ARG_NAME} OBJECT ${ARG_SOURCES})
   set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-  foreach(module ${ARG_NAME} ${ARG_USES})
+  set(modules ${ARG_NAME} ${ARG_USES})
+  foreach(module ${modules})
     target_include_directories(takt_${ARG_NAME} PRIVATE ${PROJECT_BINARY_DIR}/include/${module})
   endforeach()
-  if("messages" IN_LIST ARG_USES)  # those of ROS 2's packages, too
+  if("messages" IN_LIST modules)  # those of ROS 2's packages, too
     target_include_directories(takt_${ARG_NAME} PRIVATE ${PROJECT_BINARY_DIR}/include/ros_messages)
     add_dependencies(takt_${ARG_NAME} takt_ros_messages)
   endif()

@@ -80,6 +80,11 @@ class CdrWriter {
     (*this)(static_cast<std::uint32_t>(text.size() + 1));  // with the zero at the end
     put(text.c_str(), text.size() + 1, 1);
   }
+  /// ROS 2's wstring: four bytes each, without a zero at the end.
+  void operator()(const std::u16string& text) {
+    (*this)(static_cast<std::uint32_t>(text.size()));
+    for (const char16_t character : text) (*this)(static_cast<std::uint32_t>(character));
+  }
   template <class T>
   void operator()(const std::vector<T>& values) {
     (*this)(static_cast<std::uint32_t>(values.size()));
@@ -141,6 +146,7 @@ class CdrLeastSize {
     size_ += sizeof(T);
   }
   void operator()(const std::string&) { size_ += sizeof(std::uint32_t); }
+  void operator()(const std::u16string&) { size_ += sizeof(std::uint32_t); }
   template <class T>
   void operator()(const std::vector<T>&) {
     size_ += sizeof(std::uint32_t);
@@ -197,6 +203,15 @@ class CdrReader {
     if (!ok_ || size == 0) return text.clear();  // some senders omit the zero of an empty string
     if (from[size - 1] != std::byte{0}) return fail();
     text.assign(reinterpret_cast<const char*>(from), size - 1);
+  }
+  void operator()(std::u16string& text) {
+    text.resize(count(sizeof(std::uint32_t)));
+    for (char16_t& character : text) {
+      std::uint32_t value = 0;
+      (*this)(value);
+      if (value > 0xffff) return fail();
+      character = static_cast<char16_t>(value);
+    }
   }
   template <class T>
   void operator()(std::vector<T>& values) {

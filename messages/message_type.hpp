@@ -38,7 +38,9 @@ struct FieldShape {
     boolean = 15,
     byte = 16,
     string = 17,
+    wide_string = 18,
     bounded_string = 21,
+    bounded_wide_string = 22,
   };
   /// Added to the id of the element type.
   static constexpr std::uint8_t kArray = 48, kBoundedSequence = 96, kSequence = 144;
@@ -144,6 +146,12 @@ struct FieldType<std::string> {
   static bool fixed_size() { return false; }
   static FieldShape shape() { return {FieldShape::string}; }
 };
+template <>
+struct FieldType<std::u16string> {
+  static std::string name() { return "wstring"; }
+  static bool fixed_size() { return false; }
+  static FieldShape shape() { return {FieldShape::wide_string}; }
+};
 template <class T>
 struct FieldType<std::vector<T>> {
   static std::string name() { return "sequence<" + FieldType<T>::name() + ">"; }
@@ -159,6 +167,8 @@ struct FieldType<Bounded<Container, kMost>> {
   static FieldShape shape() {
     if constexpr (std::same_as<Container, std::string>) {
       return {.id = FieldShape::bounded_string, .string_capacity = kMost};
+    } else if constexpr (std::same_as<Container, std::u16string>) {
+      return {.id = FieldShape::bounded_wide_string, .string_capacity = kMost};
     } else {
       return several<typename Container::value_type>(FieldShape::kBoundedSequence, kMost);
     }

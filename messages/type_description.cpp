@@ -13,18 +13,31 @@
 namespace takt {
 namespace {
 
-/// A field, and a structure of fields, in the form of the JSON description.
-struct Field {
-  std::string name;
-  FieldShape shape;
-  std::string nested;  // the name of shape.type, or of one that only exists as a description
-};
-// IDL has no empty structures, so ROS 2 adds this field.
-constexpr const char* kNoFields = "structure_needs_at_least_one_member";
-using Structures = std::map<std::string, std::vector<Field>>;
+namespace wire = type_description_interfaces::msg;
+
+using Fields = std::vector<wire::Field>;
+using Structures = std::map<std::string, Fields>;
+
+constexpr std::size_t kLongestName = decltype(wire::FieldType::nested_type_name)::max_size();
+constexpr auto kBounded =
+    static_cast<std::uint8_t>(FieldShape::nested + FieldShape::kBoundedSequence);
+constexpr auto kUuid = "unique_identifier_msgs/msg/UUID", kTime = "builtin_interfaces/msg/Time",
+               kEventInfo = "service_msgs/msg/ServiceEventInfo";
+
+wire::Field field(const std::string& name, std::uint8_t id, const std::string& nested = {},
+                  std::size_t capacity = 0, std::size_t string_capacity = 0) {
+  return wire::Field().set__name(name).set__type(wire::FieldType()
+                                                     .set__type_id(id)
+                                                     .set__capacity(capacity)
+                                                     .set__string_capacity(string_capacity)
+                                                     .set__nested_type_name(nested));
+}
+wire::Field field(const std::string& name, const std::string& nested) {
+  return field(name, FieldShape::nested, nested);
+}
 
 bool is_ros_name(std::string_view name) {
-  return std::count(name.begin(), name.end(), '/') == 2;
+  return std::count(name.begin(), name.end(), '/') == 2 && name.size() <= kLongestName;
 }
 
 // Adds the type and all types that it refers to. Returns false if ROS 2 does not know one of them.
@@ -32,43 +45,53 @@ bool add(Structures& structures, const MessageType& type) {
   if (!is_ros_name(type.name)) return false;
   const auto [entry, is_new] = structures.try_emplace(type.name);
   if (!is_new) return true;
-  std::vector<Field> fields;
-  for (const MessageField& field : type.fields) {
-    if (field.shape.id == 0) return false;
-    const MessageType* nested = field.shape.type;
-    if (nested != nullptr && !add(structures, *nested)) return false;
-    fields.push_back({field.name, field.shape, nested != nullptr ? nested->name : ""});
+  Fields fields;
+  for (const MessageField& known : type.fields) {
+    const FieldShape& shape = known.shape;
+    if (shape.id == 0) return false;
+    if (shape.type != nullptr && !add(structures, *shape.type)) return false;
+    fields.push_back(field(known.name, shape.id, shape.type != nullptr ? shape.type->name : "",
+                           shape.capacity, shape.string_capacity));
   }
-  if (fields.empty()) {
-    fields.push_back({kNoFields, {FieldShape::uint8}, {}});
-  }
+  if (fields.empty()) fields.push_back(field(std::string(kNoFields), FieldShape::uint8));
   structures[type.name] = std::move(fields);
   return true;
 }
 
-std::string json(const std::string& name, const std::vector<Field>& fields) {
-  std::string result = fmt::format(R"({{"type_name": "{}", "fields": [)", name);
-  const char* separator = "";
-  for (const Field& field : fields) {
-    result += fmt::format(
-        R"({}{{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": {}, "nested_type_name": "{}"}}}})",
-        std::exchange(separator, ", "), field.name, field.shape.id, field.shape.capacity,
-        field.shape.string_capacity, field.nested);
-  }
-  return result + "]}";
+// The service of a request and a response that are there already.
+void add_service(Structures& structures, const std::string& name) {
+  const std::string request = name + "_Request", response = name + "_Response",
+                    event = name + "_Event";
+  structures[kTime] = {field("sec", FieldShape::int32), field("nanosec", FieldShape::uint32)};
+  structures[kEventInfo] = {field("event_type", FieldShape::uint8), field("stamp", kTime),
+                            field("client_gid", FieldShape::uint8 + FieldShape::kArray, {}, 16),
+                            field("sequence_number", FieldShape::int64)};
+  structures[event] = {field("info", kEventInfo), field("request", kBounded, request, 1),
+                       field("response", kBounded, response, 1)};
+  structures[name] = {field("request_message", request), field("response_message", response),
+                      field("event_message", event)};
 }
 
-std::string hash(const std::string& name, const Structures& structures) {
-  std::string text = fmt::format(R"({{"type_description": {}, "referenced_type_descriptions": [)",
-                                 json(name, structures.at(name)));
-  const char* separator = "";
-  for (const auto& [other, fields] : structures) {
-    if (other != name) text += std::exchange(separator, ", ") + json(other, fields);
+TypeDescription to_message(const std::string& name, const Structures& structures) {
+  TypeDescription description;
+  for (const auto& [type, fields] : structures) {
+    auto& place = type == name ? description.type_description
+                               : description.referenced_type_descriptions.emplace_back();
+    place.set__type_name(type).set__fields(fields);
   }
-  text += "]}";
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
-  return fmt::format("RIHS01_{:02x}", fmt::join(digest, ""));
+  return description;
+}
+
+std::string json(const wire::IndividualTypeDescription& type) {
+  std::string result = fmt::format(R"({{"type_name": "{}", "fields": [)", type.type_name.get());
+  const char* separator = "";
+  for (const wire::Field& field : type.fields) {
+    result += fmt::format(
+        R"({}{{"name": "{}", "type": {{"type_id": {}, "capacity": {}, "string_capacity": {}, "nested_type_name": "{}"}}}})",
+        std::exchange(separator, ", "), field.name, field.type.type_id, field.type.capacity,
+        field.type.string_capacity, field.type.nested_type_name.get());
+  }
+  return result + "]}";
 }
 
 // "std_msgs/msg/Header" is "std_msgs/Header" in a definition.
@@ -77,10 +100,10 @@ std::string short_name(const std::string& name) {
 }
 
 /// The type of the field, or of its elements, as a `.msg` file names it.
-std::string element_type(const Field& field) {
-  switch (field.shape.element()) {
+std::string element_type(const wire::FieldType& type) {
+  switch (FieldShape{type.type_id}.element()) {
     case FieldShape::nested:
-      return short_name(field.nested);
+      return short_name(type.nested_type_name.get());
     case FieldShape::int8:
       return "int8";
     case FieldShape::uint8:
@@ -109,64 +132,99 @@ std::string element_type(const Field& field) {
       return "byte";
     case FieldShape::string:
       return "string";
+    case FieldShape::wide_string:
+      return "wstring";
     case FieldShape::bounded_string:
-      return fmt::format("string<={}", field.shape.string_capacity);
+      return fmt::format("string<={}", type.string_capacity);
+    case FieldShape::bounded_wide_string:
+      return fmt::format("wstring<={}", type.string_capacity);
   }
   return {};
 }
 
 }  // namespace
 
-std::string type_hash(const MessageType& type) {
+std::optional<TypeDescription> describe(const MessageType& type) {
   Structures structures;
-  return add(structures, type) ? hash(type.name, structures) : "";
+  if (!add(structures, type)) return std::nullopt;
+  return to_message(type.name, structures);
 }
 
-std::string service_type_hash(const MessageType& request, const MessageType& response) {
+std::optional<TypeDescription> describe_service(const MessageType& request,
+                                                const MessageType& response) {
   constexpr std::string_view kRequest = "_Request";
-  constexpr auto kBounded =
-      static_cast<std::uint8_t>(FieldShape::nested + FieldShape::kBoundedSequence);
   Structures structures;
   if (!add(structures, request) || !add(structures, response) ||
       !request.name.ends_with(kRequest)) {
-    return {};
+    return std::nullopt;
   }
   const std::string name = request.name.substr(0, request.name.size() - kRequest.size());
-  const std::string event = name + "_Event", info = "service_msgs/msg/ServiceEventInfo",
-                    time = "builtin_interfaces/msg/Time";
-  structures[time] = {{"sec", {FieldShape::int32}, {}}, {"nanosec", {FieldShape::uint32}, {}}};
-  structures[info] = {
-      {"event_type", {FieldShape::uint8}, {}},
-      {"stamp", {FieldShape::nested}, time},
-      {"client_gid", {FieldShape::uint8 + FieldShape::kArray, 16}, {}},
-      {"sequence_number", {FieldShape::int64}, {}},
-  };
-  structures[event] = {
-      {"info", {FieldShape::nested}, info},
-      {"request", {kBounded, 1}, request.name},
-      {"response", {kBounded, 1}, response.name},
-  };
-  structures[name] = {
-      {"request_message", {FieldShape::nested}, request.name},
-      {"response_message", {FieldShape::nested}, response.name},
-      {"event_message", {FieldShape::nested}, event},
-  };
-  return hash(name, structures);
+  add_service(structures, name);
+  return to_message(name, structures);
+}
+
+std::optional<TypeDescription> describe_action(const MessageType& goal, const MessageType& result,
+                                               const MessageType& feedback) {
+  constexpr std::string_view kGoal = "_Goal";
+  Structures structures;
+  if (!add(structures, goal) || !add(structures, result) || !add(structures, feedback) ||
+      !goal.name.ends_with(kGoal)) {
+    return std::nullopt;
+  }
+  const std::string name = goal.name.substr(0, goal.name.size() - kGoal.size());
+  const std::string send = name + "_SendGoal", get = name + "_GetResult",
+                    progress = name + "_FeedbackMessage";
+  structures[kUuid] = {field("uuid", FieldShape::uint8 + FieldShape::kArray, {}, 16)};
+  structures[send + "_Request"] = {field("goal_id", kUuid), field("goal", goal.name)};
+  structures[send + "_Response"] = {field("accepted", FieldShape::boolean), field("stamp", kTime)};
+  structures[get + "_Request"] = {field("goal_id", kUuid)};
+  structures[get + "_Response"] = {field("status", FieldShape::int8), field("result", result.name)};
+  structures[progress] = {field("goal_id", kUuid), field("feedback", feedback.name)};
+  add_service(structures, send);
+  add_service(structures, get);
+  structures[name] = {field("goal", goal.name),         field("result", result.name),
+                      field("feedback", feedback.name), field("send_goal_service", send),
+                      field("get_result_service", get), field("feedback_message", progress)};
+  return to_message(name, structures);
+}
+
+std::string type_hash(const TypeDescription& description) {
+  std::string text = fmt::format(R"({{"type_description": {}, "referenced_type_descriptions": [)",
+                                 json(description.type_description));
+  const char* separator = "";
+  for (const auto& other : description.referenced_type_descriptions) {
+    text += std::exchange(separator, ", ") + json(other);
+  }
+  text += "]}";
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data());
+  return fmt::format("RIHS01_{:02x}", fmt::join(digest, ""));
+}
+
+std::string type_hash(const MessageType& type) {
+  const auto description = describe(type);
+  return description ? type_hash(*description) : "";
+}
+
+std::string service_type_hash(const MessageType& request, const MessageType& response) {
+  const auto description = describe_service(request, response);
+  return description ? type_hash(*description) : "";
 }
 
 std::string message_definition(const MessageType& type) {
   Structures structures;
   if (!add(structures, type)) return {};
-  const auto text_of = [&](const std::vector<Field>& fields) {
+  const auto text_of = [&](const Fields& fields) {
     std::string text;
-    for (const Field& field : fields) {
+    for (const wire::Field& field : fields) {
       if (field.name == kNoFields) continue;
+      const FieldShape shape{field.type.type_id};
       std::string count;
-      if (field.shape.is_array()) count = fmt::format("[{}]", field.shape.capacity);
-      if (field.shape.is_sequence()) {
-        count = field.shape.capacity == 0 ? "[]" : fmt::format("[<={}]", field.shape.capacity);
+      if (shape.is_array()) count = fmt::format("[{}]", field.type.capacity);
+      if (shape.is_sequence()) {
+        count = field.type.capacity == 0 ? "[]" : fmt::format("[<={}]", field.type.capacity);
       }
-      text += fmt::format("{}{} {}\n", element_type(field), count, field.name);
+      text += fmt::format("{}{} {}\n", element_type(field.type), count, field.name);
     }
     return text;
   };

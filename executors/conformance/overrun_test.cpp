@@ -254,8 +254,8 @@ TEST_P(ConformanceOverrun, MeasuresAChainFromReleaseToEndAndOnlyItsOwnInstances)
   EXPECT_EQ(statistics.instances, 9u);
   EXPECT_EQ(statistics.misses, 0u);
   EXPECT_EQ(statistics.aborted, 0u);
-  // Alone, 3.5 ms. Before the chain's end come, by scheduler, the sink's other message (0.5 ms), and
-  // at every third release the relay and sink of `slow` (2.5 ms).
+  // Alone, 3.5 ms. Before the chain's end come, by scheduler, the sink's other message (0.5 ms),
+  // and at every third release the relay and sink of `slow` (2.5 ms).
   EXPECT_GE(statistics.latency.min(), 3500us);
   EXPECT_LE(statistics.latency.min(), 4ms);
   EXPECT_LE(statistics.latency.max(), 6500us);

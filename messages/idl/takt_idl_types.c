@@ -156,6 +156,20 @@ static const char* base_type(const Writer* writer, const void* type) {
   }
 }
 
+static const idl_annotation_appl_t* annotation(const void* node, const char* name) {
+  const idl_annotation_appl_t* applied = ((const idl_node_t*)node)->annotations;
+  while (applied != NULL && strcmp(applied->annotation->name->identifier, name) != 0) {
+    applied = idl_next(applied);
+  }
+  return applied;
+}
+
+// A wstring of ROS 2: idlc knows none, so the field is a string with an annotation.
+static bool is_wide(const void* user) {
+  while (user != NULL && !idl_is_member(user)) user = idl_parent(user);
+  return user != NULL && annotation(user, "takt_wide") != NULL;
+}
+
 // Of a string or sequence that may have a bound.
 static void container(const char* plain, uint32_t bound, char* text) {
   if (bound == 0) {
@@ -186,7 +200,8 @@ void cpp_type(Writer* writer, const void* user, const idl_type_spec_t* type, cha
     }
     cpp_reference(writer, type, text);
   } else if (idl_is_string(type)) {
-    container("std::string", idl_is_bounded(type) ? idl_bound(type) : 0, text);
+    container(is_wide(user) ? "std::u16string" : "std::string",
+              idl_is_bounded(type) ? idl_bound(type) : 0, text);
   } else if (idl_is_sequence(type)) {
     const idl_sequence_t* sequence = type;
     char element[kMostName], plain[kMostName] = "std::vector<";
@@ -325,12 +340,9 @@ void write_value(Writer* writer, const idl_const_expr_t* value) {
 }
 
 const char* default_list(const void* node) {
-  const idl_annotation_appl_t* applied = ((const idl_node_t*)node)->annotations;
-  for (; applied != NULL; applied = idl_next(applied)) {
-    if (strcmp(applied->annotation->name->identifier, "takt_default_list") != 0) continue;
-    return ((const idl_literal_t*)applied->parameters->const_expr)->value.str;
-  }
-  return NULL;
+  const idl_annotation_appl_t* applied = annotation(node, "takt_default_list");
+  return applied == NULL ? NULL
+                         : ((const idl_literal_t*)applied->parameters->const_expr)->value.str;
 }
 
 void write_default(Writer* writer, const idl_member_t* member, const idl_declarator_t* declarator) {

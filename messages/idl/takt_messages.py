@@ -27,8 +27,9 @@ KINDS = ("msg", "srv", "action")
 SECTIONS = {"msg": ("",), "srv": ("_Request", "_Response"),
             "action": ("_Goal", "_Result", "_Feedback")}
 TYPES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float",
-         "float64": "double", "string": "string",
+         "float64": "double", "string": "string", "wstring": "string",
          **{name: name for bits in (8, 16, 32, 64) for name in (f"int{bits}", f"uint{bits}")}}
+STRINGS = ("string", "wstring")
 # What idlc 0.10 answers with no more than "syntax error".
 UNKNOWN_TO_IDLC = {
     "map": "use a sequence of structs with a key and a value",
@@ -39,10 +40,11 @@ UNKNOWN_TO_IDLC = {
     "interface": "leave it out: messages are structs",
     "valuetype": "leave it out: messages are structs",
 }
-# takt_idl.c knows it. It may be defined once only.
-ANNOTATION = """#ifndef TAKT_DEFAULT_LIST
-#define TAKT_DEFAULT_LIST
+# takt_idl.c knows them. They may be defined once only.
+ANNOTATIONS = """#ifndef TAKT_ANNOTATIONS
+#define TAKT_ANNOTATIONS
 @annotation takt_default_list { string value; };
+@annotation takt_wide { };
 #endif
 """
 
@@ -149,15 +151,17 @@ class RosInterface:
         if match is None:
             raise self.wrong(f"'{type_text}' is no type")
         package, base, string_bound, array, is_bounded, size = match.groups()
-        if string_bound and base != "string":
+        if string_bound and base not in STRINGS:
             raise self.wrong(f"'{type_text}': only strings and sequences have a bound")
-        if is_constant and (array or package or base not in TYPES):
+        if is_constant and (array or package or base not in TYPES or base == "wstring"):
             raise self.wrong(f"'{type_text}' cannot be the type of a constant")
         idl = self.idl_type(package, base) + (f"<{string_bound}>" if string_bound else "")
         if is_constant:
             return True, f"const {idl.split('<')[0]} _{name} = {self.idl_value(base, value)};"
 
         default = ""
+        if value and base == "wstring":
+            raise self.wrong(f"'{name}': Takt's messages have no default value of a wstring")
         if value and base not in TYPES:
             raise self.wrong(f"'{name}' is of type {base}, which cannot have a default value")
         if value and not array:
@@ -169,6 +173,8 @@ class RosInterface:
                 raise self.wrong(f"{len(values)} values do not fit into {type_text}")
             listed = "{" + ", ".join(self.cpp_value(base, one) for one in values) + "}"
             default = f"@takt_default_list({json.dumps(listed)}) "
+        if base == "wstring" and not package:
+            default = "@takt_wide "
         # An underscore before an identifier says that it is no word of IDL; it is no part of it.
         if not array:
             return False, f"{default}{idl} _{name};"
@@ -241,7 +247,7 @@ def stage(options, file, idl):
     if file.suffix == ".idl":
         text = "// line 1\n" + file.read_text()
     else:
-        text = ANNOTATION + RosInterface(options.package, file, options.tree).translate()
+        text = ANNOTATIONS + RosInterface(options.package, file, options.tree).translate()
     guard = guard_of(idl.relative_to(options.tree))
     write(idl, f"#ifndef {guard}\n#define {guard}\n{text}\n#endif\n")
 
