@@ -12,6 +12,7 @@
 #include "takt/messages/composition_interfaces/srv/unload_node.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
 #include "takt/ros2/parameter_services.hpp"
+#include "takt/ros2/type_description_service.hpp"
 
 namespace takt {
 namespace {
@@ -179,12 +180,14 @@ std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& compo
   struct Services {
     std::shared_ptr<Node> node;  // must outlive the services below
     std::unique_ptr<ParameterServices> parameters;
+    std::unique_ptr<TypeDescriptionService> types;
     std::unique_ptr<LifecycleServices> lifecycle;
   };
   auto services = std::make_shared<Services>();
   services->node = component;
   if (serves_parameters_) {
     services->parameters = std::make_unique<ParameterServices>(*component, *node_);
+    services->types = std::make_unique<TypeDescriptionService>(*component, *node_);
   }
   if (const auto lifecycle = std::dynamic_pointer_cast<LifecycleNode>(component)) {
     services->lifecycle = std::make_unique<LifecycleServices>(*lifecycle, *node_);

@@ -359,6 +359,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::vector<std::string> unused_remaps() const;
   /// The full names of the topics that the code has asked for so far.
   std::vector<std::string> topics() const;
+  /// nullptr: messages stay in the process.
+  const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   /// Names that two timers have had at the same time: files and results cannot tell them apart.
   std::vector<std::string> timers_of_one_name() const;
 
@@ -371,8 +373,6 @@ class Node : public std::enable_shared_from_this<Node> {
     return endpoint(topic, message_type<T>(), qos);
   }
   Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
-  /// nullptr: messages stay in the process.
-  const std::shared_ptr<Participant>& participant() const noexcept { return options_.participant; }
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
   void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
   /// Throws Error if the timer's name is invalid; warns if another timer has it.

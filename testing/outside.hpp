@@ -16,7 +16,7 @@ namespace takt {
 
 /// Simulates other processes for a subscription or service. A thread that asks for their writers
 /// stays inside for 10 ms, or until the endpoint is destroyed: long enough to destroy it too early.
-class Outside final : public Participant {
+class Outside : public Participant {
  public:
   std::atomic<bool> is_asked{false}, is_inside{false}, is_gone{false}, went_inside{false};
 
@@ -30,6 +30,7 @@ class Outside final : public Participant {
   bool serves_own_process() const noexcept override { return false; }
   const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
   std::vector<EndpointState> endpoints() const override { return {}; }
+  void visit_endpoints(const std::function<void(const Endpoint&)>&) const override {}
   void add_node(const std::string&) override {}
   void remove_node(const std::string&) override {}
   Graph graph() override { return {}; }

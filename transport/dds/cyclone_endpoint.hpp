@@ -49,6 +49,7 @@ class CycloneEndpoint {
             .lost = lost_.load(std::memory_order_relaxed),
             .id = number_};
   }
+  const Endpoint& endpoint() const noexcept { return endpoint_; }
   std::size_t matched() const noexcept {
     const std::size_t count = matched_.load();
     return count != 0 && Clock::steady().now() >= is_known_at_ ? count : 0;

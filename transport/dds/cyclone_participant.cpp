@@ -151,6 +151,11 @@ std::vector<EndpointState> CycloneParticipant::endpoints() const {
   return result;
 }
 
+void CycloneParticipant::visit_endpoints(const std::function<void(const Endpoint&)>& visit) const {
+  const std::lock_guard lock(mutex_);
+  for (const CycloneEndpoint* endpoint : endpoints_) visit(endpoint->endpoint());
+}
+
 Graph CycloneParticipant::graph() {
   const std::lock_guard lock(mutex_);
   if (graph_reader_ == nullptr) {

@@ -43,6 +43,7 @@ class CycloneParticipant final : public Participant,
   const std::vector<ThreadState>& threads() const noexcept override { return threads_; }
 
   std::vector<EndpointState> endpoints() const override;
+  void visit_endpoints(const std::function<void(const Endpoint&)>& visit) const override;
   void add_node(const std::string& name) override {
     if (announcer_ != nullptr) announcer_->add_node(name);
   }

@@ -4,6 +4,7 @@
 #define TAKT_TRANSPORT_DDS_PARTICIPANT_HPP_
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -60,7 +61,7 @@ struct DdsOptions {
 
   /// Containers publish their log on `/rosout`.
   bool rosout = true;
-  /// Containers answer ROS 2's parameter services: six for each node.
+  /// Containers answer ROS 2's parameter services, six for each node, and `get_type_description`.
   bool parameter_services = true;
 
   /// Throws an Error about threads that cannot be, and about shared memory required with security.
@@ -180,6 +181,8 @@ class Participant {
   /// Why nothing goes by shared memory; empty when something can.
   virtual const std::string& why_no_shared_memory() const noexcept = 0;
   virtual std::vector<EndpointState> endpoints() const = 0;
+  /// Calls `visit` for each endpoint. It must not make or destroy one, nor ask for the graph.
+  virtual void visit_endpoints(const std::function<void(const Endpoint&)>& visit) const = 0;
   /// A node of this process, by its full name, that others are to see.
   virtual void add_node(const std::string& name) = 0;
   virtual void remove_node(const std::string& name) = 0;

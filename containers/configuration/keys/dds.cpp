@@ -28,7 +28,8 @@ void ConfigurationReader::read_dds(const Value& value) {
         "which excludes ROS 2, and packets from other interfaces are dropped. By default, the "
         "value of the environment variable `ROS_AUTOMATIC_DISCOVERY_RANGE`, else `localhost`.",
         into_discovery(dds.discovery)},
-       {"parameter_services", "Offer ROS 2's six parameter services for each node.",
+       {"parameter_services",
+        "Offer ROS 2's six parameter services, and `get_type_description`, for each node.",
         into(dds.parameter_services)},
        {"ros_graph",
         "Format in which nodes are announced to ROS 2: `jazzy` (Iron and later) or `humble` (and "

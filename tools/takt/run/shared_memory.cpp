@@ -48,6 +48,7 @@ class Surveyor final : public Participant {
   bool serves_own_process() const noexcept override { return false; }
   const std::string& why_no_shared_memory() const noexcept override { return nothing_; }
   std::vector<EndpointState> endpoints() const override { return {}; }
+  void visit_endpoints(const std::function<void(const Endpoint&)>&) const override {}
   void add_node(const std::string&) override {}
   void remove_node(const std::string&) override {}
   Graph graph() override { return {}; }

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/ros2/type_description_service.hpp"
+
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "takt/messages/type_description.hpp"
+
+namespace takt {
+namespace {
+
+using type_description_interfaces::srv::GetTypeDescription;
+
+/// Looks among the types of endpoints for one with this name and hash.
+class Search {
+ public:
+  Search(const std::string& name, const std::string& hash) : name_(name), hash_(hash) {}
+
+  void look_at(const Endpoint& end) {
+    if (found_) return;
+    const ServiceIdentity& service = end.identity;
+    if (service.id.empty()) {
+      message(*end.type);
+    } else {
+      message(*service.request);
+      message(*service.response);
+      if (service.request->name == name_ + "_Request") {
+        offer(describe_service(*service.request, *service.response));
+      }
+    }
+    if (goal_ != nullptr && result_ != nullptr && feedback_ != nullptr) {
+      offer(describe_action(*goal_, *result_, *feedback_));
+    }
+  }
+
+  std::optional<TypeDescription> found() && { return std::move(found_); }
+
+ private:
+  void message(const MessageType& type) {
+    if (type.name == name_) offer(describe(type));
+    // An action's types lie in the messages that ROS 2 makes of them.
+    take_field(type, "_SendGoal_Request", "goal", goal_);
+    take_field(type, "_GetResult_Response", "result", result_);
+    take_field(type, "_FeedbackMessage", "feedback", feedback_);
+  }
+  void take_field(const MessageType& type, const char* ending, const char* field,
+                  const MessageType*& place) const {
+    if (type.name != name_ + ending) return;
+    for (const MessageField& known : type.fields) {
+      if (known.name == field) place = known.shape.type;
+    }
+  }
+  void offer(std::optional<TypeDescription> description) {
+    if (description && type_hash(*description) == hash_) found_ = std::move(description);
+  }
+
+  const std::string &name_, &hash_;
+  const MessageType *goal_ = nullptr, *result_ = nullptr, *feedback_ = nullptr;
+  std::optional<TypeDescription> found_;
+};
+
+void answer(Participant& participant, const GetTypeDescription::Request& request,
+            GetTypeDescription::Response& response) {
+  response = {};
+  Search search(request.type_name, request.type_hash);
+  participant.visit_endpoints([&](const Endpoint& end) { search.look_at(end); });
+  if (auto found = std::move(search).found()) {
+    response.successful = true;
+    response.type_description = std::move(*found);
+  } else {
+    response.failure_reason =
+        fmt::format("no topic, service or action here has the type '{}' with the hash '{}'",
+                    request.type_name, request.type_hash);
+  }
+}
+
+}  // namespace
+
+TypeDescriptionService::TypeDescriptionService(const Node& node, Node& host)
+    : service_(host.create_service<GetTypeDescription>(
+          node.fully_qualified_name() + "/get_type_description",
+          [participant = host.participant().get()](const GetTypeDescription::Request& request,
+                                                   GetTypeDescription::Response& response) {
+            answer(*participant, request, response);
+          },
+          nullptr, rare_service(node.fully_qualified_name()))) {
+}
+
+}  // namespace takt

@@ -1,0 +1,35 @@
+// ROS 2's service that describes the types of a node.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ROS2_TYPE_DESCRIPTION_SERVICE_HPP_
+#define TAKT_ROS2_TYPE_DESCRIPTION_SERVICE_HPP_
+
+#include <memory>
+
+#include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
+#include "takt/nodes/node.hpp"
+
+namespace takt {
+
+/// Serves `get_type_description` under the full name of a node: others ask it for a type that they
+/// have not compiled in, by the name and hash that the node's topics, services and actions
+/// announce. It knows the types of all that goes over the node's participant. It has no sources:
+/// programs contain none.
+///
+/// The service is an entity of the host, in its default callback group, as those of
+/// ParameterServices; in ROS 2's graph it is the node's. Both nodes have the same participant, and
+/// outlive it.
+/// Source: REP 2016.
+///
+/// Thread safety: as Node.
+/// Real-time: no; it computes descriptions and hashes.
+class TypeDescriptionService {
+ public:
+  TypeDescriptionService(const Node& node, Node& host);
+
+ private:
+  const std::shared_ptr<Service<type_description_interfaces::srv::GetTypeDescription>> service_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_ROS2_TYPE_DESCRIPTION_SERVICE_HPP_
