@@ -3,6 +3,8 @@
 #ifndef TAKT_COMPONENTS_PLAYER_HPP_
 #define TAKT_COMPONENTS_PLAYER_HPP_
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -13,12 +15,16 @@
 namespace takt {
 
 /// The component takt::Player. Its parameters:
-/// - `file`: an MCAP file, by takt::Recorder or ros2 bag, uncompressed;
+/// - `file`: an MCAP file, by takt::Recorder or ros2 bag;
+/// - `topics`: names; if empty, all topics of the file;
 /// - `rate` (1.0): playback speed; 2.0 plays twice as fast as recorded;
+/// - `start_offset_ms` (0): the time in the recording at which it begins;
+/// - `loop` (false): begins again at the end;
 /// - `start_delay_ms` (500): delay of the first message, while subscribers discover the publishers;
 /// - `clock` (false): publishes the recorded time on `/clock` with each message.
 ///
-/// The messages are published byte for byte, in the order and at the intervals of the recording.
+/// The messages are published byte for byte, in the order and at the intervals of the recording,
+/// with the recorded reliability and durability.
 /// The file is read during playback: if it is truncated meanwhile, the callback throws Error.
 /// Thread safety: as Node. Real-time: no.
 class Player : public Node {
@@ -26,14 +32,24 @@ class Player : public Node {
   explicit Player(const NodeOptions& options);
   ~Player() override;
 
+  std::uint64_t played() const noexcept { return played_; }
+  /// Whether all messages were played; never with `loop`. From any thread.
+  bool has_ended() const noexcept { return has_ended_.load(); }
+
  private:
+  void publish_topics(const std::vector<std::string>& wanted);
+  Nanoseconds since_first(const RecordedMessage& message) const;
   void play();
+  void publish(const RecordedMessage& message);
 
   McapReader reader_;
   const double rate_;
-  std::vector<std::shared_ptr<GenericPublisher>> publishers_;
+  const bool loops_;
+  std::vector<std::shared_ptr<GenericPublisher>> publishers_;  // nullptr: not to be played
   std::shared_ptr<Publisher<rosgraph_msgs::msg::Clock>> clock_publisher_;
-  std::size_t next_ = 0;
+  std::size_t first_ = 0, next_ = 0;  // in the recording's messages
+  std::uint64_t played_ = 0;
+  std::atomic<bool> has_ended_{false};
   TimePoint begin_{};
   std::shared_ptr<Timer> timer_;
 };

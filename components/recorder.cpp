@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/local_topics.hpp"
@@ -31,8 +32,9 @@ Nanoseconds milliseconds(std::int64_t count) {
 
 }  // namespace
 
-Recorder::Recorder(const NodeOptions& options)
+Recorder::Recorder(const NodeOptions& options, Definitions definitions)
     : Node("recorder", options),
+      definitions_(std::move(definitions)),
       file_(declare_parameter("file", std::string("recording.mcap"), {.read_only = true})),
       wanted_([this] {
         std::vector<std::string> topics =
@@ -51,7 +53,8 @@ Recorder::Recorder(const NodeOptions& options)
               static_cast<std::size_t>(declare_parameter("buffer_bytes", std::int64_t{1} << 20,
                                                          at_least("A message must fit in", 4096))),
               static_cast<std::size_t>(
-                  declare_parameter("buffers", 4, at_least("At the same time", 2)))) {
+                  declare_parameter("buffers", 4, at_least("At the same time", 2))),
+              declare_parameter("compression", std::string("none"), {.read_only = true})) {
   looking_ = create_timer("look", kLookPeriod, [this] { look(); });
   flush_ = create_timer("flush", std::chrono::hours(1), [this] { writer_.flush(); });
   flush_->cancel();
@@ -94,7 +97,9 @@ void Recorder::look() {
   }
   if (participant() != nullptr) {
     for (const GraphEndpoint& publisher : participant()->graph().publishers) {
-      if (is_wanted(publisher.name)) subscribe(publisher.name, publisher.type, publisher.qos, "");
+      if (!is_wanted(publisher.name)) continue;
+      subscribe(publisher.name, publisher.type, publisher.qos,
+                definitions_ ? definitions_(publisher.type) : "");
     }
   }
   const bool has_all =
@@ -105,7 +110,8 @@ void Recorder::look() {
 void Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,
                          std::string definition) {
   topics_.push_back(topic);
-  const std::size_t number = writer_.add({topic, type, std::move(definition)});
+  const std::size_t number =
+      writer_.add({topic, type, std::move(definition), to_recorded_qos(qos)});
   QoS own(depth_);
   own.reliability = qos.reliability;
   own.durability = qos.durability;

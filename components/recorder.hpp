@@ -3,6 +3,7 @@
 #ifndef TAKT_COMPONENTS_RECORDER_HPP_
 #define TAKT_COMPONENTS_RECORDER_HPP_
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,7 +21,8 @@ namespace takt {
 ///   dropped and counted in the subscription's statistics;
 /// - `buffers` (4) of `buffer_bytes` (1 MiB): a message must fit into one buffer. While all buffers
 ///   are being written to disk, messages are dropped and counted;
-/// - `flush_ms` (1000): a partly filled buffer is written after this time.
+/// - `flush_ms` (1000): a partly filled buffer is written after this time;
+/// - `compression` (none): `lz4` or `zstd`; the recorder's thread compresses buffer by buffer.
 ///
 /// Publishers in the same process pass messages by pointer; the recorder's thread encodes them. So
 /// recording costs a publisher no more than another subscription does, and blocks no callback if
@@ -32,13 +34,17 @@ namespace takt {
 /// Thread safety: as Node. Real-time: no.
 class Recorder : public Node, public Completing {
  public:
-  explicit Recorder(const NodeOptions& options);
+  /// The definition of a type that only other processes publish; empty: unknown.
+  using Definitions = std::function<std::string(const std::string& type)>;
+
+  explicit Recorder(const NodeOptions& options, Definitions definitions = {});
   ~Recorder() override;
 
   std::uint64_t recorded() const noexcept { return writer_.messages(); }
   /// Messages that were not recorded: the disk was slow or full, or they exceeded a buffer.
   std::uint64_t dropped() const noexcept { return dropped_ + writer_.lost(); }
   bool has_ended() const noexcept { return has_reported_end_; }
+  std::size_t topic_count() const noexcept { return topics_.size(); }
   /// Writes the remaining buffers and the end of the file.
   std::string complete() override;
 
@@ -51,6 +57,7 @@ class Recorder : public Node, public Completing {
   void report_drop(std::size_t bytes);
   void report_end();
 
+  const Definitions definitions_;
   const std::string file_;
   const std::vector<std::string> wanted_;
   const std::size_t depth_;

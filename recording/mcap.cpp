@@ -52,7 +52,12 @@ std::string channel(std::size_t topic, const RecordedTopic& of) {
   put(content, number(topic));
   put_text(content, of.topic);
   put_text(content, "cdr");
-  put_text(content, "");  // no metadata
+  std::string metadata;
+  if (!of.qos.empty()) {
+    put_text(metadata, kQosKey);
+    put_text(metadata, of.qos);
+  }
+  put_text(content, metadata);
   return record(kChannel, content);
 }
 
@@ -66,11 +71,12 @@ void store(std::byte*& to, T value) noexcept {
 
 // ---- Writing ----
 
-McapWriter::McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers)
-    : file_(path, buffer_bytes, buffers) {
+McapWriter::McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers,
+                       const std::string& compression)
+    : file_(path, buffer_bytes, buffers), compressor_(compression, buffer_bytes) {
   const std::string begin = head();
   std::memcpy(file_.buffer().data(), begin.data(), begin.size());
-  file_.write(begin.size());
+  pass_on(begin.size());
 }
 
 McapWriter::~McapWriter() {
@@ -86,8 +92,14 @@ bool McapWriter::begin_chunk() noexcept {
   if (used_ != 0) return true;
   if (file_.error() != 0 || file_.buffer().empty()) return false;
   used_ = kRecordHead + kChunkHead;
+  index_bytes_ = 0;
   current_ = {.begin = file_.offset()};
   return true;
+}
+
+void McapWriter::pass_on(std::size_t bytes) noexcept {
+  crc_ = crc32_of(file_.buffer().first(bytes), crc_);
+  file_.write(bytes);
 }
 
 bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,
@@ -96,9 +108,14 @@ bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64
   std::string about;
   if (!of.is_written) about = schema(topic, of.topic) + channel(topic, of.topic);
   const std::size_t wanted = about.size() + kRecordHead + kMessageHead + bytes.size();
-  if (is_closed_ || wanted > file_.buffer_bytes() - kRecordHead - kChunkHead) return false;
-  if (used_ + wanted > file_.buffer_bytes()) flush();
+  constexpr std::size_t kOwnIndex = kMessageIndexHead + kMessageIndexEntry;
+  const std::size_t room = file_.buffer_bytes();
+  if (is_closed_ || wanted + kOwnIndex > room - kRecordHead - kChunkHead) return false;
+  if (used_ + index_bytes_ + wanted + kOwnIndex > room) flush();
   if (!begin_chunk()) return false;
+  if (of.index.empty()) index_bytes_ += kMessageIndexHead;
+  index_bytes_ += kMessageIndexEntry;
+  of.index.emplace_back(log_time_ns, used_ + about.size() - kRecordHead - kChunkHead);
   std::byte* to = file_.buffer().data() + used_;
   to = std::copy_n(reinterpret_cast<const std::byte*>(about.data()), about.size(), to);
   store(to, std::uint8_t{kMessage});
@@ -118,19 +135,61 @@ bool McapWriter::write(std::size_t topic, std::uint64_t log_time_ns, std::uint64
 
 void McapWriter::flush() noexcept {
   if (used_ == 0) return;
-  const auto size = static_cast<std::uint64_t>(used_ - kRecordHead - kChunkHead);
-  std::byte* to = file_.buffer().data();
-  store(to, std::uint8_t{kChunk});
-  store(to, kChunkHead + size);
-  store(to, current_.first_ns);
-  store(to, current_.last_ns);
-  store(to, size);
-  store(to, std::uint32_t{0});  // no checksum
-  store(to, std::uint32_t{0});  // no compression
-  store(to, size);
-  file_.write(std::exchange(used_, 0));
+  const std::byte* const begin = file_.buffer().data();
+  std::byte* const index = end_chunk();
+  current_.index = current_.begin + static_cast<std::uint64_t>(index - begin);
+  const std::byte* const end = write_indexes(index);
+  used_ = 0;
+  pass_on(static_cast<std::size_t>(end - begin));
   current_.end = file_.offset();
   chunks_.push_back(current_);
+}
+
+// Compresses it if that makes it smaller. Returns the end of the record.
+std::byte* McapWriter::end_chunk() noexcept {
+  std::byte* to = file_.buffer().data();
+  const std::span<const std::byte> records =
+      file_.buffer().first(used_).subspan(kRecordHead + kChunkHead);
+  const std::uint32_t crc = crc32_of(records);
+  std::span<const std::byte> content = compressor_.compress(records);
+  const bool is_smaller =
+      !content.empty() && content.size() + compressor_.name().size() < records.size();
+  if (is_smaller) current_.compression = compressor_.name();
+  if (!is_smaller) content = records;
+  current_.uncompressed = records.size();
+  current_.compressed = content.size();
+  store(to, std::uint8_t{kChunk});
+  store(to, kChunkHead + current_.compression.size() + content.size());
+  store(to, current_.first_ns);
+  store(to, current_.last_ns);
+  store(to, current_.uncompressed);
+  store(to, crc);
+  store(to, static_cast<std::uint32_t>(current_.compression.size()));
+  std::memcpy(to, current_.compression.data(), current_.compression.size());
+  to += current_.compression.size();
+  store(to, current_.compressed);
+  if (is_smaller) std::memcpy(to, content.data(), content.size());
+  return to + content.size();
+}
+
+std::byte* McapWriter::write_indexes(std::byte* to) noexcept {
+  const std::byte* const begin = to;
+  for (std::size_t i = 0; i < topics_.size(); ++i) {
+    auto& index = topics_[i].index;
+    if (index.empty()) continue;
+    current_.indexes[number(i)] = current_.index + static_cast<std::uint64_t>(to - begin);
+    const std::size_t bytes = index.size() * kMessageIndexEntry;
+    store(to, std::uint8_t{kMessageIndex});
+    store(to, static_cast<std::uint64_t>(kMessageIndexHead - kRecordHead + bytes));
+    store(to, number(i));
+    store(to, static_cast<std::uint32_t>(bytes));
+    for (const auto& [time_ns, place] : index) {
+      store(to, time_ns);
+      store(to, place);
+    }
+    index.clear();
+  }
+  return to;
 }
 
 std::uint64_t McapWriter::messages() const noexcept {
@@ -139,9 +198,28 @@ std::uint64_t McapWriter::messages() const noexcept {
   return sum;
 }
 
+std::string McapWriter::chunk_index(const Chunk& chunk) {
+  std::string content;
+  put(content, chunk.first_ns);
+  put(content, chunk.last_ns);
+  put(content, chunk.begin);
+  put(content, chunk.index - chunk.begin);
+  std::string places;
+  for (const auto& [topic, place] : chunk.indexes) {
+    put(places, topic);
+    put(places, place);
+  }
+  put_text(content, places);
+  put(content, chunk.end - chunk.index);
+  put_text(content, chunk.compression);
+  put(content, chunk.compressed);
+  put(content, chunk.uncompressed);
+  return record(kChunkIndex, content);
+}
+
 std::string McapWriter::summary() const {
   std::string data_end, schemas, channels, indexes, statistics, counts;
-  put(data_end, std::uint32_t{0});
+  put(data_end, crc_);
   for (std::size_t i = 0; i < topics_.size(); ++i) {
     if (!topics_[i].is_written) continue;
     schemas += schema(i, topics_[i].topic);
@@ -153,18 +231,7 @@ std::string McapWriter::summary() const {
   for (const Chunk& chunk : chunks_) {
     first_ns = first_ns == 0 ? chunk.first_ns : std::min(first_ns, chunk.first_ns);
     last_ns = std::max(last_ns, chunk.last_ns);
-    std::string content;
-    put(content, chunk.first_ns);
-    put(content, chunk.last_ns);
-    put(content, chunk.begin);
-    put(content, chunk.end - chunk.begin);
-    put_text(content, "");  // no index of messages
-    put(content, std::uint64_t{0});
-    put_text(content, "");  // no compression
-    const std::uint64_t size = chunk.end - chunk.begin - kRecordHead - kChunkHead;
-    put(content, size);
-    put(content, size);
-    indexes += record(kChunkIndex, content);
+    indexes += chunk_index(chunk);
   }
   const std::size_t written = counts.size() / 10;
   put(statistics, messages());
@@ -194,7 +261,14 @@ std::string McapWriter::summary() const {
   put(footer, begin);
   put(footer, file_.offset() + text.size());
   put(footer, std::uint32_t{0});
-  return text + offsets + record(kFooter, footer) + std::string(kMagic);
+  const std::size_t summary_begin = begin - file_.offset();
+  text += offsets + record(kFooter, footer);
+  // Of the summary, up to the checksum in the footer.
+  const std::size_t place = text.size() - sizeof(std::uint32_t);
+  const std::uint32_t crc =
+      crc32_of(std::as_bytes(std::span(text)).subspan(summary_begin, place - summary_begin));
+  std::memcpy(text.data() + place, &crc, sizeof crc);
+  return text + std::string(kMagic);
 }
 
 bool McapWriter::close() noexcept {
@@ -208,6 +282,7 @@ bool McapWriter::close() noexcept {
     if (!chunks_.empty()) chunks_.pop_back();
     lost_ = taken - messages();
     file_.cut(chunks_.empty() ? file_.written() : chunks_.back().end);
+    crc_ = 0;  // none: that of what is left is not known
   }
   const std::string end = summary();
   for (std::size_t done = 0; done < end.size();) {

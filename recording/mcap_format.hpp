@@ -17,6 +17,7 @@ enum Opcode : std::uint8_t {
   kChannel = 0x04,
   kMessage = 0x05,
   kChunk = 0x06,
+  kMessageIndex = 0x07,
   kChunkIndex = 0x08,
   kStatistics = 0x0b,
   kSummaryOffset = 0x0e,
@@ -24,8 +25,13 @@ enum Opcode : std::uint8_t {
 };
 inline constexpr std::size_t kRecordHead = 1 + 8;
 inline constexpr std::size_t kMessageHead = 2 + 4 + 8 + 8;
-// The header of a chunk: times, size, checksum (0: none), no compression, size.
-inline constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;
+// The header of a chunk: times, size, checksum (0: none), name of the compression, size.
+inline constexpr std::size_t kChunkHead = 8 + 8 + 8 + 4 + 4 + 8;  // and the name
+// In the metadata of a channel, as in recordings of ROS 2.
+inline constexpr std::string_view kQosKey = "offered_qos_profiles";
+// Of a topic in a chunk, and of each of its messages.
+inline constexpr std::size_t kMessageIndexHead = kRecordHead + 2 + 4;
+inline constexpr std::size_t kMessageIndexEntry = 8 + 8;
 
 }  // namespace takt::mcap
 

@@ -16,6 +16,8 @@ using namespace mcap;
 
 // Size of one read for messages that are close together.
 constexpr std::size_t kWindowBytes = 256 << 10;
+// What a compressed chunk may have at the most: files are untrusted.
+constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
 
 RegularFile opened(const std::string& path) {
   try {
@@ -37,6 +39,9 @@ Error shorter(const std::string& path) {
 class McapReader::Cursor {
  public:
   Cursor(const RegularFile& file, const std::string& path) : file_(file), path_(path) {}
+  /// Over bytes that are there already.
+  Cursor(const RegularFile& file, const std::string& path, std::vector<std::byte> bytes)
+      : file_(file), path_(path), window_(std::move(bytes)) {}
 
   std::uint64_t position() const noexcept { return position_; }
   std::uint64_t rest() const noexcept { return end_ - position_; }
@@ -88,19 +93,26 @@ McapReader::McapReader(const std::string& path) : path_(path), file_(opened(path
   }
   Cursor file(file_, path_);
   file.go_to(kMagic.size());
-  read(file, file_.size(), false);
+  read(file, file_.size(), {});
   std::stable_sort(messages_.begin(), messages_.end(),
                    [](const auto& a, const auto& b) { return a.log_time_ns < b.log_time_ns; });
 }
 
 std::span<const std::byte> McapReader::bytes(const RecordedMessage& message) {
+  if (message.chunk != 0) {
+    if (std::exchange(chunk_, message.chunk) != message.chunk) {
+      bytes_ = decompressed(chunks_.at(message.chunk));
+    }
+    return std::span<const std::byte>(bytes_).subspan(message.begin, message.size);
+  }
+  chunk_ = 0;
   bytes_.resize(message.size);
   if (file_.read(message.begin, bytes_) != bytes_.size()) throw shorter(path_);
   return bytes_;
 }
 
 // The last record of an incomplete file may be truncated.
-void McapReader::read(Cursor& file, std::uint64_t end, bool is_in_chunk) {
+void McapReader::read(Cursor& file, std::uint64_t end, const Place& place) {
   for (;;) {
     file.set_end(end);
     if (file.rest() < kRecordHead) return;
@@ -108,17 +120,17 @@ void McapReader::read(Cursor& file, std::uint64_t end, bool is_in_chunk) {
     const auto size = file.take<std::uint64_t>();
     if (size > file.rest()) return;
     if (opcode == kFooter) {
-      is_complete_ = is_complete_ || !is_in_chunk;
+      is_complete_ = is_complete_ || !place.is_in_chunk;
       return;
     }
     const std::uint64_t record_end = file.position() + size;
     file.set_end(record_end);
-    read_record(opcode, file, is_in_chunk);
+    read_record(opcode, file, place);
     file.go_to(record_end);
   }
 }
 
-void McapReader::read_record(std::uint8_t opcode, Cursor& content, bool is_in_chunk) {
+void McapReader::read_record(std::uint8_t opcode, Cursor& content, const Place& place) {
   switch (opcode) {
     case kSchema: {
       const auto id = content.take<std::uint16_t>();
@@ -126,19 +138,9 @@ void McapReader::read_record(std::uint8_t opcode, Cursor& content, bool is_in_ch
       schemas_[id] = {name, encoding == "ros2msg" ? content.text() : ""};
       break;
     }
-    case kChannel: {
-      const auto id = content.take<std::uint16_t>();
-      const auto& [type, definition] = schemas_[content.take<std::uint16_t>()];
-      const std::string topic = content.text(), encoding = content.text();
-      if (encoding != "cdr") {
-        throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
-                    "takt supports only 'cdr'", path_);
-      }
-      if (channels_.try_emplace(id, topics_.size()).second) {
-        topics_.push_back({topic, type, definition});
-      }
+    case kChannel:
+      read_channel(content);
       break;
-    }
     case kMessage: {
       if (content.rest() < kMessageHead) break;
       const auto found = channels_.find(content.take<std::uint16_t>());
@@ -149,27 +151,93 @@ void McapReader::read_record(std::uint8_t opcode, Cursor& content, bool is_in_ch
       message.publish_time_ns = content.take<std::uint64_t>();
       message.begin = content.position();
       message.size = content.rest();
+      message.chunk = place.compressed_chunk;
       messages_.push_back(message);
       break;
     }
-    case kChunk: {
-      if (is_in_chunk) {
+    case kChunk:
+      if (place.is_in_chunk) {
         throw Error("a chunk contains another chunk", "the file is damaged: record it again",
                     path_);
       }
-      for (int i = 0; i < 3; ++i) content.take<std::uint64_t>();  // times, size
-      content.take<std::uint32_t>();                              // checksum
-      if (const std::string compression = content.text(); !compression.empty()) {
-        throw Error(fmt::format("the recording is compressed by {}", compression),
-                    "decompress it with: mcap decompress", path_);
-      }
-      const auto size = content.take<std::uint64_t>();
-      if (size <= content.rest()) read(content, content.position() + size, true);
+      read_chunk(content);
       break;
-    }
     default:
       break;
   }
+}
+
+void McapReader::read_channel(Cursor& content) {
+  const auto id = content.take<std::uint16_t>();
+  const auto& [type, definition] = schemas_[content.take<std::uint16_t>()];
+  const std::string topic = content.text(), encoding = content.text();
+  if (encoding != "cdr") {
+    throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
+                "takt supports only 'cdr'", path_);
+  }
+  std::string qos;
+  if (content.take<std::uint32_t>() != 0) {  // the size of the metadata
+    while (content.rest() != 0) {
+      const std::string key = content.text(), value = content.text();
+      if (key == kQosKey) qos = value;
+    }
+  }
+  if (channels_.try_emplace(id, topics_.size()).second) {
+    topics_.push_back({topic, type, definition, qos});
+  }
+}
+
+void McapReader::read_chunk(Cursor& head) {
+  for (int i = 0; i < 2; ++i) head.take<std::uint64_t>();  // times
+  Content content;
+  content.uncompressed = head.take<std::uint64_t>();
+  content.crc = head.take<std::uint32_t>();
+  content.compression = head.text();
+  content.size = head.take<std::uint64_t>();
+  content.begin = head.position();
+  if (content.size > head.rest()) return;  // the file ends here
+  compressions_.insert(content.compression);
+  if (content.compression.empty()) {
+    check_uncompressed(content);
+    return read(head, content.begin + content.size, {.is_in_chunk = true});
+  }
+  Cursor records(file_, path_, decompressed(content));
+  read(records, content.uncompressed, {.is_in_chunk = true, .compressed_chunk = content.begin});
+  chunks_[content.begin] = std::move(content);
+}
+
+void McapReader::check_uncompressed(const Content& content) const {
+  if (content.crc == 0) return;  // it has no checksum
+  std::uint32_t crc = 0;
+  std::vector<std::byte> window(kWindowBytes);
+  for (std::uint64_t done = 0; done < content.size;) {
+    const std::span<std::byte> part =
+        std::span(window).first(std::min<std::uint64_t>(window.size(), content.size - done));
+    if (file_.read(content.begin + done, part) != part.size()) throw shorter(path_);
+    crc = crc32_of(part, crc);
+    done += part.size();
+  }
+  if (crc != content.crc) damaged(content);
+}
+
+std::vector<std::byte> McapReader::decompressed(const Content& content) const {
+  if (content.uncompressed > kMostChunkBytes) {
+    throw Error(fmt::format("a chunk at byte {} claims to have {} bytes", content.begin,
+                            content.uncompressed),
+                fmt::format("at most {} are read", kMostChunkBytes), path_);
+  }
+  std::vector<std::byte> from(content.size), to(content.uncompressed);
+  if (file_.read(content.begin, from) != from.size()) throw shorter(path_);
+  if (!decompress(content.compression, from, to) ||
+      (content.crc != 0 && crc32_of(to) != content.crc)) {
+    damaged(content);
+  }
+  return to;
+}
+
+void McapReader::damaged(const Content& content) const {
+  throw Error(fmt::format("the chunk at byte {} is damaged: its checksum differs", content.begin),
+              "copy the file again, or record it again", path_);
 }
 
 }  // namespace takt

@@ -1,0 +1,264 @@
+// takt bag: records topics of a domain, plays recordings, and shows what is in them.
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/components/player.hpp"
+#include "takt/components/recorder.hpp"
+#include "takt/executors/spin.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/type_description.hpp"
+
+#include "commands.hpp"
+#include "graph/type_finder.hpp"
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using json = nlohmann::ordered_json;
+using namespace std::chrono_literals;
+
+// Of the search for topics that come later: twelve days, the largest value of the parameter.
+constexpr std::int64_t kForeverMs = std::int64_t{1} << 30;
+
+struct Options : ObserverOptions {
+  std::string file, compression = "none";
+  std::vector<std::string> topics;
+  double duration_s = 0, rate = 1, start_offset_s = 0, delay_s = 0.5;
+  bool loop = false, clock = false;
+
+  bool prints() const { return json_path != "-"; }
+};
+
+/// Runs the node until a signal, the end of the duration (0: none), or `is_over`, which is looked
+/// at ten times a second.
+template <class IsOver>
+void run(const std::shared_ptr<Node>& node, double duration_s, IsOver is_over) {
+  Logger::instance().set_level(LogLevel::warn);  // the command itself says what it has done
+  const auto executor = executors().make("single_threaded", {.name = "bag"});
+  const auto signals = cancel_on_signals(*executor);
+  const auto control = std::make_shared<Node>("control");
+  const auto look = control->create_timer("look", 100ms, [&] {
+    if (is_over()) executor->cancel();
+  });
+  std::shared_ptr<Timer> end;
+  if (duration_s != 0) {
+    const auto duration = Nanoseconds(static_cast<std::int64_t>(duration_s * 1e9));
+    end = control->create_timer("end", duration, [&] { executor->cancel(); });
+  }
+  executor->add_node(node);
+  executor->add_node(control);
+  executor->spin();
+}
+
+// ---- record ----
+
+std::string definition_of(TypeFinder& finder, const std::string& type) {
+  try {
+    return message_definition(finder.require(type));
+  } catch (const Error&) {
+    rt::to_stderr("{}: nobody describes the type; its messages are recorded without\n", type);
+    return {};
+  }
+}
+
+std::string default_file() {
+  return fmt::format("takt_{:%Y_%m_%d-%H_%M_%S}.mcap", fmt::localtime(std::time(nullptr)));
+}
+
+void record(const Options& options) {
+  if (options.topics.empty() && !options.all) {
+    throw Error("nothing to record", "name topics, or record all with --all");
+  }
+  const std::string file = options.file.empty() ? default_file() : options.file;
+  const Observer observer(options);
+  NodeOptions node;
+  node.participant = observer.participant();
+  node.parameters = {{"file", file},
+                     {"topics", options.topics},
+                     {"discover_ms", kForeverMs},
+                     {"compression", options.compression}};
+  TypeFinder finder(observer);
+  const auto recorder = std::make_shared<Recorder>(
+      node, [&](const std::string& type) { return definition_of(finder, type); });
+  if (options.prints()) {
+    rt::to_stderr("recording to {}; Ctrl-C ends it\n", file);
+  }
+  run(recorder, options.duration_s, [&] { return recorder->has_ended(); });
+  const std::string failure = recorder->complete();
+  if (options.prints()) {
+    fmt::print("{}: {} messages of {} topics, {} dropped\n", file, recorder->recorded(),
+               recorder->topic_count(), recorder->dropped());
+  }
+  if (!options.json_path.empty()) {
+    write_json({{"file", file},
+                {"topics", recorder->topic_count()},
+                {"messages", recorder->recorded()},
+                {"dropped", recorder->dropped()}},
+               options.json_path);
+  }
+  if (!failure.empty()) throw Error(failure, "see --compression, or record fewer topics", file);
+}
+
+// ---- play ----
+
+std::int64_t milliseconds(double seconds) {
+  return static_cast<std::int64_t>(std::llround(seconds * 1e3));
+}
+
+void play(const Options& options) {
+  const Observer observer(options);
+  NodeOptions node;
+  node.participant = observer.participant();
+  node.parameters = {{"file", options.file},
+                     {"topics", options.topics},
+                     {"rate", options.rate},
+                     {"loop", options.loop},
+                     {"clock", options.clock},
+                     {"start_offset_ms", milliseconds(options.start_offset_s)},
+                     {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay_s), 1)}};
+  const auto player = std::make_shared<Player>(node);
+  run(player, 0, [&] { return player->has_ended(); });
+  if (options.prints()) fmt::print("{} messages were played\n", player->played());
+  if (!options.json_path.empty()) {
+    write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
+  }
+}
+
+// ---- info ----
+
+std::string human_size(std::uint64_t bytes) {
+  if (bytes < 1024) return fmt::format("{} B", bytes);
+  double size = static_cast<double>(bytes);
+  const char* unit = "";
+  for (const char* next : {"KiB", "MiB", "GiB", "TiB"}) {
+    if (size < 1024) break;
+    size /= 1024;
+    unit = next;
+  }
+  return fmt::format("{:.1f} {}", size, unit);
+}
+
+std::string time_text(std::uint64_t ns) {
+  const auto seconds = static_cast<std::time_t>(ns / 1'000'000'000);
+  return fmt::format("{:%b %e %Y %H:%M:%S}.{:09} ({}.{:09})", fmt::localtime(seconds),
+                     ns % 1'000'000'000, seconds, ns % 1'000'000'000);
+}
+
+void info(const Options& options) {
+  const McapReader reader(options.file);
+  const std::vector<RecordedMessage>& messages = reader.messages();
+  std::vector<std::uint64_t> counts(reader.topics().size());
+  for (const RecordedMessage& message : messages) ++counts[message.topic];
+  const std::uint64_t first = messages.empty() ? 0 : messages.front().log_time_ns;
+  const std::uint64_t last = messages.empty() ? 0 : messages.back().log_time_ns;
+  std::set<std::string> compressions = reader.compressions();
+  compressions.erase("");
+
+  if (options.prints()) {
+    const auto line = [](const char* key, const std::string& value) {
+      fmt::print("{:<19}{}\n", key, value);
+    };
+    line("Files:", options.file);
+    line("Bag size:", human_size(reader.size()));
+    line("Storage id:", "mcap");
+    if (!compressions.empty())
+      line("Compression:", fmt::format("{}", fmt::join(compressions, ", ")));
+    line("Duration:", fmt::format("{:.9f}s", static_cast<double>(last - first) / 1e9));
+    line("Start:", time_text(first));
+    line("End:", time_text(last));
+    line("Messages:", std::to_string(messages.size()));
+    const char* key = "Topic information:";
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const RecordedTopic& topic = reader.topics()[i];
+      line(std::exchange(key, ""),
+           fmt::format("Topic: {} | Type: {} | Count: {} | Serialization Format: cdr", topic.topic,
+                       topic.type, counts[i]));
+    }
+    if (!reader.is_complete()) rt::to_stderr("the file is incomplete: the recording was cut off\n");
+  }
+  if (options.json_path.empty()) return;
+  json topics = json::array();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const RecordedTopic& topic = reader.topics()[i];
+    topics.push_back({{"topic", topic.topic},
+                      {"type", topic.type},
+                      {"count", counts[i]},
+                      {"has_definition", !topic.definition.empty()}});
+  }
+  write_json({{"file", options.file},
+              {"size_bytes", reader.size()},
+              {"storage", "mcap"},
+              {"compressions", compressions},
+              {"is_complete", reader.is_complete()},
+              {"start_ns", first},
+              {"end_ns", last},
+              {"messages", messages.size()},
+              {"topics", topics}},
+             options.json_path);
+}
+
+void set_up(CLI::App* command) {
+  command->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  CLI::App* record_command =
+      command->add_subcommand("record", "Records topics to an MCAP file until Ctrl-C");
+  add_observer_options(*record_command, *options);
+  record_command->add_option("TOPIC", options->topics, "The topics' names");
+  record_command->add_flag("-a,--all", options->all,
+                           "Record all topics, also those that come later");
+  record_command->add_option("-o,--output", options->file,
+                             "The file, which is overwritten (default: takt_DATE-TIME.mcap)");
+  record_command->add_option("--compression", options->compression, "Of the file's chunks (none)")
+      ->check(
+          CLI::IsMember(std::vector<std::string>{compressions().begin(), compressions().end()}));
+  record_command->add_option("--duration", options->duration_s, "Seconds (default: until Ctrl-C)")
+      ->check(CLI::PositiveNumber);
+  record_command->callback([options] { record(*options); });
+
+  CLI::App* play_command = command->add_subcommand(
+      "play", "Publishes the messages of an MCAP file, of takt's or ros2 bag's");
+  add_observer_options(*play_command, *options);
+  play_command->add_option("FILE", options->file, "The recording")->required();
+  play_command->add_option("-r,--rate", options->rate, "Speed: 2 is twice as fast as recorded (1)")
+      ->check(CLI::Range(0.001, 1000.0));
+  play_command->add_flag("-l,--loop", options->loop, "Begin again at the end, until Ctrl-C");
+  play_command->add_option("--topics", options->topics, "Play only these topics");
+  play_command
+      ->add_option("--start-offset", options->start_offset_s,
+                   "Seconds of the recording to leave out at its begin")
+      ->check(CLI::NonNegativeNumber);
+  play_command->add_flag("--clock", options->clock, "Publish the recorded time on /clock");
+  play_command
+      ->add_option("-d,--delay", options->delay_s,
+                   "Seconds until the first message, for discovery (0.5)")
+      ->check(CLI::NonNegativeNumber);
+  play_command->callback([options] { play(*options); });
+
+  CLI::App* info_command = command->add_subcommand("info", "Shows what is in an MCAP file");
+  info_command->add_option("FILE", options->file, "The recording")->required();
+  info_command->add_option("--json", options->json_path, "Also write it as JSON; - for stdout");
+  info_command->callback([options] { info(*options); });
+  command->footer(
+      "Example:\n"
+      "  takt bag record --all -o drive.mcap --compression zstd\n"
+      "  takt bag info drive.mcap\n"
+      "  takt bag play drive.mcap --rate 2\n");
+}
+const Command registered("bag", "Records, plays and shows messages, as ros2 bag does", set_up);
+
+}  // namespace
+}  // namespace takt::tools

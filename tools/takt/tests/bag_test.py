@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""takt bag: what is recorded between processes is in the file, as the MCAP specification has it, and is played.
+
+usage: bag_test.py TAKT PEERS_LIBRARY
+"""
+import collections
+import json
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+from command import as_json, run, seen, takt
+from checks import check, environment, finish
+
+folder = pathlib.Path(tempfile.mkdtemp())
+library = pathlib.Path(sys.argv[2]).resolve()
+SYSTEM = f"""
+dds: {{domain: {environment["ROS_DOMAIN_ID"]}, shared_memory: off}}
+executors: {{one: {{type: events}}}}
+container:
+  name: robot
+  components:
+    - {{component: peers::Spider, library: {library}, name: spider, executor: one}}
+    - {{component: takt::Workload, name: lidar, executor: one,
+       parameters: {{publishers: {{topic: [scan], period_us: [10000], size_bytes: [320]}}}}}}
+"""
+
+
+class System:
+    def __enter__(self):
+        (folder / "system.yaml").write_text(SYSTEM)
+        self.process = subprocess.Popen([takt, "run", str(folder / "system.yaml")], env=environment,
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        seen(lambda rows: {"/spider", "/lidar"} <= {row["node"] for row in rows}, "node", "list")
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait(20)
+
+
+def records(data, begin, end):
+    while begin < end:
+        size = struct.unpack_from("<Q", data, begin + 1)[0]
+        yield begin, data[begin], data[begin + 9:begin + 9 + size]
+        begin += 9 + size
+
+
+def text(content, at):
+    size = struct.unpack_from("<I", content, at)[0]
+    return content[at + 4:at + 4 + size], at + 4 + size
+
+
+def check_format(file):
+    """By the specification, without Takt's reader: checksums, indexes, statistics, definitions."""
+    data = file.read_bytes()
+    check("the file begins and ends as MCAP does", data[:8] == data[-8:] == b"\x89MCAP0\r\n")
+    found = collections.defaultdict(list)
+    for begin, opcode, content in records(data, 8, len(data) - 8):
+        found[opcode].append((begin, content))
+    data_end, end_record = found[0x0f][0]
+    check("checksum of the data", struct.unpack("<I", end_record)[0] == zlib.crc32(data[:data_end]))
+    summary, offsets, crc = struct.unpack("<QQI", found[0x02][0][1])
+    check("checksum of the summary", crc == zlib.crc32(data[summary:-12]) and summary < offsets)
+    counted = 0
+    for begin, chunk in found[0x06]:
+        size, crc = struct.unpack_from("<QI", chunk, 16)
+        name, at = text(chunk, 28)
+        content = chunk[at + 8:]
+        check("an uncompressed chunk with its checksum",
+              name == b"" and len(content) == size and crc == zlib.crc32(content))
+        index = next(entry for _, entry in found[0x08]
+                     if struct.unpack_from("<Q", entry, 16)[0] == begin)
+        places, _ = text(index, 32)
+        for at in range(0, len(places), 10):
+            channel, place = struct.unpack_from("<HQ", places, at)
+            entries = data[place + 9:place + 9 + struct.unpack_from("<Q", data, place + 1)[0]]
+            for entry in range(6, len(entries), 16):
+                time_ns, offset = struct.unpack_from("<QQ", entries, entry)
+                is_right = (data[place] == 7 and content[offset] == 5 and
+                            struct.unpack_from("<H", content, offset + 9)[0] == channel and
+                            struct.unpack_from("<Q", content, offset + 15)[0] == time_ns)
+                if not is_right:
+                    check("each entry of an index leads to its message", False, place, entry)
+                counted += 1
+    total = struct.unpack_from("<Q", found[0x0b][0][1])[0]
+    check(f"all {total} messages are in the indexes", counted == total > 0, counted)
+    for _, schema in found[0x03]:
+        name, at = text(schema, 2)
+        encoding, at = text(schema, at)
+        if name == b"peer_msgs/msg/Leg":
+            check("the definition of a type of others", encoding == b"ros2msg" and
+                  b"wstring note\n" in schema and b"MSG: peer_msgs/Joint" in schema, schema)
+    check("the publishers' QoS", all(b"offered_qos_profiles" in channel for _, channel in found[0x04]))
+
+
+def test_recordings():
+    with System():
+        for compression in ("none", "lz4", "zstd"):
+            file = folder / f"{compression}.mcap"
+            done = as_json("bag", "record", "/scan", "/out", "-o", str(file), "--compression",
+                           compression, "--duration", "2.5")
+            check("what was recorded", done["topics"] == 2 and done["dropped"] == 0, done)
+            info = as_json("bag", "info", str(file))
+            check("what is in the file", info["messages"] == done["messages"] and info["is_complete"]
+                  and info["compressions"] == ([] if compression == "none" else [compression]), info)
+            counts = {row["topic"]: row["count"] for row in info["topics"]}
+            # 100 and 50 a second, from their discovery on
+            check("all messages of it", 50 < counts["/scan"] < 260 and
+                  0.7 < counts["/scan"] / (2 * counts["/out"]) < 1.4, counts)
+        check("compression helps", info["size_bytes"] < (folder / "none.mcap").stat().st_size / 4, info)
+        everything = subprocess.Popen([takt, "bag", "record", "--all", "-o", str(folder / "all.mcap")],
+                                      env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                      text=True)
+        time.sleep(2)
+        everything.send_signal(signal.SIGINT)
+        out, error = everything.communicate(timeout=30)
+        check("Ctrl-C ends it", everything.returncode == 0 and " messages of " in out, out, error)
+    check_format(folder / "none.mcap")
+    text = run("bag", "info", str(folder / "zstd.mcap")).stdout
+    check("as ros2 bag shows it", "Storage id:        mcap\n" in text and
+          "Topic: /out | Type: peer_msgs/msg/Leg | Count: " in text, text)
+
+
+def test_playing():
+    count = {row["topic"]: row["count"]
+             for row in as_json("bag", "info", str(folder / "zstd.mcap"))["topics"]}["/out"]
+    echo = subprocess.Popen([takt, "topic", "echo", "/out", "--type", "peer_msgs/msg/Leg", "--raw", "-n",
+                             str(count)], env=environment, text=True, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE)
+    echo.stderr.readline()  # it says that there is no publisher yet
+    played = as_json("bag", "play", str(folder / "zstd.mcap"), "--topics", "/out", "--rate", "4", "-d", "2")
+    lines = echo.communicate(timeout=60)[0].splitlines()
+    check("every message is played", played["messages"] == count == len(lines), played, count, len(lines))
+    check("byte for byte", "00010000050000006c65667400" in lines[0], lines[0])
+    loop = subprocess.Popen([takt, "bag", "play", str(folder / "lz4.mcap"), "-r", "100", "--loop", "--clock",
+                             "--start-offset", "1", "--json", "-"], env=environment, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    time.sleep(2)
+    loop.send_signal(signal.SIGINT)
+    out, error = loop.communicate(timeout=30)
+    once = as_json("bag", "info", str(folder / "lz4.mcap"))["messages"]
+    check("a loop begins again", json.loads(out)["messages"] > once, out, error)
+
+
+def test_what_is_wrong():
+    (folder / "text").write_text("no recording")
+    recording = str(folder / "zstd.mcap")
+    for words, message in {("info", str(folder / "text")): "no MCAP file",
+                           ("info", "/nowhere"): "cannot be read",
+                           ("play", recording, "--topics", "/ou"): "did you mean '/out'",
+                           ("record",): "name topics, or record all with --all",
+                           ("record", "-a", "-o", "/nowhere/x.mcap"): "cannot be written"}.items():
+        wrong = run("bag", *words, status=2)
+        check(message, message in wrong.stderr, wrong.stderr)
+    cut = folder / "cut.mcap"
+    cut.write_bytes((folder / "none.mcap").read_bytes()[:60_000])
+    check("a file that was cut off", not as_json("bag", "info", str(cut))["is_complete"])
+
+
+test_recordings()
+test_playing()
+test_what_is_wrong()
+finish()
