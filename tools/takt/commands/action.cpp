@@ -19,6 +19,7 @@
 #include "graph/dynamic_client.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
+#include "graph/type_finder.hpp"
 #include "run/end_signals.hpp"
 #include "run/result_json.hpp"
 
@@ -119,24 +120,26 @@ MessageField field(const char* name, const MessageType& type) {
 
 /// The messages that ROS 2 makes of an action's three.
 struct ActionTypes {
-  explicit ActionTypes(const std::string& name)
-      : goal(require_type(name + "_Goal")),
+  ActionTypes(const std::string& name, const Observer& observer)
+      : finder(observer),
+        goal(finder.require(name + "_Goal")),
         send_request(make(name + "_SendGoal_Request", {id, field("goal", goal)})),
         send_response(make(name + "_SendGoal_Response",
                            {describe_field<bool>("accepted", 0),
                             describe_field<builtin_interfaces::msg::Time>("stamp", 0)})),
         result_request(make(name + "_GetResult_Request", {id})),
-        result_response(
-            make(name + "_GetResult_Response", {describe_field<std::int8_t>("status", 0),
-                                                field("result", require_type(name + "_Result"))})),
+        result_response(make(name + "_GetResult_Response",
+                             {describe_field<std::int8_t>("status", 0),
+                              field("result", finder.require(name + "_Result"))})),
         feedback(make(name + "_FeedbackMessage",
-                      {id, field("feedback", require_type(name + "_Feedback"))})) {}
+                      {id, field("feedback", finder.require(name + "_Feedback"))})) {}
   ActionTypes(const ActionTypes&) = delete;
 
   static MessageType make(std::string name, std::vector<MessageField> fields) {
     return finish_message_type({.name = std::move(name), .fields = std::move(fields)});
   }
 
+  TypeFinder finder;
   const MessageField id = describe_field<GoalId>("goal_id", 0);
   const MessageType& goal;
   const MessageType send_request, send_response, result_request, result_response, feedback;
@@ -164,8 +167,8 @@ class GoalRun {
   explicit GoalRun(const Options& options)
       : options_(options),
         name_(absolute(options.action)),
-        types_(options.type),
         observer_(options),
+        types_(options.type, observer_),
         feedback_(options.feedback ? subscribe() : nullptr),
         send_(observer_, name_ + kSendGoal, types_.send_request, types_.send_response,
               [this](const json& fields) { accepted_ = fields["accepted"].get<bool>(); }),
@@ -319,14 +322,14 @@ class GoalRun {
   const EndSignals signals_;  // before any thread
   const Options& options_;
   const std::string name_;
+  Observer observer_;
   const ActionTypes types_;
   const GoalId id_ = new_goal_id();
   int signal_ = 0;
   std::optional<bool> accepted_;
   std::optional<json> result_;
   json feedbacks_ = json::array();
-  std::optional<std::size_t> canceled_;  // how many goals the server cancels
-  Observer observer_;
+  std::optional<std::size_t> canceled_;               // how many goals the server cancels
   const std::shared_ptr<SubscriptionBase> feedback_;  // the first that the server discovers
   DynamicClient send_, get_result_;
   const std::shared_ptr<Client<CancelGoal>> cancel_;

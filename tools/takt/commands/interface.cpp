@@ -14,7 +14,8 @@
 
 #include "commands.hpp"
 #include "embedded.hpp"
-#include "graph/dynamic_message.hpp"
+#include "graph/definitions.hpp"
+#include "graph/known_types.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools {
@@ -22,78 +23,43 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr std::string_view kSeparator = "---";
-
 struct Options {
   std::string type, json_path;
 };
 
 [[noreturn]] void unknown(const std::string& type) {
+  const std::string package = type.substr(0, type.find('/'));
   std::set<std::string> packages;
   std::vector<std::string> of_package;
-  const std::string package = type.substr(0, type.find('/') + 1);
   for (const Definition& definition : kDefinitions) {
-    const std::string name(definition.type);
-    packages.insert(name.substr(0, name.find('/')));
-    if (!package.empty() && name.starts_with(package)) of_package.push_back(name);
+    packages.emplace(definition.type.substr(0, definition.type.find('/')));
+    if (definition.type.starts_with(package + '/')) of_package.emplace_back(definition.type);
   }
   throw Error(fmt::format("takt does not know the interface {}", type),
-              of_package.empty() ? fmt::format("it knows those of {}", fmt::join(packages, ", "))
-                                 : suggest(type, of_package));
+              !of_package.empty()
+                  ? suggest(type, of_package)
+                  : fmt::format("it knows those of {}, and those below AMENT_PREFIX_PATH",
+                                fmt::join(packages, ", ")));
 }
 
 std::vector<std::string> lines_of(const std::string& type) {
-  std::string text;
-  const auto definition = std::find_if(kDefinitions.begin(), kDefinitions.end(),
-                                       [&](const auto& known) { return known.type == type; });
-  if (definition != kDefinitions.end()) {
-    text = definition->text;
-  } else if (const MessageType* known = known_type(type);
-             known != nullptr && type.find("/msg/") != std::string::npos) {
-    text = message_definition(*known);
-    text.resize(std::min(text.size(), text.find("====")));
-  } else {
-    unknown(type);
-  }
+  if (const auto lines = definition_lines(type)) return *lines;
+  const MessageType* known = known_type(type);
+  if (known == nullptr || type.find("/msg/") == std::string::npos) unknown(type);
   std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  std::istringstream stream(message_definition(*known));
+  for (std::string line; std::getline(stream, line) && !line.starts_with("====");) {
+    lines.push_back(line);
+  }
   return lines;
 }
-
-/// "geometry_msgs/Point[4] corners": a line that is no separator, and not empty.
-struct Line {
-  // `type` is the interface that the line is part of.
-  Line(const std::string& text, const std::string& type) {
-    const std::size_t space = text.find(' ');
-    field_type = text.substr(0, space);
-    const std::size_t begin = text.find_first_not_of(' ', space);
-    const std::size_t end = text.find_first_of(" =", begin);
-    name = text.substr(begin, end - begin);
-    const std::size_t next = std::min(text.find_first_not_of(' ', end), text.size());
-    is_constant = text.substr(next).starts_with('=');
-    const std::size_t value_begin = text.find_first_not_of(" =", next);
-    if (value_begin != std::string::npos) value = text.substr(value_begin);
-
-    const std::string element = field_type.substr(0, field_type.find('['));
-    if (const std::size_t slash = element.find('/'); slash != std::string::npos) {
-      nested = element.substr(0, slash) + "/msg" + element.substr(element.rfind('/'));
-    } else if (element[0] >= 'A' && element[0] <= 'Z') {
-      nested =
-          (element == "Header" ? "std_msgs" : type.substr(0, type.find('/'))) + "/msg/" + element;
-    }
-  }
-  std::string field_type, name, value;
-  std::string nested;  // the full name of the field's type, if it is a message
-  bool is_constant = false;
-};
 
 void print(const std::string& type, std::size_t depth) {
   for (const std::string& text : lines_of(type)) {
     if (text.empty() && depth > 0) continue;
     fmt::print("{:\t>{}}{}\n", "", depth, text);
     if (text.empty() || text == kSeparator) continue;
-    if (const std::string nested = Line(text, type).nested; !nested.empty()) {
+    if (const std::string nested = DefinitionLine(text, type).nested; !nested.empty()) {
       print(nested, depth + 1);
     }
   }
@@ -112,7 +78,7 @@ json to_json(const std::string& type) {
   for (const std::string& text : lines_of(type)) {
     if (text == kSeparator) ++part;
     if (text.empty() || text == kSeparator) continue;
-    const Line line(text, type);
+    const DefinitionLine line(text, type);
     json row = {{"name", line.name}, {"type", line.field_type}};
     if (!line.value.empty()) row[line.is_constant ? "value" : "default"] = line.value;
     if (!line.nested.empty()) row["definition"] = to_json(line.nested);

@@ -13,6 +13,7 @@
 #include "graph/dynamic_client.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
+#include "graph/type_finder.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -49,8 +50,9 @@ void call(const Options& options) {
   });
   const std::string type =
       options.type.empty() ? type_of(graph.services, {}, name, "service") : options.type;
-  const MessageType& request = require_type(type + "_Request");
-  const MessageType& response = require_type(type + "_Response");
+  TypeFinder finder(observer);
+  const MessageType& request = finder.require(type + "_Request");
+  const MessageType& response = finder.require(type + "_Response");
   bool is_answered = false;
   DynamicClient client(observer, name, request, response,
                        [&](const nlohmann::ordered_json& fields) {

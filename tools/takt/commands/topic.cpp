@@ -16,6 +16,7 @@
 #include "commands.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
+#include "graph/type_finder.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -173,7 +174,8 @@ void echo(const Options& options) {
         rt::flush_output();
         if (++count == options.count) observer.stop();
       });
-  if (!options.raw) type = &require_type(listener.type());
+  TypeFinder finder(observer);
+  if (!options.raw) type = &finder.require(listener.type());
   observer.run(options.duration());
   if (file.is_open() && !file.flush()) throw not_written("messages", options.json_path);
 }
@@ -293,8 +295,9 @@ void bw(const Options& options) {
 // ---- pub ----
 
 void pub(const Options& options) {
-  const ByteBuffer message = write_message(require_type(options.type), options.message);
   Observer observer(options);
+  const ByteBuffer message =
+      write_message(TypeFinder(observer).require(options.type), options.message);
   const auto publisher =
       observer.node().create_generic_publisher(absolute(options.topic), options.type, QoS(10));
   const TimePoint end = Clock::steady().now() + std::chrono::seconds(3);
@@ -352,7 +355,7 @@ void set_up(CLI::App* command) {
   CLI::App* echo_command = add_listening(add("echo", "Prints each message", echo));
   echo_command->add_option("-n,--count", options->count, "Stop after this many messages");
   echo_command->add_flag("--full", options->full, "Print all elements of long arrays");
-  echo_command->add_flag("--raw", options->raw, "Print bytes, for types that takt does not know");
+  echo_command->add_flag("--raw", options->raw, "Print bytes, for types that nobody knows");
   CLI::App* pub_command = add("pub", "Publishes a message, once or repeatedly", pub, true, false);
   pub_command->add_option("TYPE", options->type, "The type, for example std_msgs/msg/String")
       ->required();

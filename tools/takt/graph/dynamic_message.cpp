@@ -9,40 +9,15 @@
 #include <set>
 #include <utility>
 
+#include <boost/locale/encoding_utf.hpp>
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-#include "takt/components/workload.hpp"
-
-#include "ros_types.hpp"
 
 namespace takt::tools {
 namespace {
 
 using json = nlohmann::ordered_json;
-using Types = std::map<std::string, const MessageType*, std::less<>>;
-
-void add(Types& types, const MessageType& type) {
-  types.emplace(type.name, &type);
-  for (const MessageField& field : type.fields) {
-    if (field.shape.type != nullptr) add(types, *field.shape.type);
-  }
-}
-
-const Types& types() {
-  static const Types known = [] {
-    Types all;
-#define TAKT_ADD(T) add(all, message_type<::T>());
-    TAKT_ROS_TYPES(TAKT_ADD)
-#undef TAKT_ADD
-    add(all, message_type<WorkloadMessage>());
-    add(all, message_type<WorkloadService::Request>());
-    add(all, message_type<WorkloadService::Response>());
-    return all;
-  }();
-  return known;
-}
-
 /// Size of an array element in bytes; 0: variable.
 std::size_t size_of(FieldShape::Id id) {
   switch (id) {
@@ -112,6 +87,9 @@ class Reader {
       case FieldShape::string:
       case FieldShape::bounded_string:
         return text();
+      case FieldShape::wide_string:
+      case FieldShape::bounded_wide_string:
+        return wide_text();
       case FieldShape::boolean:
         return number<std::uint8_t>() != 0;
       case FieldShape::int8:
@@ -150,6 +128,13 @@ class Reader {
     const std::size_t size = number<std::uint32_t>();
     const auto* from = reinterpret_cast<const char*>(take(size));
     return {from, size == 0 ? 0 : size - 1};
+  }
+  std::string wide_text() {
+    std::u16string text;
+    for (auto left = number<std::uint32_t>(); left != 0; --left) {
+      text += static_cast<char16_t>(number<std::uint32_t>());
+    }
+    return boost::locale::conv::utf_to_utf<char>(text);
   }
   const std::byte* take(std::size_t size) {
     if (offset_ > body_.size() || size > body_.size() - offset_) throw_short();
@@ -216,7 +201,14 @@ class Writer {
         return message(*shape.type, given);
       case FieldShape::string:
       case FieldShape::bounded_string:
-        return text(shape, given);
+        return put(text(shape, given));
+      case FieldShape::wide_string:
+      case FieldShape::bounded_wide_string: {
+        const auto wide = boost::locale::conv::utf_to_utf<char16_t>(text(shape, given));
+        put(static_cast<std::uint32_t>(wide.size()));
+        for (const char16_t character : wide) put(static_cast<std::uint32_t>(character));
+        return;
+      }
       case FieldShape::boolean: {
         const auto* value = given != nullptr ? std::get_if<bool>(&given->content) : nullptr;
         if (given != nullptr && value == nullptr) wrong(*given, "true or false is wanted");
@@ -247,7 +239,7 @@ class Writer {
     }
   }
 
-  void text(const FieldShape& shape, const document::Value* given) {
+  std::string text(const FieldShape& shape, const document::Value* given) {
     std::string value;
     if (given != nullptr) {
       if (const auto* string = std::get_if<std::string>(&given->content)) {
@@ -259,8 +251,11 @@ class Writer {
     if (shape.string_capacity != 0 && value.size() > shape.string_capacity) {
       wrong(*given, fmt::format("{} characters fit at the most", shape.string_capacity));
     }
-    put(static_cast<std::uint32_t>(value.size() + 1));
-    std::memcpy(bytes_.extend(value.size() + 1), value.c_str(), value.size() + 1);
+    return value;
+  }
+  void put(const std::string& text) {
+    put(static_cast<std::uint32_t>(text.size() + 1));
+    std::memcpy(bytes_.extend(text.size() + 1), text.c_str(), text.size() + 1);
   }
   template <class T>
   void integer(const document::Value* given) {
@@ -359,27 +354,6 @@ void write_yaml(const json& value, std::size_t indent, std::string& text) {
 }
 
 }  // namespace
-
-const MessageType* known_type(std::string_view name) {
-  const auto found = types().find(name);
-  return found != types().end() ? found->second : nullptr;
-}
-
-const MessageType& require_type(std::string_view name) {
-  if (const MessageType* type = known_type(name)) return *type;
-  std::set<std::string> packages;
-  std::vector<std::string> of_package;
-  const std::string_view package = name.substr(0, name.find('/') + 1);
-  for (const auto& [known, type] : types()) {
-    packages.insert(known.substr(0, known.find('/')));
-    if (known.starts_with(package)) of_package.push_back(known);
-  }
-  throw Error(fmt::format("takt does not know the type {}", name),
-              !package.empty() && !of_package.empty()
-                  ? suggest(name, of_package)
-                  : fmt::format("it knows those of {}; `hz`, `bw` and `echo --raw` need no type",
-                                fmt::join(packages, ", ")));
-}
 
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
                                     const ReadOptions& options) {

@@ -15,11 +15,6 @@
 
 namespace takt::tools {
 
-/// The ROS 2 type with this name; nullptr if Takt does not know it.
-const MessageType* known_type(std::string_view name);
-/// The same, but throws an Error that lists the known types.
-const MessageType& require_type(std::string_view name);
-
 struct ReadOptions {
   std::size_t skipped = 0;      // bytes before the fields: the header of requests and replies
   std::size_t most = SIZE_MAX;  // array elements to decode; a text replaces the rest

@@ -61,20 +61,28 @@ class Caller {
     if (!comes_true(is_ready, std::chrono::seconds(3))) nobody(service, whose);
     return {client, client->async_send_request(request)};
   }
-  /// Returns an empty answer if there is none in time.
+  /// Returns an empty answer if there is none in time, or the server goes.
   template <class S>
   typename Client<S>::Answer receive(const Call<S>& call, Nanoseconds limit) {
-    executor_->spin_until_future_complete(call.answer, limit);
+    const TimePoint end = Clock::steady().now() + limit;
+    while (!call.answer.ready() && Clock::steady().now() < end) {
+      executor_->spin_until_future_complete(call.answer, std::chrono::milliseconds(100));
+      if (!call.client->service_is_ready()) break;
+    }
     return call.answer.ready() ? call.answer.get() : typename Client<S>::Answer{};
   }
-  /// Throws Error if there is no response.
+  /// Throws Error if there is no response, or no server any more.
   template <class S>
   typename S::Response call(const std::string& service, const typename S::Request& request,
                             const std::string& whose,
                             Nanoseconds limit = std::chrono::seconds(30)) {
-    const auto answer = receive(send<S>(service, request, whose), limit);
-    if (!answer) no_response(whose, limit);
-    return *answer;
+    const auto sent = send<S>(service, request, whose);
+    const auto answer = receive(sent, limit);
+    if (answer) return *answer;
+    if (!sent.client->service_is_ready()) {
+      throw Error(fmt::format("{} has gone without a response", whose), "its log may say why");
+    }
+    no_response(whose, limit);
   }
   [[noreturn]] static void no_response(const std::string& whose, Nanoseconds limit);
 

@@ -4,6 +4,8 @@
 #include <limits>
 #include <memory>
 
+#include <unistd.h>
+
 #include "takt/containers/component.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
@@ -89,7 +91,7 @@ class Counter : public takt::Node {
 };
 
 // A container as rclcpp's: it has no service of Takt's, and wants the package. Its "node" is what
-// it was asked for.
+// it was asked for. A component `Crash` ends the process.
 class Ros2Container : public takt::Node {
  public:
   using Load = composition_interfaces::srv::LoadNode;
@@ -97,6 +99,7 @@ class Ros2Container : public takt::Node {
   explicit Ros2Container(const takt::NodeOptions& options) : Node("ros2_container", options) {
     service_ = create_service<Load>(
         "~/_container/load_node", [](const Load::Request& request, Load::Response& response) {
+          if (request.plugin_name == "Crash") _exit(3);
           response.success = true;
           response.unique_id = 1;
           response.full_node_name = request.package_name + "/" + request.plugin_name;
@@ -107,9 +110,79 @@ class Ros2Container : public takt::Node {
   std::shared_ptr<takt::Service<Load>> service_;
 };
 
+// Types that the command does not have.
+struct Joint {
+  double angle = 0;
+};
+TAKT_MESSAGE(Joint, "peer_msgs/msg/Joint", angle);
+struct Leg {
+  std::string name;
+  std::u16string note;
+  std::vector<Joint> joints;
+};
+TAKT_MESSAGE(Leg, "peer_msgs/msg/Leg", name, note, joints);
+struct Turn {
+  struct Request {
+    std::array<Joint, 2> by;
+  };
+  struct Response {
+    Joint sum;
+  };
+};
+TAKT_MESSAGE(Turn::Request, "peer_msgs/srv/Turn_Request", by);
+TAKT_MESSAGE(Turn::Response, "peer_msgs/srv/Turn_Response", sum);
+struct Walk {
+  struct Goal {
+    Joint to;
+  };
+  struct Result {
+    std::string said;
+  };
+  struct Feedback {
+    Leg now;
+  };
+};
+TAKT_MESSAGE(Walk::Goal, "peer_msgs/action/Walk_Goal", to);
+TAKT_MESSAGE(Walk::Result, "peer_msgs/action/Walk_Result", said);
+TAKT_MESSAGE(Walk::Feedback, "peer_msgs/action/Walk_Feedback", now);
+
+// Publishes what it gets on `in` on `out`, again and again; adds; walks.
+class Spider : public takt::Node {
+ public:
+  explicit Spider(const takt::NodeOptions& options)
+      : Node("spider", options), out_(create_publisher<Leg>("out", takt::QoS(1))) {
+    in_ = create_subscription<Leg>("in", takt::QoS(1), [this](const Leg& leg) { leg_ = leg; });
+    timer_ = create_timer("again", 20ms, [this] { out_->publish(leg_); });
+    turn_ =
+        create_service<Turn>("turn", [](const Turn::Request& request, Turn::Response& response) {
+          response.sum.angle = request.by[0].angle + request.by[1].angle;
+        });
+    walk_ = takt::create_action_server<Walk>(
+        *this, "walk",
+        [](const takt::GoalId&, const Walk::Goal&) {
+          return takt::GoalResponse::accept_and_execute;
+        },
+        [](const auto&) { return takt::CancelResponse::accept; },
+        [](std::shared_ptr<takt::ServerGoalHandle<Walk>> goal) -> takt::Task<> {
+          goal->publish_feedback({{"left", u"\u00fc", {goal->goal().to}}});
+          goal->succeed({"done"});
+          co_return;
+        });
+  }
+
+ private:
+  Leg leg_{"left", u"\u20ac", {{1}, {2.5}}};
+  const std::shared_ptr<takt::Publisher<Leg>> out_;
+  std::shared_ptr<takt::Subscription<Leg>> in_;
+  std::shared_ptr<takt::Timer> timer_;
+  std::shared_ptr<takt::Service<Turn>> turn_;
+  std::shared_ptr<takt::ActionServer<Walk>> walk_;
+};
+
 }  // namespace peers
 
 TAKT_REGISTER_COMPONENT(peers::Parameters)
 TAKT_REGISTER_COMPONENT(peers::Mute)
 TAKT_REGISTER_COMPONENT(peers::Counter)
 TAKT_REGISTER_COMPONENT(peers::Ros2Container)
+TAKT_REGISTER_COMPONENT(peers::Spider)

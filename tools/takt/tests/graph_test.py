@@ -61,7 +61,7 @@ def test_what_is_there():
         check("all nodes are there", set(nodes) == {"/front/lidar", "/robot", "/sink"}, nodes)
         check("with what they publish", nodes["/front/lidar"]["publishers"] == 2, nodes)
         check("and their parameter services",
-              [nodes[node]["services"] for node in ("/front/lidar", "/sink")] == [6, 6], nodes)
+              [nodes[node]["services"] for node in ("/front/lidar", "/sink")] == [7, 7], nodes)
         info = as_json("node", "info", "front/lidar")
         check("node info",
               {"name": "/front/scan", "type": "takt/msg/Workload"} in info["publishers"], info)

@@ -303,10 +303,60 @@ def test_a_component_is_loaded_into_a_container_of_ros2():
         check("and without what it does not know", "leave out --executor" in wrong.stderr, wrong.stderr)
         loaded = run("component", "load", "robot", "any_package", "takt::Workload", "--name", "load")
         check("a container of Takt needs no package", loaded.stdout.endswith("/load\n"), loaded.stdout)
+        wrong = run(*load, "any_package", "Crash", status=2)
+        check("a container that ends is not waited for", "has gone without a response" in wrong.stderr,
+              wrong.stderr)
+
+
+def spider(serves="true"):
+    return System("robot", [("Spider", "/", "spider")], serves)
+
+
+def test_types_of_others_are_described_by_their_nodes():
+    with spider():
+        rows = as_json("topic", "echo", "/out", "-n", "1")
+        check("a message", rows == {"name": "left", "note": "€",
+                                    "joints": [{"angle": 1.0}, {"angle": 2.5}]}, rows)
+        run("topic", "pub", "/in", "peer_msgs/msg/Leg", "{name: right, joints: [{angle: 7}]}")
+        for _ in range(10):
+            rows = as_json("topic", "echo", "/out", "-n", "1")
+            if rows["name"] == "right":
+                break
+        check("published", rows == {"name": "right", "note": "", "joints": [{"angle": 7.0}]}, rows)
+        wrong = run("topic", "pub", "/in", "peer_msgs/msg/Leg", "{nam: x}", status=2)
+        check("a field that is none", "did you mean 'name'" in wrong.stderr, wrong.stderr)
+        rows = as_json("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}")
+        check("a service", rows == {"sum": {"angle": 3.0}}, rows)
+        rows = as_json("action", "send_goal", "/walk", "peer_msgs/action/Walk", "{to: {angle: 4}}", "-f")
+        check("an action", rows["result"] == {"said": "done"} and rows["feedback"] == [
+            {"now": {"name": "left", "note": "ü", "joints": [{"angle": 4.0}]}}], rows)
+
+
+def test_types_of_others_are_defined_by_files():
+    with spider(serves="false"):
+        wrong = run("topic", "echo", "/out", "-n", "1", status=2)
+        check("neither described nor defined", "does not know the type peer_msgs/msg/Leg" in wrong.stderr
+              and "AMENT_PREFIX_PATH" in wrong.stderr, wrong.stderr)
+        for file, text in {"msg/Joint.msg": "float64 angle 0.5 # rad\n",
+                           "msg/Leg.msg": "string name\nwstring note\nJoint[] joints\n",
+                           "srv/Turn.srv": "Joint[2] by\n---\nJoint sum\n"}.items():
+            path = folder / "install/share/peer_msgs" / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        environment["AMENT_PREFIX_PATH"] = str(folder / "install")
+        rows = as_json("topic", "echo", "/out", "-n", "1")
+        check("a message", rows["joints"] == [{"angle": 1.0}, {"angle": 2.5}], rows)
+        rows = as_json("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}")
+        check("a service", rows == {"sum": {"angle": 3.0}}, rows)
+        text = run("interface", "show", "peer_msgs/msg/Leg").stdout
+        check("is shown", text == "string name\nwstring note\nJoint[] joints\n\tfloat64 angle 0.5\n", text)
+        del environment["AMENT_PREFIX_PATH"]
 
 
 test_help()
 test_interfaces()
+test_types_of_others_are_described_by_their_nodes()
+test_types_of_others_are_defined_by_files()
 test_a_component_is_loaded_into_a_container_of_ros2()
 test_values_are_shown_as_ros2_shows_them()
 test_values_are_set()

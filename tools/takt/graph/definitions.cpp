@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph/definitions.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+
+#include "embedded.hpp"
+
+namespace takt::tools {
+namespace {
+
+namespace wire = type_description_interfaces::msg;
+
+std::string without_comment(const std::string& text) {
+  char quote = 0;
+  std::size_t end = 0;
+  for (; end < text.size() && (text[end] != '#' || quote != 0); ++end) {
+    const char c = text[end];
+    const bool is_escaped = end != 0 && text[end - 1] == '\\';
+    if ((c != '"' && c != '\'') || is_escaped || (quote != 0 && quote != c)) continue;
+    quote = quote == 0 ? c : 0;
+  }
+  const std::size_t begin = std::min(text.find_first_not_of(" \t\r"), end);
+  while (end > begin && (text[end - 1] == ' ' || text[end - 1] == '\t' || text[end - 1] == '\r')) {
+    --end;
+  }
+  return text.substr(begin, end - begin);
+}
+
+std::optional<std::string> installed_text(const std::string& type) {
+  const char* prefixes = std::getenv("AMENT_PREFIX_PATH");
+  const std::size_t slash = type.find('/'), last = type.rfind('/');
+  if (prefixes == nullptr || slash == last || type.find("..") != std::string::npos) return {};
+  const std::string kind = type.substr(slash + 1, last - slash - 1);
+  std::istringstream list(prefixes);
+  for (std::string prefix; std::getline(list, prefix, ':');) {
+    std::ifstream file(fmt::format("{}/share/{}.{}", prefix, type, kind));
+    if (file) return std::string(std::istreambuf_iterator<char>(file), {});
+  }
+  return {};
+}
+
+std::vector<std::string> parts_of(const std::string& type) {
+  const auto is_of = [&](const char* kind) { return type.find(kind) != std::string::npos; };
+  if (is_of("/srv/")) return {type + "_Request", type + "_Response"};
+  if (is_of("/action/")) return {type + "_Goal", type + "_Result", type + "_Feedback"};
+  return {type};
+}
+
+[[noreturn]] void wrong(const std::string& type, const std::string& text) {
+  throw Error(fmt::format("the definition of {} has a line '{}'", type, text),
+              "write TYPE NAME, TYPE NAME DEFAULT or TYPE NAME=VALUE");
+}
+
+/// The number at the beginning of `text`, which is shortened by it.
+std::size_t number(std::string_view& text) {
+  std::size_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return error == std::errc() ? value : 0;
+}
+
+/// "string<=10[<=3]", or "Point[4]", whose nested type is given.
+wire::FieldType field_type(std::string_view text, const std::string& nested) {
+  static const std::map<std::string_view, FieldShape::Id> kIds{
+      {"bool", FieldShape::boolean},       {"byte", FieldShape::byte},
+      {"char", FieldShape::uint8},         {"int8", FieldShape::int8},
+      {"uint8", FieldShape::uint8},        {"int16", FieldShape::int16},
+      {"uint16", FieldShape::uint16},      {"int32", FieldShape::int32},
+      {"uint32", FieldShape::uint32},      {"int64", FieldShape::int64},
+      {"uint64", FieldShape::uint64},      {"float32", FieldShape::float32},
+      {"float64", FieldShape::float64},    {"string", FieldShape::string},
+      {"wstring", FieldShape::wide_string}};
+  const std::string_view base = text.substr(0, text.find_first_of("<["));
+  const auto known = kIds.find(base);
+  text.remove_prefix(base.size());
+  std::uint8_t id = known != kIds.end() ? known->second : FieldShape::nested;
+  wire::FieldType type;
+  if (text.starts_with("<=")) {
+    text.remove_prefix(2);
+    type.string_capacity = number(text);
+    id = id == FieldShape::string ? FieldShape::bounded_string : FieldShape::bounded_wide_string;
+  }
+  if (text.starts_with('[')) {
+    text.remove_prefix(1);
+    const bool is_bounded = text.starts_with("<=");
+    if (is_bounded) text.remove_prefix(2);
+    type.capacity = number(text);
+    id = static_cast<std::uint8_t>(id + (is_bounded           ? FieldShape::kBoundedSequence
+                                         : type.capacity != 0 ? FieldShape::kArray
+                                                              : FieldShape::kSequence));
+  }
+  return type.set__type_id(id).set__nested_type_name(nested);
+}
+
+/// Collects the messages of interfaces.
+class Collection {
+ public:
+  /// Returns false if there is no definition.
+  bool add(const std::string& type) {
+    const std::vector<std::string> parts = parts_of(type);
+    if (types.contains(parts.front())) return true;
+    const auto lines = definition_lines(type);
+    if (!lines) return false;
+    for (const std::string& part : parts) types[part].type_name = part;
+    auto part = parts.begin();
+    for (const std::string& text : *lines) {
+      if (text == kSeparator) {
+        if (++part == parts.end()) wrong(type, text);
+      } else if (!text.empty()) {
+        const DefinitionLine line(text, type);
+        if (line.is_constant) continue;
+        if (!line.nested.empty() && !add(line.nested)) return false;
+        types[*part].fields.push_back(wire::Field()
+                                          .set__name(line.name)
+                                          .set__type(field_type(line.field_type, line.nested))
+                                          .set__default_value(line.value));
+      }
+    }
+    for (const std::string& name : parts) {
+      auto& fields = types[name].fields;
+      if (!fields.empty()) continue;
+      fields.push_back(wire::Field()
+                           .set__name(std::string(kNoFields))
+                           .set__type(wire::FieldType().set__type_id(FieldShape::uint8)));
+    }
+    return true;
+  }
+
+  std::map<std::string, wire::IndividualTypeDescription> types;
+};
+
+}  // namespace
+
+std::optional<std::vector<std::string>> definition_lines(const std::string& type) {
+  const auto embedded = std::find_if(kDefinitions.begin(), kDefinitions.end(),
+                                     [&](const Definition& known) { return known.type == type; });
+  std::optional<std::string> text;
+  if (embedded != kDefinitions.end()) {
+    text = embedded->text;
+  } else {
+    text = installed_text(type);
+  }
+  if (!text) return {};
+  std::vector<std::string> lines;
+  std::istringstream stream(*text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(without_comment(line));
+  return lines;
+}
+
+DefinitionLine::DefinitionLine(const std::string& text, const std::string& type) {
+  const std::size_t space = text.find_first_of(" \t");
+  field_type = text.substr(0, space);
+  const std::size_t begin = text.find_first_not_of(" \t", space);
+  if (begin == std::string::npos) wrong(type, text);
+  const std::size_t end = std::min(text.find_first_of(" \t=", begin), text.size());
+  name = text.substr(begin, end - begin);
+  const std::size_t next = std::min(text.find_first_not_of(" \t", end), text.size());
+  is_constant = text.substr(next).starts_with('=');
+  const std::size_t value_begin = text.find_first_not_of(" \t=", next);
+  if (value_begin != std::string::npos) value = text.substr(value_begin);
+
+  const std::string element = field_type.substr(0, field_type.find('['));
+  if (const std::size_t slash = element.find('/'); slash != std::string::npos) {
+    nested = element.substr(0, slash) + "/msg" + element.substr(element.rfind('/'));
+  } else if (element[0] >= 'A' && element[0] <= 'Z') {
+    nested =
+        (element == "Header" ? "std_msgs" : type.substr(0, type.find('/'))) + "/msg/" + element;
+  }
+}
+
+std::optional<TypeDescription> defined(const std::string& type) {
+  Collection collection;
+  if (!collection.add(type)) return {};
+  TypeDescription description;
+  const std::string first = parts_of(type).front();
+  for (auto& [name, fields] : collection.types) {
+    (name == first ? description.type_description
+                   : description.referenced_type_descriptions.emplace_back()) = std::move(fields);
+  }
+  return description;
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "graph/type_finder.hpp"
+
+#include <chrono>
+#include <set>
+#include <string_view>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
+
+#include "graph/definitions.hpp"
+#include "graph/known_types.hpp"
+
+namespace takt::tools {
+namespace {
+
+using type_description_interfaces::srv::GetTypeDescription;
+using namespace std::chrono_literals;
+
+constexpr auto kPatience = 2s;
+
+/// "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
+std::string interface_of(const std::string& name) {
+  if (name.find("/msg/") != std::string::npos) return name;
+  return name.substr(0, name.rfind('_'));
+}
+
+}  // namespace
+
+const MessageType& TypeFinder::require(const std::string& name) {
+  if (const MessageType* known = known_type(name)) return *known;
+  const std::string interface = interface_of(name);
+  if (const auto description = defined(interface)) {
+    if (const MessageType* type = described(*description, name)) return *type;
+  }
+  if (const MessageType* type = ask_nodes(name, interface)) return *type;
+  throw_unknown_type(name);
+}
+
+const MessageType* TypeFinder::described(const TypeDescription& description,
+                                         const std::string& name) {
+  const auto& types = descriptions_.emplace_back(std::make_unique<DescribedTypes>(description));
+  return types->find(name);
+}
+
+// The interface itself, or what ROS 2 makes of an action: "…/Fibonacci_SendGoal" describes the
+// goal, too.
+const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::string& interface) {
+  const Graph graph = observer_.graph();
+  std::set<std::string> servers;
+  for (const GraphEndpoint& service : graph.services) servers.insert(service.name);
+  for (const auto* list :
+       {&graph.publishers, &graph.subscriptions, &graph.services, &graph.clients}) {
+    for (const GraphEndpoint& end : *list) {
+      if (end.type != interface && !end.type.starts_with(interface + "_")) continue;
+      const std::string service = end.node + "/get_type_description";
+      if (end.type_hash.empty() || !servers.contains(service)) continue;
+      const auto description = ask(service, end.type, end.type_hash);
+      if (!description) continue;
+      if (const MessageType* type = described(*description, name)) return type;
+    }
+  }
+  return nullptr;
+}
+
+std::optional<TypeDescription> TypeFinder::ask(const std::string& service, const std::string& type,
+                                               const std::string& hash) {
+  const auto client = observer_.node().create_client<GetTypeDescription>(service);
+  const TimePoint end = Clock::steady().now() + kPatience;
+  while (!client->service_is_ready()) {
+    if (Clock::steady().now() > end) return {};
+    std::this_thread::sleep_for(5ms);
+  }
+  std::optional<TypeDescription> description;
+  bool is_answered = false;
+  client->async_send_request(GetTypeDescription::Request()
+                                 .set__type_name(type)
+                                 .set__type_hash(hash)
+                                 .set__include_type_sources(false),
+                             [&](const GetTypeDescription::Response* response) {
+                               is_answered = true;
+                               if (response != nullptr && response->successful)
+                                 description = response->type_description;
+                             });
+  WaitSet wait_set;
+  wait_set.add(client);
+  while (!is_answered && Clock::steady().now() < end) {
+    wait_set.wait(end - Clock::steady().now());
+    for (Slot slot; client->take(slot); slot = {}) client->execute(slot);
+  }
+  if (description && type_hash(*description) != hash) {
+    rt::to_stderr("'{}' describes {} as a type with another hash\n", service, type);
+    return {};
+  }
+  return description;
+}
+
+}  // namespace takt::tools
