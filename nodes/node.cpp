@@ -110,16 +110,31 @@ Node::Node(std::string_view name, const NodeOptions& options)
       parameters_(name_, options.parameters) {
   check_node_name(name_);
   groups_.push_back(default_group_);
-  if (options_.parameters.contains(kUseSimTime)) {
-    declare_parameter(kUseSimTime, false,
-                      {.description = "Timers follow /clock.", .read_only = true});
-  }
+  declare_use_sim_time();
   if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
   if (!NodeNames::instance().add(options_.participant.get(), fully_qualified_name_)) {
     log(LogLevel::warn,
         "another node has this name too; give each its own name or namespace, as parameters, "
         "services and results cannot tell them apart");
   }
+}
+
+// Not read-only: what `ros2 param dump` has written can be loaded.
+void Node::declare_use_sim_time() {
+  const bool uses_sim_time = declare_parameter(
+      kUseSimTime, false,
+      {.description = "Timers follow /clock.",
+       .additional_constraints = "Its value cannot change while the node exists."});
+  keep_clock_ = add_on_set_parameters_callback([this, uses_sim_time](const Parameters& values) {
+    const auto found = values.find(kUseSimTime);
+    if (found == values.end() || found->second == ParameterValue(uses_sim_time)) {
+      return SetParametersResult();
+    }
+    return SetParametersResult{
+        false, fmt::format("node '{}' got its clock when it was made, and keeps it; give {} in "
+                           "its configuration",
+                           name_, kUseSimTime)};
+  });
 }
 
 Node::~Node() {

@@ -52,7 +52,7 @@ struct NodeOptions {
   ~NodeOptions();  // not in each program's main
 };
 
-/// ROS 2's parameter for a simulated clock: a container reads it.
+/// Each node's parameter of ROS 2 for a simulated clock: its container reads it, once.
 inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
@@ -283,11 +283,34 @@ class Node : public std::enable_shared_from_this<Node> {
 
   /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
   /// is taken for a floating-point number. Throws Error when it is of another type, out of the
-  /// descriptor's range, more than T can hold, or refused by an on-set callback.
+  /// descriptor's range, more than T can hold, or refused by an on-set callback. A list of integers
+  /// is taken for a byte array. For a parameter of any type, T is ParameterValue.
   template <class T>
   T declare_parameter(std::string_view name, T value, ParameterDescriptor descriptor = {}) {
     return parameters_.declare(name, std::move(value), std::move(descriptor));
   }
+  /// One after another, as "NAME_SPACE.name"; their values in the order of their names.
+  template <class T>
+  std::vector<T> declare_parameters(const std::string& name_space,
+                                    const std::map<std::string, T>& parameters) {
+    std::map<std::string, std::pair<T, ParameterDescriptor>> described;
+    for (const auto& [name, value] : parameters) described[name].first = value;
+    return declare_parameters(name_space, described);
+  }
+  template <class T>
+  std::vector<T> declare_parameters(
+      const std::string& name_space,
+      const std::map<std::string, std::pair<T, ParameterDescriptor>>& parameters) {
+    const std::string prefix = name_space.empty() ? "" : name_space + ".";
+    std::vector<T> values;
+    for (const auto& [name, parameter] : parameters) {
+      values.push_back(declare_parameter(prefix + name, parameter.first, parameter.second));
+    }
+    return values;
+  }
+  /// Throws Error when it was not declared, is read-only, or has a fixed type. If it is declared
+  /// again, the configuration gives its value again.
+  void undeclare_parameter(std::string_view name) { parameters_.undeclare(name); }
   /// ParameterValue as T takes every type. Throws Error when it was not declared, or is of another
   /// type. Numbers may be read in real-time callbacks, see NodeParameters; a callback that needs
   /// many of them each time better copies them when they are set.
@@ -295,10 +318,27 @@ class Node : public std::enable_shared_from_this<Node> {
   T get_parameter(std::string_view name) const {
     return parameters_.get<T>(name);
   }
+  /// The alternative if it was not declared, or is not set.
+  template <class T>
+  T get_parameter_or(std::string_view name, T alternative) const {
+    return parameters_.get_or(name, std::move(alternative));
+  }
+  /// Together, in the order of the names. Throws Error when one was not declared.
+  std::vector<Parameter> get_parameters(const std::vector<std::string>& names) const {
+    return parameters_.get(names);
+  }
+  /// Those with names of the form "PREFIX.x", as "x"; without a prefix, all.
+  Parameters get_parameters_by_prefix(std::string_view prefix) const {
+    return parameters_.get_by_prefix(prefix);
+  }
   bool has_parameter(std::string_view name) const { return parameters_.has(name); }
   /// Throws Error when it was not declared.
   ParameterDescriptor describe_parameter(std::string_view name) const {
-    return parameters_.describe(name);
+    return std::move(parameters_.describe({std::string(name)}).front());
+  }
+  std::vector<ParameterDescriptor> describe_parameters(
+      const std::vector<std::string>& names) const {
+    return parameters_.describe(names);
   }
   /// Names that equal a prefix, or have the form "PREFIX.x" with at most `depth` parts after the
   /// prefix; without prefixes, all names with at most `depth` parts. 0: no limit.
@@ -307,18 +347,34 @@ class Node : public std::enable_shared_from_this<Node> {
     return parameters_.list(prefixes, depth);
   }
   /// Sets all values, or none and returns the reason: a parameter is not declared, read-only, of
-  /// another type or out of range, or a callback refuses. Throws Error in an on-set callback of
-  /// this node.
+  /// another type or out of range, or a callback refuses. A value that is not set undeclares a
+  /// parameter of any type. Throws Error in a parameter callback of this node.
   [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
     return parameters_.set_atomically(values);
   }
+  /// One after another: a result for each.
+  std::vector<SetParametersResult> set_parameters(const std::vector<Parameter>& parameters) {
+    return parameters_.set(parameters);
+  }
+  /// The callback gets the values that are to be set, but not those that are declared, and may
+  /// change, add and remove some; if none is left, setting fails. For the rest, as
+  /// add_on_set_parameters_callback.
+  [[nodiscard]] PreSetParametersHandle add_pre_set_parameters_callback(
+      PreSetParametersCallback callback) {
+    return parameters_.add_pre_set(std::move(callback));
+  }
   /// The callback gets values that are valid by their descriptors, before they are set or declared,
   /// on the thread that does so. As in rclcpp, the one that was added last is called first: so only
-  /// the one that was added first knows that no other refuses, and may act on them. It may read
-  /// parameters, which still have their old values, but not set or declare any.
+  /// the one that was added first knows that no other refuses. To act on values, use a post-set
+  /// callback. It may read parameters, which have their old values, but not set or declare any.
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
       OnSetParametersCallback callback) {
-    return parameters_.add_callback(std::move(callback));
+    return parameters_.add_on_set(std::move(callback));
+  }
+  /// The same with values that were set or declared; parameters have their new values.
+  [[nodiscard]] PostSetParametersHandle add_post_set_parameters_callback(
+      PostSetParametersCallback callback) {
+    return parameters_.add_post_set(std::move(callback));
   }
   /// For ParameterServices; see NodeParameters.
   void set_parameters_listener(ParametersListener listener) {
@@ -389,6 +445,7 @@ class Node : public std::enable_shared_from_this<Node> {
   }
 
  private:
+  void declare_use_sim_time();
   std::shared_ptr<Entity> adopt_entity(std::shared_ptr<Entity> entity);
   QoS decide(const std::string& topic, const QoS& code);
   static void check_deadline(const std::string& topic, const QoS& qos);
@@ -418,11 +475,10 @@ class Node : public std::enable_shared_from_this<Node> {
                             const std::vector<std::shared_ptr<Entity>>& entities) const;
 
   const NodeOptions options_;
-  const std::string name_;
-  const std::string name_space_;
-  const std::string fully_qualified_name_;
+  const std::string name_, name_space_, fully_qualified_name_;
   const std::shared_ptr<CallbackGroup> default_group_;
   NodeParameters parameters_;
+  OnSetParametersHandle keep_clock_;  // refuses another value of kUseSimTime
 
   mutable PiMutex mutex_;  // guards all below
   std::vector<std::weak_ptr<Entity>> entities_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -15,6 +16,7 @@ namespace {
 
 std::string a_type(const ParameterValue& value) {
   const std::string_view name = type_name(value);
+  if (std::holds_alternative<std::monostate>(value)) return std::string(name);
   return fmt::format("{} {}", name.starts_with('i') ? "an" : "a", name);
 }
 
@@ -40,6 +42,22 @@ bool is_in(const FloatingPointRange& range, double value) {
   return are_equal(value, range.from_value + steps * range.step);
 }
 
+// The value as the type of the other, if each of its numbers has the same value there: 2 is 2.0,
+// and a list of integers may be bytes.
+ParameterValue converted(const ParameterValue& value, const ParameterValue& other) {
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    if (std::holds_alternative<double>(other)) return static_cast<double>(*integer);
+  }
+  using Bytes = std::vector<std::uint8_t>;
+  const auto* integers = std::get_if<std::vector<std::int64_t>>(&value);
+  if (integers == nullptr || !std::holds_alternative<Bytes>(other)) return value;
+  const auto is_byte = [](std::int64_t integer) { return std::in_range<std::uint8_t>(integer); };
+  if (!std::all_of(integers->begin(), integers->end(), is_byte)) return value;
+  Bytes bytes;
+  for (const std::int64_t integer : *integers) bytes.push_back(static_cast<std::uint8_t>(integer));
+  return bytes;
+}
+
 template <class Range>
 std::string text(const Range& range) {
   std::string result = fmt::format(" from {} to {}", range.from_value, range.to_value);
@@ -55,8 +73,7 @@ class NodeParameters::Changing {
  public:
   Changing(NodeParameters& parameters, std::string_view what) : parameters_(parameters) {
     if (parameters.changing_thread_.load() == std::this_thread::get_id()) {
-      throw Error(fmt::format("node '{}': a callback that is called before parameters are set {}",
-                              parameters.node_, what),
+      throw Error(fmt::format("node '{}': a callback of parameters {}", parameters.node_, what),
                   "do it after the callback");
     }
     parameters.change_mutex_.lock();
@@ -73,60 +90,119 @@ class NodeParameters::Changing {
   NodeParameters& parameters_;
 };
 
+NodeParameters::NodeParameters(std::string node, Parameters given)
+    : node_(std::move(node)), given_(std::move(given)) {
+  for (const auto& [name, value] : given_) unused_.insert(name);
+}
+
 ParameterValue NodeParameters::declare(std::string_view name, Declared declared) {
   const Changing changing(*this, "declares one");
   if (has(name)) {
     throw Error(fmt::format("parameter '{}' of node '{}' is declared twice", name, node_));
   }
-  check_ranges(name, declared);
+  check_descriptor(name, declared);
   declared.value = accepted(name, declared.value, declared);
   if (const auto given = given_.find(name); given != given_.end()) {
     declared.value = accepted(name, given->second, declared);
   }
-  const SetParametersResult result = ask_callbacks({{std::string(name), declared.value}});
+  ParameterValue value = declared.value;
+  // As in rclcpp, what has no value is declared without callbacks.
+  const bool is_set = !std::holds_alternative<std::monostate>(value);
+  Parameters values;
+  if (is_set) values.try_emplace(std::string(name), value);
+  const SetParametersResult result = is_set ? ask_callbacks(values) : SetParametersResult();
   if (!result.successful) {
     throw Error(fmt::format("parameter '{}' of node '{}' cannot be {}: {}", name, node_,
-                            to_string(declared.value), result.reason));
+                            to_string(value), result.reason));
   }
-  ParameterValue value = declared.value;
   {
     const std::lock_guard lock(mutex_);
     declared_.try_emplace(std::string(name), std::move(declared));
+    if (const auto found = unused_.find(name); found != unused_.end()) unused_.erase(found);
   }
-  if (listener_) listener_({{std::string(name), value}}, true);
+  if (is_set) report({.added = values}, values);
   return value;
 }
 
-SetParametersResult NodeParameters::set_atomically(const Parameters& values) {
-  const Changing changing(*this, "sets one");
-  Parameters changes;
-  try {
+void NodeParameters::undeclare(std::string_view name) {
+  const Changing changing(*this, "undeclares one");
+  {
     const std::lock_guard lock(mutex_);
-    for (const auto& [name, value] : values) {
-      const Declared& declared = find(name);
-      if (declared.descriptor.read_only) {
-        throw Error(fmt::format("parameter '{}' of node '{}' is read-only", name, node_),
-                    "give its value in the configuration");
-      }
-      changes.try_emplace(name, accepted(name, value, declared));
-    }
+    check_undeclaring(name, find(name));
+  }
+  ParameterChanges changes{.deleted = {std::string(name)}};
+  apply(changes);
+  if (listener_) listener_(changes);
+}
+
+SetParametersResult NodeParameters::set_atomically(Parameters values) {
+  const Changing changing(*this, "sets one");
+  each(pre_set_, [&](const PreSetParametersCallback& callback) {
+    callback(values);
+    return true;
+  });
+  if (values.empty()) {
+    return {false,
+            fmt::format("node '{}': no parameter is given, or a callback has removed all", node_)};
+  }
+  ParameterChanges changes;
+  try {
+    changes = checked(values);
   } catch (const Error& error) {
     return {false, error.what()};
   }
-  if (SetParametersResult result = ask_callbacks(changes); !result.successful) return result;
-  if (listener_) {
-    set(Parameters(changes));
-    listener_(changes, false);
-  } else {
-    set(std::move(changes));
-  }
+  // Callbacks get values as they are stored, and those that are not set of what is undeclared.
+  for (const auto& [name, value] : changes.changed) values[name] = value;
+  if (SetParametersResult result = ask_callbacks(values); !result.successful) return result;
+  apply(changes);
+  report(changes, values);
   return {};
 }
 
-// Swapped, so that the old values are freed after the lock. Nothing is ever undeclared.
-void NodeParameters::set(Parameters values) {
+std::vector<SetParametersResult> NodeParameters::set(const std::vector<Parameter>& parameters) {
+  std::vector<SetParametersResult> results;
+  for (const auto& [name, value] : parameters) results.push_back(set_atomically({{name, value}}));
+  return results;
+}
+
+// What setting these values will change; an Error when one cannot be set.
+ParameterChanges NodeParameters::checked(const Parameters& values) const {
+  ParameterChanges changes;
   const std::lock_guard lock(mutex_);
-  for (auto& [name, value] : values) std::swap(declared_.find(name)->second.value, value);
+  for (const auto& [name, value] : values) {
+    const Declared& declared = find(name);
+    if (declared.descriptor.read_only) {
+      throw Error(fmt::format("parameter '{}' of node '{}' is read-only", name, node_),
+                  "give its value in the configuration");
+    }
+    const bool is_set = !std::holds_alternative<std::monostate>(value);
+    if (!is_set) check_undeclaring(name, declared);
+    if (is_set || std::holds_alternative<std::monostate>(declared.value)) {
+      changes.changed.try_emplace(name, accepted(name, value, declared));
+    } else {
+      changes.deleted.push_back(name);
+    }
+  }
+  return changes;
+}
+
+// What is replaced and deleted is freed after the lock.
+void NodeParameters::apply(ParameterChanges changes) {
+  std::vector<decltype(declared_)::node_type> deleted;
+  const std::lock_guard lock(mutex_);
+  for (auto& [name, value] : changes.changed) {
+    std::swap(declared_.find(name)->second.value, value);
+  }
+  for (const std::string& name : changes.deleted) deleted.push_back(declared_.extract(name));
+}
+
+// To the listener first, so that it gets what a callback throws at.
+void NodeParameters::report(const ParameterChanges& changes, const Parameters& values) {
+  if (listener_) listener_(changes);
+  each(post_set_, [&](const PostSetParametersCallback& callback) {
+    callback(values);
+    return true;
+  });
 }
 
 void NodeParameters::set_listener(ParametersListener listener) {
@@ -134,32 +210,39 @@ void NodeParameters::set_listener(ParametersListener listener) {
   listener_.swap(listener);
 }
 
-SetParametersResult NodeParameters::ask_callbacks(const Parameters& values) {
-  std::vector<OnSetParametersHandle> callbacks;
+template <class Callback, class Call>
+void NodeParameters::each(Callbacks<Callback>& callbacks, Call&& call) {
+  Callbacks<Callback> latest_first;
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(callbacks_, [](const auto& callback) { return callback.expired(); });
-    for (const auto& callback : callbacks_) callbacks.push_back(callback.lock());
+    std::erase_if(callbacks, [](const auto& callback) { return callback.expired(); });
+    latest_first.assign(callbacks.rbegin(), callbacks.rend());
   }
-  for (auto callback = callbacks.rbegin(); callback != callbacks.rend(); ++callback) {
-    if (*callback == nullptr) continue;  // dropped meanwhile
-    if (SetParametersResult result = (**callback)(values); !result.successful) return result;
+  for (const auto& weak : latest_first) {
+    const ParametersHandle<Callback> callback = weak.lock();
+    if (callback != nullptr && !call(*callback)) return;
   }
-  return {};
 }
 
-OnSetParametersHandle NodeParameters::add_callback(OnSetParametersCallback callback) {
-  auto handle = std::make_shared<const OnSetParametersCallback>(std::move(callback));
-  const std::lock_guard lock(mutex_);
-  callbacks_.push_back(handle);
-  return handle;
+SetParametersResult NodeParameters::ask_callbacks(const Parameters& values) {
+  SetParametersResult result;
+  each(on_set_, [&](const OnSetParametersCallback& callback) {
+    result = callback(values);
+    return result.successful;
+  });
+  return result;
 }
 
-// The range must be one, and of the parameter's type.
-void NodeParameters::check_ranges(std::string_view name, const Declared& declared) const {
+// A fixed type needs a value; a range must be one, and of the parameter's type.
+void NodeParameters::check_descriptor(std::string_view name, const Declared& declared) const {
+  const auto& [value, descriptor, limits] = declared;
+  if (!descriptor.dynamic_typing && std::holds_alternative<std::monostate>(value)) {
+    throw Error(fmt::format("parameter '{}' of node '{}' is declared without a value", name, node_),
+                "give one, which says its type, or dynamic_typing");
+  }
   const auto check = [&](const auto& range, bool is_of_its_type) {
     if (!range) return;
-    if (!is_of_its_type) {
+    if (!is_of_its_type && !declared.descriptor.dynamic_typing) {
       throw Error(fmt::format("parameter '{}' of node '{}' is {}, and its range is of another type",
                               name, node_, a_type(declared.value)),
                   "give the range of its type, or none");
@@ -170,34 +253,48 @@ void NodeParameters::check_ranges(std::string_view name, const Declared& declare
                   "give the smaller value first, and no negative step");
     }
   };
-  check(declared.descriptor.integer_range, std::holds_alternative<std::int64_t>(declared.value));
-  check(declared.descriptor.floating_point_range, std::holds_alternative<double>(declared.value));
+  check(descriptor.integer_range, std::holds_alternative<std::int64_t>(value));
+  check(descriptor.floating_point_range, std::holds_alternative<double>(value));
+}
+
+void NodeParameters::check_undeclaring(std::string_view name, const Declared& declared) const {
+  const auto refuse = [&](std::string_view why, std::string_view hint) {
+    throw Error(
+        fmt::format("parameter '{}' of node '{}' cannot be undeclared: {}", name, node_, why),
+        std::string(hint));
+  };
+  if (declared.descriptor.read_only) refuse("it is read-only", "");
+  if (!declared.descriptor.dynamic_typing) {
+    refuse("its type is fixed", "declare it with dynamic_typing");
+  }
 }
 
 // The value as the parameter takes it; an Error when it does not.
 ParameterValue NodeParameters::accepted(std::string_view name, const ParameterValue& given,
                                         const Declared& declared) const {
-  const auto refuse = [&](const std::string& range) {
+  const auto& descriptor = declared.descriptor;
+  const auto refuse = [&](const ParameterValue& of_the_type, const std::string& range) {
     throw Error(
         fmt::format("parameter '{}' of node '{}' cannot be {}", name, node_, to_string(given)),
-        fmt::format("give {}{}", a_type(declared.value), range));
+        fmt::format("give {}{}", a_type(of_the_type), range));
   };
-  const auto& [description, read_only, integers, numbers] = declared.descriptor;
-  ParameterValue value = given;
-  const auto* integer = std::get_if<std::int64_t>(&given);
-  if (integer != nullptr && std::holds_alternative<double>(declared.value)) {
-    value = static_cast<double>(*integer);  // 2 is 2.0
+  const auto check = [&](const auto& range, const auto& number) {
+    if (!is_in(range, number)) refuse(number, text(range));
+  };
+  const ParameterValue value = descriptor.dynamic_typing ? given : converted(given, declared.value);
+  if (!descriptor.dynamic_typing && value.index() != declared.value.index()) {
+    const auto& [integers, numbers] =
+        std::tie(descriptor.integer_range, descriptor.floating_point_range);
+    refuse(declared.value, integers ? text(*integers) : numbers ? text(*numbers) : "");
   }
-  const bool is_of_its_type = value.index() == declared.value.index();
-  if (integers) {
-    if (!is_of_its_type || !is_in(*integers, *integer)) refuse(text(*integers));
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
+    if (descriptor.integer_range) check(*descriptor.integer_range, *integer);
+    check(IntegerRange{declared.limits.lowest, declared.limits.highest}, *integer);
   }
-  if (numbers) {
-    if (!is_of_its_type || !is_in(*numbers, std::get<double>(value))) refuse(text(*numbers));
+  const auto* number = std::get_if<double>(&value);
+  if (number != nullptr && descriptor.floating_point_range) {
+    check(*descriptor.floating_point_range, *number);
   }
-  if (!is_of_its_type) refuse("");
-  const IntegerRange limits{declared.limits.lowest, declared.limits.highest};
-  if (std::holds_alternative<std::int64_t>(value) && !is_in(limits, *integer)) refuse(text(limits));
   return value;
 }
 
@@ -211,9 +308,37 @@ ParameterValue NodeParameters::value(std::string_view name) const {
   return find(name).value;
 }
 
-ParameterDescriptor NodeParameters::describe(std::string_view name) const {
+ParameterValue NodeParameters::value_if_set(std::string_view name) const {
   const std::lock_guard lock(mutex_);
-  return find(name).descriptor;
+  const auto found = declared_.find(name);
+  return found != declared_.end() ? found->second.value : ParameterValue();
+}
+
+std::vector<Parameter> NodeParameters::get(const std::vector<std::string>& names) const {
+  std::vector<Parameter> parameters;
+  const std::lock_guard lock(mutex_);
+  for (const std::string& name : names) parameters.push_back({name, find(name).value});
+  return parameters;
+}
+
+Parameters NodeParameters::get_by_prefix(std::string_view prefix) const {
+  const std::string before = prefix.empty() ? "" : std::string(prefix) + ".";
+  Parameters parameters;
+  const std::lock_guard lock(mutex_);
+  for (const auto& [name, declared] : declared_) {
+    if (name.starts_with(before) && name != before) {
+      parameters.emplace(name.substr(before.size()), declared.value);
+    }
+  }
+  return parameters;
+}
+
+std::vector<ParameterDescriptor> NodeParameters::describe(
+    const std::vector<std::string>& names) const {
+  std::vector<ParameterDescriptor> descriptors;
+  const std::lock_guard lock(mutex_);
+  for (const std::string& name : names) descriptors.push_back(find(name).descriptor);
+  return descriptors;
 }
 
 const NodeParameters::Declared& NodeParameters::find(std::string_view name) const {
@@ -256,11 +381,7 @@ ListParametersResult NodeParameters::list(const std::vector<std::string>& prefix
 
 std::vector<std::string> NodeParameters::unused() const {
   const std::lock_guard lock(mutex_);
-  std::vector<std::string> result;
-  for (const auto& [name, value] : given_) {
-    if (!declared_.contains(name)) result.push_back(name);
-  }
-  return result;
+  return {unused_.begin(), unused_.end()};
 }
 
 void NodeParameters::throw_wrong_type(std::string_view name, const ParameterValue& is,

@@ -8,6 +8,8 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -20,13 +22,21 @@
 
 namespace takt {
 
+/// Called first, with the values that are to be set; may change, add and remove some.
+using PreSetParametersCallback = std::function<void(Parameters&)>;
 /// Called with values before they are set; may reject them all with a reason.
 using OnSetParametersCallback = std::function<SetParametersResult(const Parameters&)>;
+/// Called with values after they were set.
+using PostSetParametersCallback = std::function<void(const Parameters&)>;
 /// Keeps the callback: when it is dropped, no further call begins.
-using OnSetParametersHandle = std::shared_ptr<const OnSetParametersCallback>;
+template <class Callback>
+using ParametersHandle = std::shared_ptr<const Callback>;
+using PreSetParametersHandle = ParametersHandle<PreSetParametersCallback>;
+using OnSetParametersHandle = ParametersHandle<OnSetParametersCallback>;
+using PostSetParametersHandle = ParametersHandle<PostSetParametersCallback>;
 
-/// Called with values after they were set, or declared (`are_new`), on the thread that did so.
-using ParametersListener = std::function<void(const Parameters& values, bool are_new)>;
+/// Called after parameters were declared, set or undeclared, on the thread that did so.
+using ParametersListener = std::function<void(const ParameterChanges&)>;
 
 /// Names, values and descriptors. Node forwards to it, and documents each method.
 ///
@@ -37,8 +47,7 @@ using ParametersListener = std::function<void(const Parameters& values, bool are
 class NodeParameters {
  public:
   /// `node` is its name in errors; `given` what the configuration says.
-  NodeParameters(std::string node, Parameters given)
-      : node_(std::move(node)), given_(std::move(given)) {}
+  NodeParameters(std::string node, Parameters given);
 
   template <class T>
   T declare(std::string_view name, T value, ParameterDescriptor descriptor) {
@@ -49,15 +58,33 @@ class NodeParameters {
   T get(std::string_view name) const {
     return as<T>(name, value(name));
   }
+  template <class T>
+  T get_or(std::string_view name, T alternative) const {
+    ParameterValue value = value_if_set(name);
+    if (std::holds_alternative<std::monostate>(value)) return alternative;
+    return as<T>(name, std::move(value));
+  }
+  std::vector<Parameter> get(const std::vector<std::string>& names) const;
+  Parameters get_by_prefix(std::string_view prefix) const;
+  void undeclare(std::string_view name);
   bool has(std::string_view name) const;
-  ParameterDescriptor describe(std::string_view name) const;
+  std::vector<ParameterDescriptor> describe(const std::vector<std::string>& names) const;
   ListParametersResult list(const std::vector<std::string>& prefixes, std::uint64_t depth) const;
-  SetParametersResult set_atomically(const Parameters& values);
-  OnSetParametersHandle add_callback(OnSetParametersCallback callback);
+  SetParametersResult set_atomically(Parameters values);
+  std::vector<SetParametersResult> set(const std::vector<Parameter>& parameters);
+  PreSetParametersHandle add_pre_set(PreSetParametersCallback callback) {
+    return add(std::move(callback), pre_set_);
+  }
+  OnSetParametersHandle add_on_set(OnSetParametersCallback callback) {
+    return add(std::move(callback), on_set_);
+  }
+  PostSetParametersHandle add_post_set(PostSetParametersCallback callback) {
+    return add(std::move(callback), post_set_);
+  }
   /// Empty: none. When this returns, the previous listener is not called any more. It may read
   /// parameters, but not set or declare any.
   void set_listener(ParametersListener listener);
-  /// What is given and was not declared.
+  /// What is given and was never declared.
   std::vector<std::string> unused() const;
 
  private:
@@ -71,6 +98,8 @@ class NodeParameters {
     ParameterDescriptor descriptor;
     Limits limits;
   };
+  template <class Callback>
+  using Callbacks = std::vector<std::weak_ptr<const Callback>>;
   class Changing;
 
   template <class T>
@@ -122,13 +151,27 @@ class NodeParameters {
 
   ParameterValue declare(std::string_view name, Declared declared);
   ParameterValue value(std::string_view name) const;
+  ParameterValue value_if_set(std::string_view name) const;
   // With the mutex held.
   const Declared& find(std::string_view name) const;
-  void check_ranges(std::string_view name, const Declared& declared) const;
+  void check_descriptor(std::string_view name, const Declared& declared) const;
+  void check_undeclaring(std::string_view name, const Declared& declared) const;
   ParameterValue accepted(std::string_view name, const ParameterValue& given,
                           const Declared& declared) const;
+  ParameterChanges checked(const Parameters& values) const;
+  template <class Callback>
+  ParametersHandle<Callback> add(Callback callback, Callbacks<Callback>& callbacks) {
+    auto handle = std::make_shared<const Callback>(std::move(callback));
+    const std::lock_guard lock(mutex_);
+    callbacks.push_back(handle);
+    return handle;
+  }
+  // The latest first, until a call returns false.
+  template <class Callback, class Call>
+  void each(Callbacks<Callback>& callbacks, Call&& call);
   SetParametersResult ask_callbacks(const Parameters& values);
-  void set(Parameters values);
+  void apply(ParameterChanges changes);
+  void report(const ParameterChanges& changes, const Parameters& values);
 
   const std::string node_;
   const Parameters given_;
@@ -139,7 +182,10 @@ class NodeParameters {
 
   mutable PiMutex mutex_;  // guards all below
   std::map<std::string, Declared, std::less<>> declared_;
-  std::vector<std::weak_ptr<const OnSetParametersCallback>> callbacks_;
+  std::set<std::string, std::less<>> unused_;
+  Callbacks<PreSetParametersCallback> pre_set_;
+  Callbacks<OnSetParametersCallback> on_set_;
+  Callbacks<PostSetParametersCallback> post_set_;
 };
 
 }  // namespace takt

@@ -87,7 +87,7 @@ TEST(NodeParameters, RefuseToBeReadUndeclaredAndSuggestTheNearest) {
   node->declare_parameter("gain", 0.5);
   EXPECT_THAT([&] { node->get_parameter<double>("gian"); },
               ThrowsMessage<Error>("node 'camera' has no parameter 'gian'; did you mean 'gain'? "
-                                   "valid: gain"));
+                                   "valid: gain, use_sim_time"));
   EXPECT_THAT([&] { node->get_parameter<int>("rate"); },  // configured is not declared
               ThrowsMessage<Error>(HasSubstr("node 'camera' has no parameter 'rate'")));
 }
@@ -141,16 +141,51 @@ TEST(NodeParameters, AreReadWithoutAllocating) {
   EXPECT_EQ(scope.so_far().allocations, 0u);
 }
 
+TEST(NodeParameters, TakeAListOfIntegersForAByteArray) {
+  using Bytes = std::vector<std::uint8_t>;
+  using Integers = std::vector<std::int64_t>;
+  const auto node = make_node(
+      "camera", {.parameters = {{"header", Integers{0, 255}}, {"wrong", Integers{0, 256}}}});
+  EXPECT_THAT(node->declare_parameter("header", Bytes{1}), ElementsAre(0, 255));
+  EXPECT_THAT([&] { node->declare_parameter("wrong", Bytes{}); },
+              ThrowsMessage<Error>("parameter 'wrong' of node 'camera' cannot be [0, 256]; give a "
+                                   "byte array"));
+  EXPECT_EQ(reason(*node, {{"header", Bytes{7}}}), "");
+  EXPECT_EQ(node->get_parameter<Bytes>("header"), Bytes{7});
+  EXPECT_NE(reason(*node, {{"header", Integers{-1}}}), "");
+  node->declare_parameter("counts", Integers{1});
+  EXPECT_NE(reason(*node, {{"counts", Bytes{1}}}), "");
+}
+
+TEST(NodeParameters, AlwaysHaveUseSimTime) {
+  const auto node = make_node("camera");
+  EXPECT_FALSE(node->get_parameter<bool>(kUseSimTime));
+  EXPECT_EQ(reason(*node, {{kUseSimTime, true}}),
+            "node 'camera' got its clock when it was made, and keeps it; give use_sim_time in its "
+            "configuration");
+  EXPECT_EQ(reason(*node, {{kUseSimTime, false}}), "");
+  EXPECT_FALSE(node->get_parameter<bool>(kUseSimTime));
+  EXPECT_TRUE(
+      make_node("camera", {.parameters = {{kUseSimTime, true}}})->get_parameter<bool>(kUseSimTime));
+  EXPECT_THAT(
+      [] {
+        make_node("camera", {.parameters = {{kUseSimTime, std::int64_t{1}}}});
+      },
+      ThrowsMessage<Error>(HasSubstr("cannot be 1; give a boolean")));
+}
+
 // ---- Descriptors ----
 
 TEST(ParameterDescriptors, AreKept) {
   const auto node = make_node("camera");
   node->declare_parameter("gain", 0.5,
                           {.description = "of the sensor",
+                           .additional_constraints = "a power of two",
                            .read_only = true,
                            .floating_point_range = FloatingPointRange{0, 2, 0.25}});
   const ParameterDescriptor descriptor = node->describe_parameter("gain");
   EXPECT_EQ(descriptor.description, "of the sensor");
+  EXPECT_EQ(descriptor.additional_constraints, "a power of two");
   EXPECT_TRUE(descriptor.read_only);
   EXPECT_EQ(descriptor.floating_point_range->step, 0.25);
   EXPECT_FALSE(descriptor.integer_range);
@@ -236,9 +271,10 @@ TEST(NodeParameters, AreListedByPrefixAndDepth) {
   const auto names = [&](const std::vector<std::string>& prefixes, std::uint64_t depth) {
     return node->list_parameters(prefixes, depth).names;
   };
-  EXPECT_THAT(names({}, 0), ElementsAre("a.b.c.x", "a.b.x", "a.x", "a.y", "ab.x", "rate", "ratio"));
-  EXPECT_THAT(names({}, 1), ElementsAre("rate", "ratio"));
-  EXPECT_THAT(names({}, 2), ElementsAre("a.x", "a.y", "ab.x", "rate", "ratio"));
+  EXPECT_THAT(names({}, 0), ElementsAre("a.b.c.x", "a.b.x", "a.x", "a.y", "ab.x", "rate", "ratio",
+                                        "use_sim_time"));
+  EXPECT_THAT(names({}, 1), ElementsAre("rate", "ratio", "use_sim_time"));
+  EXPECT_THAT(names({}, 2), ElementsAre("a.x", "a.y", "ab.x", "rate", "ratio", "use_sim_time"));
   EXPECT_THAT(names({"a"}, 0), ElementsAre("a.b.c.x", "a.b.x", "a.x", "a.y"));
   EXPECT_THAT(names({"a"}, 1), ElementsAre("a.x", "a.y"));
   EXPECT_THAT(names({"a"}, 2), ElementsAre("a.b.x", "a.x", "a.y"));
@@ -266,7 +302,8 @@ TEST(SetParameters, RefusesUndeclaredNamesOtherTypesAndReadOnlyOnes) {
   node->declare_parameter("rate", 30);
   EXPECT_EQ(node->declare_parameter("fixed", 1, {.read_only = true}), 2);
   EXPECT_EQ(reason(*node, {{"rat", 1}}),
-            "node 'camera' has no parameter 'rat'; did you mean 'rate'? valid: fixed, rate");
+            "node 'camera' has no parameter 'rat'; did you mean 'rate'? valid: fixed, rate, "
+            "use_sim_time");
   EXPECT_EQ(reason(*node, {{"rate", 0.5}}),
             "parameter 'rate' of node 'camera' cannot be 0.5; give an integer");
   EXPECT_EQ(reason(*node, {{"rate", std::int64_t{5'000'000'000}}}),
@@ -339,8 +376,8 @@ TEST(SetParameters, IsRefusedInsideACallback) {
         [&] {
           reason(*node, {{"a", 3}});
         },
-        ThrowsMessage<Error>("node 'camera': a callback that is called before parameters are set "
-                             "sets one; do it after the callback"));
+        ThrowsMessage<Error>("node 'camera': a callback of parameters sets one; do it after the "
+                             "callback"));
     EXPECT_THROW(node->declare_parameter("b", 1), Error);
     return SetParametersResult{};
   });

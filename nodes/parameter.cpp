@@ -7,7 +7,9 @@ namespace takt {
 namespace {
 
 struct Written {
+  std::string operator()(std::monostate) const { return "not set"; }
   std::string operator()(bool value) const { return value ? "true" : "false"; }
+  std::string operator()(std::uint8_t value) const { return fmt::format("{}", value); }
   std::string operator()(std::int64_t value) const { return fmt::format("{}", value); }
   std::string operator()(double value) const { return fmt::format("{}", value); }
   std::string operator()(const std::string& value) const { return "'" + value + "'"; }
@@ -22,9 +24,16 @@ struct Written {
 }  // namespace
 
 std::string_view type_name(const ParameterValue& value) noexcept {
-  static constexpr std::string_view kNames[] = {
-      "boolean",       "integer",       "floating-point number",       "string",
-      "boolean array", "integer array", "floating-point number array", "string array"};
+  static constexpr std::string_view kNames[] = {"not set",
+                                                "boolean",
+                                                "integer",
+                                                "floating-point number",
+                                                "string",
+                                                "byte array",
+                                                "boolean array",
+                                                "integer array",
+                                                "floating-point number array",
+                                                "string array"};
   return kNames[value.index()];
 }
 

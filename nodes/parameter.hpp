@@ -13,13 +13,19 @@
 
 namespace takt {
 
-/// The value of a parameter: rcl_interfaces' types.
+/// The value of a parameter: rcl_interfaces' types in their order. The first one is not set.
 using ParameterValue =
-    std::variant<bool, std::int64_t, double, std::string, std::vector<bool>,
-                 std::vector<std::int64_t>, std::vector<double>, std::vector<std::string>>;
+    std::variant<std::monostate, bool, std::int64_t, double, std::string, std::vector<std::uint8_t>,
+                 std::vector<bool>, std::vector<std::int64_t>, std::vector<double>,
+                 std::vector<std::string>>;
 using Parameters = std::map<std::string, ParameterValue, std::less<>>;
 
-/// "integer", "string array" and so on.
+struct Parameter {
+  std::string name;
+  ParameterValue value;
+};
+
+/// "integer", "string array" and so on; "not set".
 std::string_view type_name(const ParameterValue& value) noexcept;
 /// As configuration files write it: 0.5, 'map', [1, 2].
 std::string to_string(const ParameterValue& value);
@@ -35,10 +41,14 @@ struct FloatingPointRange {
   double from_value = 0, to_value = 0, step = 0;
 };
 
-/// What is known of a parameter besides its value. Its type is that of the default value, for good.
+/// What is known of a parameter besides its value.
 struct ParameterDescriptor {
   std::string description;
-  bool read_only = false;                                  // only the configuration may give it
+  std::string additional_constraints;  // for readers; callbacks check them
+  bool read_only = false;              // only the configuration may give it
+  /// The value may have any type, or none, and the parameter may be undeclared. Otherwise, its type
+  /// is that of the default value, for good. A range is one of values of its type.
+  bool dynamic_typing = false;
   std::optional<IntegerRange> integer_range;               // of an integer
   std::optional<FloatingPointRange> floating_point_range;  // of a floating-point number
 };
@@ -47,6 +57,12 @@ struct ParameterDescriptor {
 struct SetParametersResult {
   bool successful = true;
   std::string reason;  // why not
+};
+
+/// What has changed together.
+struct ParameterChanges {
+  Parameters added, changed;
+  std::vector<std::string> deleted;
 };
 
 struct ListParametersResult {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/parameter_services.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -14,45 +13,28 @@ namespace takt {
 namespace {
 
 namespace wire = rcl_interfaces::msg;
+namespace srv = rcl_interfaces::srv;
 using wire::ParameterType;
 
+// ParameterValue has the types in their order.
+std::uint8_t type_of(const ParameterValue& value) {
+  return static_cast<std::uint8_t>(value.index());
+}
+
 struct ToMessage {
-  void operator()(bool value) { set(ParameterType::PARAMETER_BOOL, message.bool_value, value); }
-  void operator()(std::int64_t value) {
-    set(ParameterType::PARAMETER_INTEGER, message.integer_value, value);
-  }
-  void operator()(double value) {
-    set(ParameterType::PARAMETER_DOUBLE, message.double_value, value);
-  }
-  void operator()(const std::string& value) {
-    set(ParameterType::PARAMETER_STRING, message.string_value, value);
-  }
-  void operator()(const std::vector<bool>& value) {
-    set(ParameterType::PARAMETER_BOOL_ARRAY, message.bool_array_value, value);
-  }
-  void operator()(const std::vector<std::int64_t>& value) {
-    set(ParameterType::PARAMETER_INTEGER_ARRAY, message.integer_array_value, value);
-  }
-  void operator()(const std::vector<double>& value) {
-    set(ParameterType::PARAMETER_DOUBLE_ARRAY, message.double_array_value, value);
-  }
-  void operator()(const std::vector<std::string>& value) {
-    set(ParameterType::PARAMETER_STRING_ARRAY, message.string_array_value, value);
-  }
+  void operator()(std::monostate) {}
+  void operator()(bool value) { message.bool_value = value; }
+  void operator()(std::int64_t value) { message.integer_value = value; }
+  void operator()(double value) { message.double_value = value; }
+  void operator()(const std::string& value) { message.string_value = value; }
+  void operator()(const std::vector<std::uint8_t>& value) { message.byte_array_value = value; }
+  void operator()(const std::vector<bool>& value) { message.bool_array_value = value; }
+  void operator()(const std::vector<std::int64_t>& value) { message.integer_array_value = value; }
+  void operator()(const std::vector<double>& value) { message.double_array_value = value; }
+  void operator()(const std::vector<std::string>& value) { message.string_array_value = value; }
 
   wire::ParameterValue message;
-
- private:
-  template <class T>
-  void set(std::uint8_t type, T& field, const T& value) {
-    message.type = type;
-    field = value;
-  }
 };
-
-std::uint8_t type_of(const ParameterValue& value) {
-  return takt::to_message(value).type;
-}
 
 wire::ParameterDescriptor to_message(const std::string& name, const ParameterValue& value,
                                      const ParameterDescriptor& descriptor) {
@@ -60,7 +42,9 @@ wire::ParameterDescriptor to_message(const std::string& name, const ParameterVal
   message.name = name;
   message.type = type_of(value);
   message.description = descriptor.description;
+  message.additional_constraints = descriptor.additional_constraints;
   message.read_only = descriptor.read_only;
+  message.dynamic_typing = descriptor.dynamic_typing;
   if (const auto& range = descriptor.integer_range) {
     message.integer_range.push_back(wire::IntegerRange()
                                         .set__from_value(range->from_value)
@@ -76,15 +60,27 @@ wire::ParameterDescriptor to_message(const std::string& name, const ParameterVal
   return message;
 }
 
-// All of them, or none when one is not declared. Nothing is ever undeclared, so they stay.
-template <class Item, class Make>
-std::vector<Item> for_each(const Node& node, const std::vector<std::string>& names, Make make) {
-  const auto is_declared = [&](const std::string& name) { return node.has_parameter(name); };
-  std::vector<Item> items;
-  if (std::all_of(names.begin(), names.end(), is_declared)) {
-    std::transform(names.begin(), names.end(), std::back_inserter(items), make);
+// All of them, or none when one is not declared.
+std::vector<Parameter> parameters_of(const Node& node, const std::vector<std::string>& names) {
+  try {
+    return node.get_parameters(names);
+  } catch (const Error&) {
+    return {};
   }
-  return items;
+}
+
+std::vector<wire::ParameterDescriptor> descriptors_of(const Node& node,
+                                                      const std::vector<std::string>& names) {
+  const std::vector<Parameter> parameters = parameters_of(node, names);
+  std::vector<wire::ParameterDescriptor> messages;
+  try {
+    for (const auto& [name, value] : parameters) {
+      messages.push_back(to_message(name, value, node.describe_parameter(name)));
+    }
+  } catch (const Error&) {  // undeclared meanwhile
+    return {};
+  }
+  return messages;
 }
 
 wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& parameters) {
@@ -109,9 +105,12 @@ wire::ListParametersResult to_message(ListParametersResult listed) {
       .set__prefixes(std::move(listed.prefixes));
 }
 
-// The name of a service of this node, by whichever node it is served.
-std::string service_name(const Node& node, std::string_view service) {
-  return fmt::format("{}/{}", node.fully_qualified_name(), service);
+// A service of this node, served by the host.
+template <class S, class F>
+std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback) {
+  const std::string& owner = node.fully_qualified_name();
+  return host.create_service<S>(fmt::format("{}/{}", owner, name), std::move(callback), nullptr,
+                                rare_service(owner));
 }
 
 }  // namespace
@@ -119,11 +118,14 @@ std::string service_name(const Node& node, std::string_view service) {
 wire::ParameterValue to_message(const ParameterValue& value) {
   ToMessage visitor;
   std::visit(visitor, value);
+  visitor.message.type = type_of(value);
   return std::move(visitor.message);
 }
 
 ParameterValue from_message(const wire::ParameterValue& message) {
   switch (message.type) {
+    case ParameterType::PARAMETER_NOT_SET:
+      return {};
     case ParameterType::PARAMETER_BOOL:
       return message.bool_value;
     case ParameterType::PARAMETER_INTEGER:
@@ -132,6 +134,8 @@ ParameterValue from_message(const wire::ParameterValue& message) {
       return message.double_value;
     case ParameterType::PARAMETER_STRING:
       return message.string_value;
+    case ParameterType::PARAMETER_BYTE_ARRAY:
+      return message.byte_array_value;
     case ParameterType::PARAMETER_BOOL_ARRAY:
       return message.bool_array_value;
     case ParameterType::PARAMETER_INTEGER_ARRAY:
@@ -140,22 +144,26 @@ ParameterValue from_message(const wire::ParameterValue& message) {
       return message.double_array_value;
     case ParameterType::PARAMETER_STRING_ARRAY:
       return message.string_array_value;
-    case ParameterType::PARAMETER_NOT_SET:
-      throw Error("no value is given", "give one; a declared parameter stays declared");
-    case ParameterType::PARAMETER_BYTE_ARRAY:
-      throw Error("a byte array is given, and no parameter is one", "give an integer array");
     default:
       throw Error(fmt::format("a value of the unknown type {} is given", message.type));
   }
 }
 
-void ParameterServices::publish(const Parameters& values, bool are_new) const {
+void ParameterServices::publish(const ParameterChanges& changes) const {
+  const auto messages = [](const Parameters& values) {
+    std::vector<wire::Parameter> list;
+    for (const auto& [name, value] : values) {
+      list.push_back(wire::Parameter().set__name(name).set__value(to_message(value)));
+    }
+    return list;
+  };
   wire::ParameterEvent event;
   event.stamp = wire_time(std::chrono::system_clock::now());
   event.node = node_.fully_qualified_name();
-  auto& list = are_new ? event.new_parameters : event.changed_parameters;
-  for (const auto& [name, value] : values) {
-    list.push_back(wire::Parameter().set__name(name).set__value(to_message(value)));
+  event.new_parameters = messages(changes.added);
+  event.changed_parameters = messages(changes.changed);
+  for (const std::string& name : changes.deleted) {
+    event.deleted_parameters.push_back(wire::Parameter().set__name(name));
   }
   events_->publish(event);
 }
@@ -165,65 +173,42 @@ ParameterServices::ParameterServices(Node& node, Node& host)
       events_(host.create_publisher<wire::ParameterEvent>(
           "/parameter_events", qos_profile("parameter_events")->keep_last(10),
           {.graph_node = node.fully_qualified_name()})),
-      get_(host.create_service<rcl_interfaces::srv::GetParameters>(
-          service_name(node, "get_parameters"),
-          [&node](const auto& request, auto& response) {
-            response.values =
-                for_each<wire::ParameterValue>(node, request.names, [&](const std::string& name) {
-                  return to_message(node.get_parameter<ParameterValue>(name));
-                });
-          },
-          nullptr, rare_service(node.fully_qualified_name()))),
-      get_types_(host.create_service<rcl_interfaces::srv::GetParameterTypes>(
-          service_name(node, "get_parameter_types"),
-          [&node](const auto& request, auto& response) {
-            response.types =
-                for_each<std::uint8_t>(node, request.names, [&](const std::string& name) {
-                  return type_of(node.get_parameter<ParameterValue>(name));
-                });
-          },
-          nullptr, rare_service(node.fully_qualified_name()))),
-      set_(host.create_service<rcl_interfaces::srv::SetParameters>(
-          service_name(node, "set_parameters"),
-          [&node](const auto& request, auto& response) {
-            for (const wire::Parameter& parameter : request.parameters) {
-              response.results.push_back(set(node, {parameter}));
-            }
-          },
-          nullptr, rare_service(node.fully_qualified_name()))),
-      set_atomically_(host.create_service<rcl_interfaces::srv::SetParametersAtomically>(
-          service_name(node, "set_parameters_atomically"),
-          [&node](const auto& request, auto& response) {
-            response.result = set(node, request.parameters);
-          },
-          nullptr, rare_service(node.fully_qualified_name()))),
-      list_(host.create_service<rcl_interfaces::srv::ListParameters>(
-          service_name(node, "list_parameters"),
-          [&node](const auto& request, auto& response) {
-            response.result = to_message(node.list_parameters(request.prefixes, request.depth));
-          },
-          nullptr, rare_service(node.fully_qualified_name()))),
-      describe_(host.create_service<rcl_interfaces::srv::DescribeParameters>(
-          service_name(node, "describe_parameters"),
-          [&node](const auto& request, auto& response) {
-            response.descriptors = for_each<wire::ParameterDescriptor>(
-                node, request.names, [&](const std::string& name) {
-                  return to_message(name, node.get_parameter<ParameterValue>(name),
-                                    node.describe_parameter(name));
-                });
-          },
-          nullptr, rare_service(node.fully_qualified_name()))) {
-  publish_events();
-}
-
-void ParameterServices::publish_events() {
-  Parameters declared;
-  for (const std::string& name : node_.list_parameters().names) {
-    declared.emplace(name, node_.get_parameter<ParameterValue>(name));
-  }
-  if (!declared.empty()) publish(declared, true);
-  node_.set_parameters_listener(
-      [this](const Parameters& values, bool are_new) { publish(values, are_new); });
+      get_(serve<srv::GetParameters>(node, host, "get_parameters",
+                                     [&node](const auto& request, auto& response) {
+                                       for (const auto& [name, value] :
+                                            parameters_of(node, request.names)) {
+                                         response.values.push_back(to_message(value));
+                                       }
+                                     })),
+      get_types_(serve<srv::GetParameterTypes>(node, host, "get_parameter_types",
+                                               [&node](const auto& request, auto& response) {
+                                                 for (const auto& [name, value] :
+                                                      parameters_of(node, request.names)) {
+                                                   response.types.push_back(type_of(value));
+                                                 }
+                                               })),
+      set_(serve<srv::SetParameters>(node, host, "set_parameters",
+                                     [&node](const auto& request, auto& response) {
+                                       for (const wire::Parameter& parameter : request.parameters) {
+                                         response.results.push_back(set(node, {parameter}));
+                                       }
+                                     })),
+      set_atomically_(
+          serve<srv::SetParametersAtomically>(node, host, "set_parameters_atomically",
+                                              [&node](const auto& request, auto& response) {
+                                                response.result = set(node, request.parameters);
+                                              })),
+      list_(serve<srv::ListParameters>(node, host, "list_parameters",
+                                       [&node](const auto& request, auto& response) {
+                                         response.result = to_message(
+                                             node.list_parameters(request.prefixes, request.depth));
+                                       })),
+      describe_(serve<srv::DescribeParameters>(
+          node, host, "describe_parameters", [&node](const auto& request, auto& response) {
+            response.descriptors = descriptors_of(node, request.names);
+          })) {
+  publish({.added = node.get_parameters_by_prefix("")});
+  node.set_parameters_listener([this](const ParameterChanges& changes) { publish(changes); });
 }
 
 }  // namespace takt

@@ -17,8 +17,7 @@
 
 namespace takt {
 
-/// The value on the wire, and back. Throws Error when it has none, or one of a type that no
-/// parameter has here (a byte array).
+/// The value on the wire, and back. Throws Error when it is of an unknown type.
 rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);
 ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 
@@ -26,8 +25,8 @@ ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
 /// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
 /// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
-/// another and has a result for each. `/parameter_events` reports what is declared and set:
-/// initially all parameters.
+/// another and has a result for each. `/parameter_events` reports what is declared, set and
+/// undeclared: initially all parameters.
 ///
 /// The services are entities of the host, in its default callback group: the node itself, or
 /// another one whose executor is not a real-time one. In ROS 2's graph they are the node's. Both
@@ -46,8 +45,7 @@ class ParameterServices {
   template <class S>
   using Handle = std::shared_ptr<Service<S>>;
 
-  void publish_events();
-  void publish(const Parameters& values, bool are_new) const;
+  void publish(const ParameterChanges& changes) const;
 
   Node& node_;
   const std::shared_ptr<Publisher<rcl_interfaces::msg::ParameterEvent>> events_;

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/parameter_services.hpp"
 
+#include <atomic>
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +15,7 @@ namespace {
 
 namespace wire = rcl_interfaces::msg;
 namespace services = rcl_interfaces::srv;
+using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -24,6 +28,7 @@ Parameters all_types() {
           {"b_integer", std::int64_t{-7}},
           {"c_number", 0.5},
           {"d_string", std::string("map")},
+          {"dd_bytes", std::vector<std::uint8_t>{0, 255}},
           {"e_booleans", std::vector<bool>{true, false}},
           {"f_integers", std::vector<std::int64_t>{1, 2}},
           {"g_numbers", std::vector<double>{0.5, 0.25}},
@@ -57,12 +62,11 @@ TEST(ParameterMessages, AreTheValuesOnTheWire) {
   }
   EXPECT_EQ(to_message(true).type, ParameterType::PARAMETER_BOOL);
   EXPECT_EQ(to_message(0.5).double_value, 0.5);
+  EXPECT_EQ(to_message({}).type, ParameterType::PARAMETER_NOT_SET);
+  EXPECT_EQ(from_message({}), ParameterValue());
 }
 
-TEST(ParameterMessages, ThatHaveNoValueHereAreErrors) {
-  EXPECT_THAT([] { from_message({}); }, ThrowsMessage<Error>(HasSubstr("no value is given")));
-  EXPECT_THAT([] { from_message(wire::ParameterValue().set__type(5)); },
-              ThrowsMessage<Error>(HasSubstr("a byte array is given")));
+TEST(ParameterMessages, OfAnUnknownTypeAreErrors) {
   EXPECT_THAT([] { from_message(wire::ParameterValue().set__type(200)); },
               ThrowsMessage<Error>(HasSubstr("unknown type 200")));
 }
@@ -71,9 +75,10 @@ class ParameterServicesTest : public testing::Test {
  protected:
   ParameterServicesTest() {
     for (const auto& [name, value] : all_types()) node_->declare_parameter(name, value);
-    node_->declare_parameter(
-        "loop.gain", 1.0,
-        {.description = "of the loop", .floating_point_range = FloatingPointRange{0, 2, 0.5}});
+    node_->declare_parameter("loop.gain", 1.0,
+                             {.description = "of the loop",
+                              .additional_constraints = "even halves",
+                              .floating_point_range = FloatingPointRange{0, 2, 0.5}});
     node_->declare_parameter("loop.count", 3,
                              {.read_only = true, .integer_range = IntegerRange{1, 9, 2}});
   }
@@ -111,7 +116,7 @@ TEST_F(ParameterServicesTest, AreEntitiesOfTheirHost) {
 TEST_F(ParameterServicesTest, GetValuesOfAllTypes) {
   const auto response = call<services::GetParameters>(
       "get_parameters", about<services::GetParameters>(names_of(all_types())));
-  ASSERT_EQ(response.values.size(), 8u);
+  ASSERT_EQ(response.values.size(), 9u);
   std::size_t i = 0;
   for (const auto& [name, value] : all_types()) {
     EXPECT_EQ(from_message(response.values[i++]), value) << name;
@@ -119,7 +124,7 @@ TEST_F(ParameterServicesTest, GetValuesOfAllTypes) {
   EXPECT_THAT(call<services::GetParameterTypes>(
                   "get_parameter_types", about<services::GetParameterTypes>(names_of(all_types())))
                   .types,
-              ElementsAre(1, 2, 3, 4, 6, 7, 8, 9));
+              ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9));
 }
 
 TEST_F(ParameterServicesTest, GiveNothingWhenOneNameIsUnknown) {
@@ -151,13 +156,15 @@ TEST_F(ParameterServicesTest, SetOneAfterAnother) {
     EXPECT_EQ(result.successful, result.reason.empty());
     reasons.push_back(result.reason);
   }
-  EXPECT_THAT(reasons,
-              ElementsAre("", HasSubstr("no parameter 'b_integr'; did you mean 'b_integer'?"),
-                          HasSubstr("cannot be true; give a string"), "",
-                          HasSubstr("cannot be 1.6; give a floating-point number from 0 to 2 in "
-                                    "steps of 0.5"),
-                          HasSubstr("is read-only"),
-                          HasSubstr("parameter 'c_number' of node 'camera': no value is given")));
+  EXPECT_THAT(
+      reasons,
+      ElementsAre(
+          "", HasSubstr("no parameter 'b_integr'; did you mean 'b_integer'?"),
+          HasSubstr("cannot be true; give a string"), "",
+          HasSubstr("cannot be 1.6; give a floating-point number from 0 to 2 in "
+                    "steps of 0.5"),
+          HasSubstr("is read-only"),
+          HasSubstr("'c_number' of node 'camera' cannot be undeclared: its type is fixed")));
   EXPECT_EQ(node_->get_parameter<int>("b_integer"), 8);
   EXPECT_EQ(node_->get_parameter<double>("loop.gain"), 1.5);
 }
@@ -167,6 +174,7 @@ TEST_F(ParameterServicesTest, SetAllTypesAtomicallyOrNone) {
                           {"b_integer", std::int64_t{1}},
                           {"c_number", 2.0},
                           {"d_string", std::string("odom")},
+                          {"dd_bytes", std::vector<std::uint8_t>{7}},
                           {"e_booleans", std::vector<bool>{}},
                           {"f_integers", std::vector<std::int64_t>{3}},
                           {"g_numbers", std::vector<double>{0.125}},
@@ -202,7 +210,7 @@ TEST_F(ParameterServicesTest, ReturnTheReasonOfACallback) {
 
 TEST_F(ParameterServicesTest, ListWithPrefixesAndDepth) {
   const auto all = call<services::ListParameters>("list_parameters", {}).result;
-  EXPECT_EQ(all.names.size(), 10u);
+  EXPECT_EQ(all.names.size(), 12u);
   EXPECT_THAT(all.prefixes, ElementsAre("loop"));
   const auto some = call<services::ListParameters>(
                         "list_parameters",
@@ -212,7 +220,7 @@ TEST_F(ParameterServicesTest, ListWithPrefixesAndDepth) {
   EXPECT_EQ(call<services::ListParameters>("list_parameters",
                                            services::ListParameters::Request().set__depth(1))
                 .result.names.size(),
-            8u);
+            10u);
 }
 
 TEST_F(ParameterServicesTest, DescribeParameters) {
@@ -225,6 +233,8 @@ TEST_F(ParameterServicesTest, DescribeParameters) {
   EXPECT_EQ(gain.name, "loop.gain");
   EXPECT_EQ(gain.type, ParameterType::PARAMETER_DOUBLE);
   EXPECT_EQ(gain.description, "of the loop");
+  EXPECT_EQ(gain.additional_constraints, "even halves");
+  EXPECT_FALSE(gain.dynamic_typing);
   EXPECT_FALSE(gain.read_only);
   ASSERT_EQ(gain.floating_point_range.size(), 1u);
   EXPECT_EQ(gain.floating_point_range[0].to_value, 2);
@@ -234,6 +244,59 @@ TEST_F(ParameterServicesTest, DescribeParameters) {
   EXPECT_EQ(count.integer_range[0].from_value, 1);
   EXPECT_EQ(text.type, ParameterType::PARAMETER_STRING);
   EXPECT_THAT(text.integer_range, IsEmpty());
+}
+
+// As rclcpp's do: a parameter of any type is undeclared by setting it to no value.
+TEST_F(ParameterServicesTest, UndeclareWhatIsSetToNothing) {
+  node_->declare_parameter("any", ParameterValue(true), {.dynamic_typing = true});
+  const auto description = call<services::DescribeParameters>(
+                               "describe_parameters", about<services::DescribeParameters>({"any"}))
+                               .descriptors;
+  ASSERT_EQ(description.size(), 1u);
+  EXPECT_TRUE(description[0].dynamic_typing);
+  EXPECT_EQ(description[0].type, ParameterType::PARAMETER_BOOL);
+  const auto set = [&](const wire::ParameterValue& value) {
+    return call<services::SetParameters>("set_parameters", to_set({{"any", value}}))
+        .results.at(0)
+        .reason;
+  };
+  EXPECT_EQ(set(to_message(std::vector<std::uint8_t>{1, 2})), "");
+  EXPECT_THAT(call<services::GetParameterTypes>("get_parameter_types",
+                                                about<services::GetParameterTypes>({"any"}))
+                  .types,
+              ElementsAre(ParameterType::PARAMETER_BYTE_ARRAY));
+  const auto reader = caller_->create_subscription<wire::ParameterEvent>("/parameter_events", 10,
+                                                                         [](const auto&) {});
+  EXPECT_EQ(set({}), "");
+  EXPECT_FALSE(node_->has_parameter("any"));
+  EXPECT_THAT(set({}), HasSubstr("no parameter 'any'"));
+  wire::ParameterEvent event;
+  ASSERT_TRUE(reader->take(event));
+  EXPECT_THAT(event.changed_parameters, IsEmpty());
+  ASSERT_EQ(event.deleted_parameters.size(), 1u);
+  EXPECT_EQ(event.deleted_parameters[0].name, "any");
+  EXPECT_FALSE(reader->take(event));
+}
+
+// The services serve on one thread, while the code undeclares on another one.
+TEST_F(ParameterServicesTest, AnswerWhileParametersComeAndGo) {
+  std::atomic<bool> is_over{false};
+  std::thread code([&] {
+    while (!is_over) {
+      node_->declare_parameter("any", ParameterValue(0.5), {.dynamic_typing = true});
+      node_->undeclare_parameter("any");
+    }
+  });
+  for (int i = 0; i < 200; ++i) {
+    const auto got = call<services::GetParameters>(
+        "get_parameters", about<services::GetParameters>({"any", "a_boolean"}));
+    EXPECT_THAT(got.values.size(), AnyOf(0u, 2u));
+    const auto described = call<services::DescribeParameters>(
+        "describe_parameters", about<services::DescribeParameters>({"any", "a_boolean"}));
+    EXPECT_THAT(described.descriptors.size(), AnyOf(0u, 2u));
+  }
+  is_over = true;
+  code.join();
 }
 
 TEST(ParameterServices, MayBeServedByTheNodeItself) {

@@ -77,7 +77,11 @@ std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& 
     return {};
   }
   const auto take = [](const auto& content) -> std::optional<ParameterValue> {
-    if constexpr (std::is_constructible_v<ParameterValue, decltype(content)>) return content;
+    using Content = std::decay_t<decltype(content)>;
+    if constexpr (std::is_same_v<Content, std::monostate>)
+      return {};
+    else if constexpr (std::is_constructible_v<ParameterValue, Content>)
+      return content;
     return {};
   };
   std::optional<ParameterValue> result = std::visit(take, value.content);
