@@ -286,6 +286,7 @@ void describe(const Options& options) {
                     {"type", words_of(descriptor.type).name},
                     {"description", descriptor.description},
                     {"read_only", descriptor.read_only},
+                    {"dynamic_typing", descriptor.dynamic_typing},
                     {"range", descriptor.floating_point_range.empty()
                                   ? range_of(descriptor.integer_range)
                                   : range_of(descriptor.floating_point_range)},

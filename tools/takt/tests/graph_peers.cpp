@@ -29,6 +29,9 @@ class Parameters : public takt::Node {
     declare_parameter("limit", std::numeric_limits<double>::infinity());
     declare_parameter("word", std::string("it's on"));
     declare_parameter("fixed", std::string("on"), {.read_only = true});
+    declare_parameter("any", takt::ParameterValue(std::int64_t{1}),
+                      {.additional_constraints = "no list", .dynamic_typing = true});
+    declare_parameter("bytes", std::vector<std::uint8_t>{0, 255});
     declare_parameter("flags", std::vector<bool>{true, false});
     declare_parameter("counts", std::vector<std::int64_t>{1, 2});
     declare_parameter("gains", std::vector<double>{0.5, 2.0});

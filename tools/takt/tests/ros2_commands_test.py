@@ -58,6 +58,8 @@ def test_values_are_shown_as_ros2_shows_them():
                 "flag": "Boolean value is: True", "count": "Integer value is: 3",
                 "gain.p": "Double value is: 1.0", "gain.i": "Double value is: 1e+20",
                 "limit": "Double value is: inf", "word": "String value is: it's on",
+                "bytes": "Byte values are: [0, 255]",
+                "use_sim_time": "Boolean value is: False",
                 "flags": "Boolean values are: [True, False]", "counts": "Integer values are: [1, 2]",
                 "gains": "Double values are: [0.5, 2.0]",
                 "words": "String values are: ['a', 'yes']"}.items():
@@ -84,7 +86,14 @@ def test_values_are_shown_as_ros2_shows_them():
               "Parameter name: fixed\n  Type: string\n  Constraints:\n    Read only: true\n", text)
         row = as_json("param", "describe", "/front/lidar", "count")[0]
         check("described as JSON", row["range"] == {"from_value": 0, "to_value": 10, "step": 0} and
-              row["read_only"] is False, row)
+              row["read_only"] is False and row["dynamic_typing"] is False, row)
+        text = run("param", "describe", "/front/lidar", "any", "bytes").stdout
+        check("what callbacks check, and bytes", text ==
+              "Parameter name: any\n  Type: integer\n  Constraints:\n"
+              "    Additional constraints: no list\n"
+              "Parameter name: bytes\n  Type: byte array\n  Constraints:\n", text)
+        row = as_json("param", "describe", "/front/lidar", "any")[0]
+        check("of any type", row["dynamic_typing"] is True, row)
 
 
 def test_values_are_set():
@@ -93,13 +102,17 @@ def test_values_are_set():
         for name, text, expected in [
                 ("flag", "false", False), ("count", "7", 7), ("gain.p", "2.5", 2.5),
                 ("word", "hello", "hello"), ("word", "'5'", "5"), ("word", "", ""),
-                ("counts", "[]", []), ("counts", "[4]", [4]), ("words", "['5', b]", ["5", "b"])]:
+                ("counts", "[]", []), ("counts", "[4]", [4]),
+                ("bytes", "[1, 2]", [1, 2]), ("any", "text", "text"), ("any", "[0.5]", [0.5]),
+                ("use_sim_time", "false", False), ("words", "['5', b]", ["5", "b"])]:
             done = run("param", "set", "/other", name, text)
             check("and says so", done.stdout == "Set parameter successful\n", done.stdout)
             check(f"{name} is {expected}", value(name) == expected, value(name))
         for name, text, reason in [
                 ("count", "high", "count"), ("count", "[1", "the value"), ("count", "11", "10"),
                 ("count", "{a: 1}", "count"), ("flags", "[1, true]", "flags"),
+                ("bytes", "[256]", "give a byte array"),
+                ("use_sim_time", "true", "got its clock when it was made"),
                 ("fixed", "off", "fixed"), ("no_such", "1", "no_such")]:
             wrong = run("param", "set", "/other", name, text, status=2)
             check(f"{name} {text}: the reason", reason in wrong.stderr and not wrong.stdout,
