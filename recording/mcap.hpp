@@ -32,7 +32,7 @@ struct RecordedMessage {
   std::uint32_t sequence = 0;     // in its topic, from 1
   std::uint64_t log_time_ns = 0;  // since 1970
   std::uint64_t publish_time_ns = 0;
-  std::uint64_t begin = 0, size = 0;  // position of its bytes in the file: CDR, with header
+  std::uint64_t begin = 0, size = 0;  // position of its bytes in the file, or in the chunk
   std::uint64_t chunk = 0;  // position in the file of the compressed chunk that contains them
 };
 

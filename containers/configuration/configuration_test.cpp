@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/base/logger.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 
@@ -247,11 +248,13 @@ TEST(Configuration, ReadsTheOlderFormOfDiscovery) {
                  "name: lidar}]}\n")
                 .dds->discovery,
             DiscoveryRange::localhost);
+  Logger::instance().flush();  // lines of tests before
   testing::internal::CaptureStderr();
   EXPECT_EQ(read("dds:\n  loopback_only: false\ncontainer: {components: [{component: demo::Lidar, "
                  "name: lidar}]}\n")
                 .dds->discovery,
             DiscoveryRange::subnet);
+  Logger::instance().flush();
   EXPECT_THAT(testing::internal::GetCapturedStderr(),
               testing::HasSubstr("robot.yaml:2: `loopback_only: false` is an older form of "
                                  "`discovery: subnet`"));
