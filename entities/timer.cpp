@@ -96,6 +96,7 @@ bool Timer::take(Slot& slot) noexcept {
 }
 
 void Timer::skip_releases(TimePoint until) noexcept {
+  if (simulated_ != nullptr) until = simulated_->now();  // releases are in its time
   TimePoint due = next_release_.load();
   while (due < until) {
     const auto skipped = (until - due - Nanoseconds(1)) / period_;

@@ -17,6 +17,7 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
+#include "takt/base/simulated_clock.hpp"
 
 namespace takt {
 namespace {
@@ -186,6 +187,19 @@ TEST_F(TimerTest, CallsItsCallbackWhichMayCancelIt) {
   timer.execute(slot);
   EXPECT_THAT(calls, ElementsAre(kStart + 10ms));
   EXPECT_TRUE(timer.is_canceled());
+}
+
+// The executor's time has nothing to do with a simulated clock's: releases of hours were skipped.
+TEST_F(TimerTest, OnASimulatedClockSkipsWhatIsDueThere) {
+  SimulatedClock simulated(clock_);
+  Timer timer("tick", group_, simulated, 10ms, [] {});
+  simulated.set(TimePoint(35ms));
+  timer.skip_releases(clock_.now());
+  EXPECT_EQ(timer.missed(), 3u);
+  Slot slot;
+  EXPECT_FALSE(timer.take(slot));
+  simulated.set(TimePoint(40ms));
+  EXPECT_TRUE(timer.take(slot));
 }
 
 TEST_F(TimerTest, RefusesAPeriodThatIsNotPositive) {
