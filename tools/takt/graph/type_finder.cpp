@@ -51,7 +51,9 @@ const MessageType* TypeFinder::described(const TypeDescription& description,
 // The interface itself, or what ROS 2 makes of an action: "…/Fibonacci_SendGoal" describes the
 // goal, too.
 const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::string& interface) {
-  const Graph graph = observer_.graph();
+  // Others need to be discovered once only.
+  const Graph graph =
+      std::exchange(has_discovered_, true) ? observer_.participant()->graph() : observer_.graph();
   std::set<std::string> servers;
   for (const GraphEndpoint& service : graph.services) servers.insert(service.name);
   for (const auto* list :

@@ -31,6 +31,7 @@ class TypeFinder {
                                      const std::string& hash);
 
   const Observer& observer_;
+  bool has_discovered_ = false;
   std::vector<std::unique_ptr<DescribedTypes>> descriptions_;
 };
 
