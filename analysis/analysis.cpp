@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/analysis.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "takt/analysis/method.hpp"
+
+namespace takt::analysis {
+namespace {
+
+constexpr std::size_t kMostPaths = 1000;
+// What has not settled by then counts as unbounded.
+constexpr int kMostRounds = 1000;
+
+/// A path with what is known of it.
+struct AnalysedPath {
+  Path path;
+  Time bound = 0;
+  std::vector<MethodBound> answers;
+};
+
+class Solver {
+ public:
+  Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
+    for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
+      methods_.emplace_back(name, methods().make(name));
+    }
+    order_callbacks();
+    make_parts();
+    for (Part& part : parts_) make_paths(part);
+    for (int round = 0; improve(round); ++round) {
+    }
+  }
+
+  ChainBound bound(const Chain& chain) const;
+  CallbackBound bound(std::size_t callback) const;
+
+ private:
+  void order_callbacks();
+  void make_parts();
+  void add_source(Source source);
+  void make_paths(Part& part);
+  void extend(AnalysedPath path);
+  bool improve(int round);
+  void analyse(AnalysedPath& path) const;
+  void update_curves();
+  void update_supplies();
+  SegmentBound bound(const std::vector<std::size_t>& callbacks,
+                     const std::size_t* predecessor) const;
+  bool is_inside(std::size_t from, const Output& output) const {
+    return system_.callbacks[from].executor == system_.callbacks[output.to].executor;
+  }
+
+  const System& system_;
+  const Time limit_;
+  std::vector<std::pair<std::string, std::unique_ptr<Method>>> methods_;
+  std::vector<std::size_t> ordered_;  // callbacks, senders first
+  std::vector<Part> parts_;           // by executor
+  std::vector<AnalysedPath> paths_;   // of all, shorter ones before what they begin
+};
+
+void Solver::order_callbacks() {
+  std::vector<std::size_t> senders(system_.callbacks.size());
+  for (const Callback& callback : system_.callbacks) {
+    for (const Output& output : callback.outputs) ++senders[output.to];
+  }
+  for (std::size_t i = 0; i < senders.size(); ++i) {
+    if (senders[i] == 0) ordered_.push_back(i);
+  }
+  for (std::size_t next = 0; next < ordered_.size(); ++next) {
+    for (const Output& output : system_.callbacks[ordered_[next]].outputs) {
+      if (--senders[output.to] == 0) ordered_.push_back(output.to);
+    }
+  }
+  if (ordered_.size() == system_.callbacks.size()) return;
+  const auto in_circle =
+      std::find_if(senders.begin(), senders.end(), [](std::size_t count) { return count != 0; });
+  throw Error(fmt::format("callbacks send to each other in a circle, with or before '{}'",
+                          system_.callbacks[in_circle - senders.begin()].name),
+              "there is no bound for what may go on for ever; state which messages do not go on");
+}
+
+void Solver::make_parts() {
+  for (const Executor& executor : system_.executors) {
+    parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
+  }
+  for (std::size_t i = 0; i < system_.callbacks.size(); ++i) {
+    parts_[system_.callbacks[i].executor].callbacks.push_back(i);
+    if (const auto& arrivals = system_.callbacks[i].arrivals) add_source({i, *arrivals});
+  }
+  for (const std::size_t from : ordered_) {
+    const std::size_t executor = system_.callbacks[from].executor;
+    for (const Output& output : system_.callbacks[from].outputs) {
+      if (is_inside(from, output)) continue;
+      const std::size_t sources = parts_[executor].sources.size();
+      for (std::size_t source = 0; source < sources; ++source) {
+        const Count count = parts_[executor].executions(source, from);
+        if (count == 0) continue;
+        const Source& before = parts_[executor].sources[source];
+        add_source({output.to, before.curve, times(times(before.messages, count), output.messages),
+                    Source::From{from, source}});
+      }
+    }
+  }
+}
+
+void Solver::add_source(Source source) {
+  Part& part = parts_[system_.callbacks[source.callback].executor];
+  auto& caused = part.caused.emplace_back();
+  auto& spans = part.spans.emplace_back();
+  caused[source.callback] = 1;
+  for (const std::size_t from : ordered_) {
+    const auto found = caused.find(from);
+    if (found == caused.end()) continue;
+    Span& span = spans[from];
+    span.earliest_end = span.earliest_release + system_.callbacks[from].least_execution;
+    for (const Output& output : system_.callbacks[from].outputs) {
+      if (!is_inside(from, output)) continue;
+      const bool is_first = !caused.contains(output.to);
+      caused[output.to] = plus(caused[output.to], times(found->second, output.messages));
+      Time& earliest = spans[output.to].earliest_release;
+      earliest = is_first ? span.earliest_end : std::min(earliest, span.earliest_end);
+    }
+  }
+  part.sources.push_back(std::move(source));
+}
+
+void Solver::make_paths(Part& part) {
+  const std::size_t before = paths_.size();
+  for (std::size_t source = 0; source < part.sources.size(); ++source) {
+    extend({.path = {part, source, {part.sources[source].callback}}});
+  }
+  if (paths_.size() - before > kMostPaths) {
+    throw Error(fmt::format("executor '{}' has more than {} paths of callbacks", part.executor.name,
+                            kMostPaths));
+  }
+}
+
+void Solver::extend(AnalysedPath path) {
+  if (paths_.size() > kMostPaths * parts_.size()) return;  // make_paths refuses it
+  const std::size_t last = path.path.last();
+  paths_.push_back(path);
+  for (const Output& output : system_.callbacks[last].outputs) {
+    if (!is_inside(last, output)) continue;
+    AnalysedPath longer = path;
+    longer.path.callbacks.push_back(output.to);
+    extend(std::move(longer));
+  }
+}
+
+// What comes from other executors comes with the jitter that these cause.
+void Solver::update_curves() {
+  for (const std::size_t to : ordered_) {
+    Part& part = parts_[system_.callbacks[to].executor];
+    for (Source& source : part.sources) {
+      if (source.callback != to || !source.from) continue;
+      const Callback& sender = system_.callbacks[source.from->callback];
+      const Part& before = parts_[sender.executor];
+      const Span& span = before.spans[source.from->source].at(source.from->callback);
+      Time delay = 0, least_delay = kUnbounded;
+      for (const Output& output : sender.outputs) {
+        if (output.to != to) continue;
+        delay = std::max(delay, output.delay);
+        least_delay = std::min(least_delay, output.least_delay);
+      }
+      source.curve = before.sources[source.from->source].curve.with_jitter(
+          plus(span.latest_end - span.earliest_end, delay - least_delay));
+    }
+  }
+}
+
+void Solver::update_supplies() {
+  for (Part& part : parts_) {
+    const Executor& executor = part.executor;
+    if (executor.reservation) part.supply = Supply(*executor.reservation);
+    if (!executor.share) continue;
+    std::vector<const Part*> above;
+    for (const Part& other : parts_) {
+      const auto& share = other.executor.share;
+      if (&other != &part && share && share->cpu == executor.share->cpu &&
+          share->priority >= executor.share->priority) {
+        above.push_back(&other);
+      }
+    }
+    if (above.empty()) continue;
+    const bool has_equals = std::any_of(above.begin(), above.end(), [&](const Part* other) {
+      return other->executor.share->priority == executor.share->priority;
+    });
+    const auto demand = [above](Time window) {
+      Time result = 0;
+      for (const Part* other : above) {
+        for (std::size_t source = 0; source < other->sources.size(); ++source) {
+          Time cost = 0;
+          for (const auto& [callback, count] : other->caused[source]) {
+            cost = plus(cost, times(other->at(callback).execution, count));
+          }
+          const Source& arriving = other->sources[source];
+          result = plus(result, times(times(cost, arriving.messages), arriving.curve.most(window)));
+        }
+      }
+      return result;
+    };
+    part.supply = Supply(demand, has_equals);
+  }
+}
+
+void Solver::analyse(AnalysedPath& analysed) const {
+  const Executor& executor = analysed.path.part.executor;
+  analysed.answers.clear();
+  Time least = kUnbounded;
+  for (const auto& [name, method] : methods_) {
+    Answer answer;
+    if (!executor.unknown.empty()) {
+      answer = Answer::none(executor.unknown);
+    } else if (executor.threads > 1 && (executor.reservation || executor.share)) {
+      answer = Answer::none("its threads have no CPUs of their own");
+    } else {
+      answer = method->bound(analysed.path);
+    }
+    if (answer.bound > limit_) answer.bound = kUnbounded;
+    least = std::min(least, answer.bound);
+    analysed.answers.push_back({name, answer.bound, std::move(answer.why_not)});
+  }
+  analysed.bound = std::max(analysed.bound, least);
+}
+
+// One round; false when nothing has changed.
+bool Solver::improve(int round) {
+  update_curves();
+  update_supplies();
+  bool has_changed = false;
+  for (AnalysedPath& analysed : paths_) {
+    const Time before = analysed.bound;
+    analyse(analysed);
+    if (analysed.bound == before) continue;
+    has_changed = true;
+    if (round >= kMostRounds) analysed.bound = kUnbounded;
+  }
+  for (AnalysedPath& analysed : paths_) {
+    Part& part = parts_[system_.callbacks[analysed.path.last()].executor];
+    auto& spans = part.spans[analysed.path.source];
+    Time& end = spans[analysed.path.last()].latest_end;
+    end = std::max(end, analysed.bound);
+    for (const Output& output : system_.callbacks[analysed.path.last()].outputs) {
+      if (!is_inside(analysed.path.last(), output)) continue;
+      Time& release = spans[output.to].latest_release;
+      release = std::max(release, analysed.bound);
+    }
+  }
+  return has_changed;
+}
+
+// Of all paths of one executor that end with these callbacks; what begins before them makes the
+// bound larger, not wrong. With a predecessor: those that it begins.
+SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
+                           const std::size_t* predecessor) const {
+  SegmentBound result{.executor = system_.callbacks[callbacks.front()].executor,
+                      .callbacks = callbacks,
+                      .bound = 0};
+  bool is_reached = false;
+  for (const AnalysedPath& analysed : paths_) {
+    const auto& path = analysed.path.callbacks;
+    if (path.size() < callbacks.size() ||
+        !std::equal(callbacks.rbegin(), callbacks.rend(), path.rbegin())) {
+      continue;
+    }
+    const Source& source = analysed.path.part.sources[analysed.path.source];
+    if (predecessor != nullptr && (path.size() != callbacks.size() || !source.from ||
+                                   source.from->callback != *predecessor)) {
+      continue;
+    }
+    if (!is_reached || analysed.bound > result.bound) {
+      result.bound = analysed.bound;
+      result.methods = analysed.answers;
+    }
+    is_reached = true;
+  }
+  if (!is_reached) {
+    result.bound = kUnbounded;
+    result.methods.push_back({"", kUnbounded,
+                              fmt::format("nothing is known that makes '{}' ready",
+                                          system_.callbacks[callbacks.front()].name)});
+  }
+  return result;
+}
+
+/// The reason that says most: that of the method that needs least.
+std::string reason(const std::vector<MethodBound>& answers) {
+  for (const MethodBound& answer : answers) {
+    if (answer.method == "work_conserving") return answer.why_not;
+  }
+  return answers.empty() ? "no analysis was asked for" : answers.front().why_not;
+}
+
+ChainBound Solver::bound(const Chain& chain) const {
+  ChainBound result{.bound = 0};
+  for (std::size_t i = 0; i < chain.callbacks.size();) {
+    const std::size_t executor = system_.callbacks[chain.callbacks[i]].executor;
+    std::vector<std::size_t> segment;
+    const std::size_t* predecessor = i > 0 ? &chain.callbacks[i - 1] : nullptr;
+    Time delay = 0;
+    for (; i < chain.callbacks.size() && system_.callbacks[chain.callbacks[i]].executor == executor;
+         ++i) {
+      segment.push_back(chain.callbacks[i]);
+      if (i == 0) continue;
+      bool is_linked = false;
+      const Callback& sender = system_.callbacks[chain.callbacks[i - 1]];
+      for (const Output& output : sender.outputs) {
+        if (output.to != chain.callbacks[i]) continue;
+        is_linked = true;
+        delay = std::max(delay, output.delay);
+      }
+      if (!is_linked) {
+        throw Error(fmt::format("chain '{}': '{}' sends nothing to '{}'", chain.name, sender.name,
+                                system_.callbacks[chain.callbacks[i]].name));
+      }
+    }
+    result.segments.push_back(bound(segment, predecessor));
+    const SegmentBound& found = result.segments.back();
+    result.bound = plus(result.bound, plus(found.bound, delay));
+    if (found.bound >= kUnbounded && result.why_not.empty()) {
+      result.why_not =
+          fmt::format("{}: {}", system_.executors[executor].name, reason(found.methods));
+    }
+  }
+  return result;
+}
+
+CallbackBound Solver::bound(std::size_t callback) const {
+  const SegmentBound found = bound({callback}, nullptr);
+  CallbackBound result{.bound = found.bound};
+  if (found.bound >= kUnbounded) result.why_not = reason(found.methods);
+  for (const MethodBound& answer : found.methods) {
+    if (answer.bound == found.bound && found.bound < kUnbounded) result.method = answer.method;
+  }
+  return result;
+}
+
+}  // namespace
+
+Bounds analyze(const System& system, const Options& options) {
+  const Solver solver(system, options);
+  Bounds result;
+  for (const Chain& chain : system.chains) result.chains.push_back(solver.bound(chain));
+  for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+    result.callbacks.push_back(solver.bound(i));
+  }
+  return result;
+}
+
+}  // namespace takt::analysis

@@ -1,0 +1,59 @@
+// Bounds for a whole system: every executor, and chains over several of them.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ANALYSIS_ANALYSIS_HPP_
+#define TAKT_ANALYSIS_ANALYSIS_HPP_
+
+#include <string>
+#include <vector>
+
+#include "takt/analysis/system.hpp"
+
+namespace takt::analysis {
+
+struct Options {
+  std::vector<std::string> methods;  // by name; empty: all
+  Time limit = 60'000'000'000;       // larger bounds count as none: a minute of nanoseconds
+};
+
+/// What one method says.
+struct MethodBound {
+  std::string method;
+  Time bound = kUnbounded;
+  std::string why_not;  // if it has none
+};
+
+/// The callbacks of a chain that follow each other in one executor.
+struct SegmentBound {
+  std::size_t executor = 0;
+  std::vector<std::size_t> callbacks;
+  Time bound = kUnbounded;  // from the arrival of its first message or release to its end
+  std::vector<MethodBound> methods;
+};
+
+struct ChainBound {
+  Time bound = kUnbounded;  // from the release of the first callback to the end of the last one
+  std::string why_not;      // if there is none
+  std::vector<SegmentBound> segments;
+};
+
+struct CallbackBound {
+  Time bound = kUnbounded;  // from the arrival that causes it in its executor, to its end
+  std::string method, why_not;
+};
+
+struct Bounds {
+  std::vector<ChainBound> chains;        // as in the system
+  std::vector<CallbackBound> callbacks;  // as in the system
+};
+
+/// The least bounds of all methods whose assumptions hold. What an executor makes late comes to the
+/// next with jitter, so all are solved together: from no jitter upwards until nothing changes,
+/// which is the least solution, since no bound falls when jitter grows. Source: Tindell, Clark:
+/// "Holistic schedulability analysis for distributed hard real-time systems", 1994. Throws Error
+/// for a chain of which no output leads from one callback to the next, and where callbacks send to
+/// each other in a circle. Thread safety: a pure function. Real-time: no.
+Bounds analyze(const System& system, const Options& options = {});
+
+}  // namespace takt::analysis
+
+#endif  // TAKT_ANALYSIS_ANALYSIS_HPP_

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/analysis.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/analysis/method.hpp"
+#include "takt/base/error.hpp"
+#include "takt/testing/random_system.hpp"
+
+namespace takt::analysis {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+struct Task {
+  Time execution, period, deadline = 0;
+};
+
+/// One executor of one thread, with a timer for each task; the first is the most urgent.
+System tasks(const std::vector<Task>& tasks, Order order) {
+  System system{.executors = {{.name = "executor", .order = order}}};
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    system.callbacks.push_back({.name = "task_" + std::to_string(i),
+                                .execution = tasks[i].execution,
+                                .least_execution = tasks[i].execution,
+                                .arrivals = ArrivalCurve::periodic(tasks[i].period),
+                                .is_timer = true,
+                                .urgency = -static_cast<std::int64_t>(i),
+                                .point = tasks[i].deadline,
+                                .place = i,
+                                .group = i});
+  }
+  return system;
+}
+
+/// By this method alone.
+std::vector<Time> bounds(const System& system, const std::string& method) {
+  std::vector<Time> result;
+  for (const CallbackBound& bound : analyze(system, {.methods = {method}}).callbacks) {
+    result.push_back(bound.bound);
+  }
+  return result;
+}
+
+// Davis et al. 2007 and the crate response-time-analysis have these figures.
+TEST(Analysis, NonPreemptiveFixedPrioritiesAsPublished) {
+  EXPECT_THAT(bounds(tasks({{20, 70}, {20, 80}, {35, 200}}, Order::by_urgency), "urgency"),
+              ElementsAre(54, 74, 75));
+  EXPECT_THAT(bounds(tasks({{2, 8}, {3, 12}, {4, 16}}, Order::by_urgency), "urgency"),
+              ElementsAre(5, 8, 9));
+}
+
+TEST(Analysis, NonPreemptiveDeadlinesAndArrivalAsPublished) {
+  const std::vector<Task> set{{79, 120, 50}, {11, 34, 100}, {1, 190, 120}};
+  EXPECT_THAT(bounds(tasks(set, Order::by_point), "points"), ElementsAre(89, 90, 121));
+  EXPECT_THAT(bounds(tasks({{2, 8, 8}, {3, 12, 12}, {4, 16, 16}}, Order::by_point), "points"),
+              ElementsAre(5, 8, 9));
+  EXPECT_THAT(bounds(tasks(set, Order::by_arrival), "points"), ElementsAre(91, 91, 91));
+}
+
+// Three callbacks of 1, 2 and 3 every 25, beside two tasks of 3 every 20 with a jitter of 25.
+System a_chain_and_two_tasks() {
+  System system = tasks({{1, 25}, {3, 20}, {3, 20}}, Order::arbitrary);
+  for (const std::size_t late : {1, 2}) {
+    system.callbacks[late].arrivals = ArrivalCurve::periodic(20, 25);
+  }
+  for (const Time execution : {2, 3}) {
+    system.callbacks.push_back(
+        {.name = "next", .execution = execution, .least_execution = execution});
+  }
+  system.callbacks[0].outputs = {{.to = 3}};
+  system.callbacks[3].outputs = {{.to = 4}};
+  system.chains = {{"chain", {0, 3, 4}}};
+  return system;
+}
+
+TEST(Analysis, AChainInOneExecutorAsPublished) {
+  System system = a_chain_and_two_tasks();
+  EXPECT_EQ(analyze(system).chains[0].bound, 24);
+  system.executors[0].reservation = {.budget = 3, .period = 5};
+  EXPECT_EQ(analyze(system).chains[0].bound, 72);
+}
+
+// Of a timer of (1, 2 ms) and another (3, 20), and messages of 4 and 5: what is due just after the
+// polling point waits for the whole snapshot, though its priority is larger.
+TEST(Analysis, APriorityDoesNotOvertakeInASnapshot) {
+  System system = tasks({{2, 100}, {3, 200}, {4, 200}, {5, 200}}, Order::by_urgency);
+  EXPECT_EQ(analyze(system).callbacks[0].bound, 6);
+  system.executors[0].is_wait_set = true;
+  EXPECT_EQ(analyze(system).callbacks[0].bound, 14);
+  EXPECT_EQ(bounds(system, "urgency")[0], kUnbounded);
+}
+
+TEST(Analysis, SaysWhyThereIsNoBound) {
+  System pool = tasks({{7, 10}, {7, 10}}, Order::by_urgency);
+  pool.executors[0].threads = 2;
+  const CallbackBound of_pool = analyze(pool).callbacks[0];
+  EXPECT_EQ(of_pool.bound, kUnbounded);
+  EXPECT_THAT(of_pool.why_not, HasSubstr("more work than time"));
+
+  System silent = tasks({{1, 10}}, Order::by_urgency);
+  silent.callbacks.push_back({.name = "lonely", .execution = 1});
+  EXPECT_EQ(analyze(silent).callbacks[1].bound, kUnbounded);
+  EXPECT_THAT(analyze(silent).callbacks[1].why_not, HasSubstr("makes 'lonely' ready"));
+  EXPECT_EQ(analyze(silent).callbacks[0].bound, 1);
+
+  silent.executors[0].unknown = "SCHED_OTHER shares its CPU";
+  EXPECT_EQ(analyze(silent).callbacks[0].why_not, "SCHED_OTHER shares its CPU");
+}
+
+TEST(Analysis, AnOverloadedSnapshotIsStillBounded) {
+  System system = tasks({{7, 10}, {7, 10}}, Order::in_windows);
+  system.executors[0].is_wait_set = true;
+  EXPECT_THAT(bounds(system, "snapshots"), ElementsAre(14 + 7, 14 + 14));
+}
+
+TEST(Analysis, RefusesWhatIsNoSystem) {
+  System circle = a_chain_and_two_tasks();
+  circle.callbacks[4].outputs = {{.to = 3}};
+  EXPECT_THROW(analyze(circle), Error);
+  System unlinked = a_chain_and_two_tasks();
+  unlinked.chains = {{"chain", {0, 4}}};
+  EXPECT_THROW(analyze(unlinked), Error);
+}
+
+// PiCAS, as published, finds 6 for B: it leaves out that A comes late, and so twice in short.
+TEST(Analysis, WhatAnotherCpuDelaysComesWithJitter) {
+  System system = tasks({{8, 20}, {1, 10}, {3, 50}}, Order::by_urgency);
+  system.callbacks.push_back({.name = "after", .execution = 3, .least_execution = 3});
+  system.callbacks[1].outputs = {{.to = 3}};
+  const auto on = [](int cpu, int priority) { return Executor::Share{cpu, priority}; };
+  system.executors = {{.name = "high", .share = on(0, 3)},
+                      {.name = "first", .share = on(0, 2)},
+                      {.name = "after", .share = on(1, 3)},
+                      {.name = "low", .share = on(1, 2)}};
+  system.callbacks[0].executor = 0;
+  system.callbacks[1].executor = 1;
+  system.callbacks[3].executor = 2;
+  system.callbacks[2].executor = 3;
+  EXPECT_EQ(analyze(system).callbacks[2].bound, 9);
+}
+
+System scaled(System system, Time by) {
+  for (Executor& executor : system.executors) {
+    if (!executor.reservation) continue;
+    executor.reservation->budget *= by;
+    executor.reservation->period *= by;
+  }
+  for (Callback& callback : system.callbacks) {
+    callback.execution *= by;
+    callback.least_execution *= by;
+    if (callback.point < kUnbounded) callback.point *= by;
+    if (callback.arrivals) {
+      callback.arrivals = ArrivalCurve::periodic(callback.arrivals->least_distance(2) * by);
+    }
+  }
+  return system;
+}
+
+// All times in another unit; only the blocking of one unit less than an execution is not scaled.
+TEST(Analysis, TheUnitOfTimeDoesNotMatter) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const testing::RandomSystem random(seed, {});
+    const Bounds once = analyze(random.system, {.limit = 100'000});
+    const Bounds thousandfold = analyze(scaled(random.system, 1000), {.limit = 100'000'000});
+    for (std::size_t i = 0; i < once.callbacks.size(); ++i) {
+      const Time bound = once.callbacks[i].bound, more = thousandfold.callbacks[i].bound;
+      if (bound >= kUnbounded || more >= kUnbounded) continue;
+      EXPECT_GE(more, bound * 1000) << "seed " << seed;
+      EXPECT_LE(more, (bound + static_cast<Time>(random.system.callbacks.size()) * 40) * 1000)
+          << "seed " << seed;
+    }
+  }
+}
+
+TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    testing::RandomSystem random(seed, {});
+    System more = random.system;
+    Callback& one = more.callbacks[random.between(0, more.callbacks.size() - 1)];
+    if (one.arrivals && random.is_one_of(2)) {
+      one.arrivals = one.arrivals->with_jitter(7);
+    } else {
+      one.execution += 3;
+    }
+    const Bounds before = analyze(random.system, {.limit = 100'000});
+    const Bounds after = analyze(more, {.limit = 100'000});
+    for (std::size_t i = 0; i < more.callbacks.size(); ++i) {
+      EXPECT_GE(after.callbacks[i].bound, before.callbacks[i].bound) << "seed " << seed;
+    }
+    for (std::size_t i = 0; i < more.chains.size(); ++i) {
+      EXPECT_GE(after.chains[i].bound, before.chains[i].bound) << "seed " << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace takt::analysis

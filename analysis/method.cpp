@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/method.hpp"
+
+#include <algorithm>
+
+namespace takt::analysis {
+
+MethodRegistry& methods() {
+  static MethodRegistry registry("analysis");
+  return registry;
+}
+
+Count Part::executions(std::size_t source, std::size_t callback) const {
+  const auto found = caused[source].find(callback);
+  return found != caused[source].end() ? found->second : 0;
+}
+
+Time Part::blocking(Time execution) const {
+  const bool is_closed = std::all_of(sources.begin(), sources.end(), [&](const Source& source) {
+    return at(source.callback).is_timer;
+  });
+  return is_closed ? std::max<Time>(0, execution - 1) : execution;
+}
+
+std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
+  std::vector<Inner> result;
+  for (std::size_t source = 0; source < sources.size(); ++source) {
+    const Count count = executions(source, callback);
+    if (count == 0) continue;
+    const Span& span = spans[source].at(callback);
+    result.push_back(
+        {sources[source].curve.with_jitter(span.latest_release - span.earliest_release),
+         times(count, sources[source].messages)});
+  }
+  return result;
+}
+
+Count most(const std::vector<Part::Inner>& arrivals, Time window) {
+  Count result = 0;
+  for (const auto& [curve, messages] : arrivals) {
+    result = plus(result, times(messages, curve.most(window)));
+  }
+  return result;
+}
+
+std::vector<Time> steps(const std::vector<Part::Inner>& arrivals, Time limit) {
+  std::vector<Time> result;
+  for (const auto& [curve, messages] : arrivals) {
+    const auto more = curve.steps(limit);
+    result.insert(result.end(), more.begin(), more.end());
+  }
+  return result;
+}
+
+}  // namespace takt::analysis

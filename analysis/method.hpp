@@ -1,0 +1,119 @@
+// How an analysis is written: a bound for what one executor makes of one arrival.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ANALYSIS_METHOD_HPP_
+#define TAKT_ANALYSIS_METHOD_HPP_
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "takt/analysis/system.hpp"
+#include "takt/base/registry.hpp"
+
+namespace takt::analysis {
+
+/// Arrivals at a callback from outside its executor: of a timer, of other executors, or from
+/// outside the system.
+struct Source {
+  std::size_t callback = 0;
+  ArrivalCurve curve;
+  Count messages = 1;  // at each arrival
+  /// The output that they come from: the callback, and the source of its executor; none: the
+  /// callback's own arrivals.
+  struct From {
+    std::size_t callback, source;
+  };
+  std::optional<From> from;
+};
+
+/// When a callback runs that an arrival causes, counted from that arrival.
+struct Span {
+  Time earliest_release = 0, latest_release = 0;  // of its own arrival
+  Time earliest_end = 0, latest_end = 0;
+};
+
+/// One executor, while it is analysed: what arrives, and what it causes.
+struct Part {
+  const System& system;
+  const Executor& executor;
+  std::vector<std::size_t> callbacks;  // all of the executor
+  std::vector<Source> sources;
+  std::vector<std::map<std::size_t, Count>> caused;  // by source: executions of each callback
+  std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
+  Supply supply;
+  Time limit = 0;  // larger bounds are not of interest
+
+  const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
+  Count executions(std::size_t source, std::size_t callback) const;
+  /// The longest execution of those callbacks of which the predicate is true, or 0.
+  template <class Predicate>
+  Time longest(Predicate&& is_meant) const {
+    Time result = 0;
+    for (const std::size_t callback : callbacks) {
+      if (is_meant(callback)) result = std::max(result, at(callback).execution);
+    }
+    return result;
+  }
+  /// How long an execution that has begun keeps another one waiting: not all of it, unless
+  /// something may arrive from another thread at the very instant at which it begins.
+  Time blocking(Time execution) const;
+  /// The arrivals at one callback itself: from outside, and inside the executor.
+  struct Inner {
+    ArrivalCurve curve;
+    Count messages;
+  };
+  std::vector<Inner> inner_arrivals(std::size_t callback) const;
+};
+
+/// Most arrivals in a window, of all together.
+Count most(const std::vector<Part::Inner>& arrivals, Time window);
+/// The instants below `limit` at which one of them has more.
+std::vector<Time> steps(const std::vector<Part::Inner>& arrivals, Time limit);
+
+/// One arrival of a source, and the callbacks of the executor that run because of it, one after
+/// the other.
+struct Path {
+  const Part& part;
+  std::size_t source = 0;
+  std::vector<std::size_t> callbacks;
+
+  std::size_t last() const { return callbacks.back(); }
+};
+
+/// What a method finds.
+struct Answer {
+  Time bound = kUnbounded;  // from the arrival to the end of the last callback
+  std::string why_not;      // the first assumption that does not hold; empty: all do
+
+  static Answer none(std::string why_not) { return {kUnbounded, std::move(why_not)}; }
+};
+
+/// One analysis. Registered with the macro below, in a file of its own.
+/// Thread safety: const methods from any thread. Real-time: no.
+class Method {
+ public:
+  virtual ~Method() = default;
+  virtual Answer bound(const Path& path) const = 0;
+};
+
+struct MethodTraits {
+  std::string assumes, source;  // for people
+};
+using MethodRegistry = Registry<Method, MethodTraits>;
+/// All methods of this process by name.
+MethodRegistry& methods();
+
+/// At namespace scope in a .cpp file.
+#define TAKT_REGISTER_METHOD(name, description, Class, assumes, source)                       \
+  namespace {                                                                                 \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_method_) =                                     \
+      (::takt::analysis::methods().add(                                                       \
+           name, {description, [] { return std::make_unique<Class>(); }, {assumes, source}}), \
+       true);                                                                                 \
+  }
+
+}  // namespace takt::analysis
+
+#endif  // TAKT_ANALYSIS_METHOD_HPP_

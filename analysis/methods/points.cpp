@@ -1,0 +1,110 @@
+// Non-preemptive deadlines, and what is like them: the callback with the least point in time runs
+// next, which is its ready time and something that does not change: its relative deadline (edf),
+// that less its budget (least_laxity), nothing (fifo). George, Rivierre, Spuri: "Preemptive and
+// Non-Preemptive Real-Time Uniprocessor Scheduling" (1996), for deadlines; that laxity and order of
+// arrival are such points is our own reading.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "takt/analysis/method.hpp"
+
+namespace takt::analysis {
+namespace {
+
+class Points final : public Method {
+ public:
+  Answer bound(const Path& path) const override {
+    const Part& part = path.part;
+    const Order order = part.executor.order;
+    if (part.executor.threads != 1) return Answer::none("several threads");
+    if (part.executor.is_wait_set) return Answer::none("a snapshot runs whole, whatever arrives");
+    if (order != Order::by_point && order != Order::by_arrival) {
+      return Answer::none("no order by deadline, laxity or arrival");
+    }
+    if (!part.supply.is_dedicated()) return Answer::none("the CPU is not the thread's own");
+    if (point(part, path.last()) >= kUnbounded) return Answer::none("it has no deadline");
+
+    const Time response = response_of(part, path.last());
+    if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
+    if (path.callbacks.size() == 1) return {response, ""};
+    const std::size_t before = path.callbacks[path.callbacks.size() - 2];
+    return {plus(part.spans[path.source].at(before).latest_end, response), ""};
+  }
+
+ private:
+  static Time point(const Part& part, std::size_t callback) {
+    return part.executor.order == Order::by_arrival ? 0 : part.at(callback).point;
+  }
+
+  // Of one callback, from its own arrival.
+  static Time response_of(const Part& part, std::size_t callback) {
+    const Callback& own = part.at(callback);
+    const Time own_point = point(part, callback);
+    const Time longest = part.longest([](std::size_t) { return true; });
+    std::vector<Other> others;
+    for (const std::size_t other : part.callbacks) {
+      if (other == callback) continue;
+      // Where arrivals are numbered, a message that is sent before the executor has looked at its
+      // timers overtakes one that is due already.
+      const bool overtakes =
+          part.executor.order == Order::by_arrival && own.is_timer && !part.at(other).is_timer;
+      others.push_back({part.at(other).execution, point(part, other), overtakes ? longest - 1 : 0,
+                        part.inner_arrivals(other)});
+    }
+    const auto arrivals = part.inner_arrivals(callback);
+    const Time busy = least_fixed_point(
+        [&](Time window) {
+          Time work = plus(part.blocking(longest), times(own.execution, most(arrivals, window)));
+          for (const Other& other : others) {
+            work = plus(work, times(other.execution, most(other.arrivals, window)));
+          }
+          return work;
+        },
+        part.limit);
+    if (busy >= kUnbounded) return kUnbounded;
+
+    std::vector<Time> offsets = steps(arrivals, busy);
+    for (const Other& other : others) {
+      if (other.point >= kUnbounded) continue;
+      const Time shift = other.point - own_point - other.overtaking;
+      for (const Time step : steps(other.arrivals, busy - shift)) {
+        if (step + shift >= 0) offsets.push_back(step + shift);
+      }
+    }
+    Time worst = 0;
+    for (const Time offset : offsets) {
+      const Time begins = least_fixed_point(
+          [&](Time window) {
+            Time blocking = 0;
+            Time work = times(own.execution, most(arrivals, offset + 1)) - (own.execution - 1);
+            for (const Other& other : others) {
+              if (other.point > own_point + offset) {
+                blocking = std::max(blocking, part.blocking(other.execution));
+              }
+              if (other.point >= kUnbounded) continue;
+              const Time before =
+                  std::max(Time{0}, offset + 1 + own_point - other.point + other.overtaking);
+              work = plus(work,
+                          times(other.execution, most(other.arrivals, std::min(window, before))));
+            }
+            return plus(blocking, work);
+          },
+          part.limit);
+      worst = std::max(worst, std::max(Time{0}, begins - offset) + own.execution - 1);
+    }
+    return worst;
+  }
+
+  struct Other {
+    Time execution, point, overtaking;
+    std::vector<Part::Inner> arrivals;
+  };
+};
+
+}  // namespace
+TAKT_REGISTER_METHOD("points", "non-preemptive earliest deadline first, least laxity or arrival",
+                     Points,
+                     "one thread with a CPU of its own; no polling points; the least point in time "
+                     "first",
+                     "George, Rivierre, Spuri, 1996; for laxity and arrival: our own")
+}  // namespace takt::analysis

@@ -1,0 +1,77 @@
+// The bound of an executor with polling points: a snapshot holds each callback at most once, so
+// each step of a path waits for one snapshot at most, and the first for what is left of another.
+// It needs no periods, and holds under overload. Our own; the accounting is that of Blaß et al.,
+// "A ROS 2 Response-Time Analysis Exploiting Starvation Freedom and Execution-Time Variance"
+// (RTSS 2021).
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/method.hpp"
+
+namespace takt::analysis {
+namespace {
+
+class Snapshots final : public Method {
+ public:
+  Answer bound(const Path& path) const override {
+    const Part& part = path.part;
+    if (part.executor.threads != 1) return Answer::none("several threads share the snapshot");
+    if (!part.executor.is_wait_set && part.executor.order != Order::in_windows) {
+      return Answer::none("no polling points");
+    }
+    if (!part.supply.holds_in_any_window()) {
+      return Answer::none("more urgent threads of its CPU may be behind when it arrives");
+    }
+    if (!is_alone(path)) return Answer::none("something else sends to a callback of the path");
+
+    Time snapshot = 0, until_last = 0;
+    for (const std::size_t callback : part.callbacks) {
+      snapshot = plus(snapshot, part.at(callback).execution);
+      if (is_served_until(part, callback, path.last())) {
+        until_last = plus(until_last, part.at(callback).execution);
+      }
+    }
+    const Time steps = static_cast<Time>(path.callbacks.size());
+    const Time bound = part.supply.time_for(plus(times(steps, snapshot), until_last), part.limit);
+    const Source& source = part.sources[path.source];
+    // A timer has one release outstanding at most, messages may queue.
+    const bool is_timer = part.at(source.callback).is_timer && !source.from;
+    if (!is_timer && (source.messages > 1 || bound > source.curve.least_distance(2))) {
+      return Answer::none("a message may arrive before the one before it is served");
+    }
+    return {bound, ""};
+  }
+
+ private:
+  /// Whether each callback is reached by this path only, with one message each time.
+  static bool is_alone(const Path& path) {
+    const Part& part = path.part;
+    std::map<std::size_t, int> reached;
+    for (const Source& source : part.sources) ++reached[source.callback];
+    for (const std::size_t from : part.callbacks) {
+      for (const Output& output : part.at(from).outputs) {
+        if (part.at(output.to).executor == part.at(from).executor) {
+          reached[output.to] += static_cast<int>(std::min<Count>(output.messages, 2));
+        }
+      }
+    }
+    for (const std::size_t callback : path.callbacks) {
+      if (reached[callback] != 1) return false;
+    }
+    return true;
+  }
+  static bool is_served_until(const Part& part, std::size_t callback, std::size_t last) {
+    if (part.executor.order == Order::in_windows)
+      return part.at(callback).place <= part.at(last).place;
+    if (part.executor.order == Order::by_urgency) {
+      return part.at(callback).urgency >= part.at(last).urgency;
+    }
+    return true;
+  }
+};
+
+}  // namespace
+TAKT_REGISTER_METHOD("snapshots", "each step of a path waits for one snapshot at most", Snapshots,
+                     "one thread, no more urgent one on its CPU; polling points; each callback of "
+                     "the path has one sender, and "
+                     "a timer or a message that is served before the next arrives begins it",
+                     "our own, after Blaß et al., RTSS 2021")
+}  // namespace takt::analysis

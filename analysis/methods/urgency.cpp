@@ -1,0 +1,162 @@
+// Non-preemptive fixed priorities for a path of callbacks: Davis et al., "Controller Area Network
+// (CAN) schedulability analysis: Refuted, revisited and revised" (2007), whose busy window is that
+// of one callback. For a path it is that of its least urgent callback: meanwhile no less urgent one
+// begins, as what a callback sends is ready before the callback returns. PiCAS (Choi et al., RTAS
+// 2021) is the special case in which later callbacks are more urgent. The path form is our own.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "takt/analysis/method.hpp"
+
+namespace takt::analysis {
+namespace {
+
+class Urgency final : public Method {
+ public:
+  Answer bound(const Path& path) const override {
+    const Part& part = path.part;
+    if (part.executor.threads != 1) return Answer::none("several threads");
+    if (part.executor.is_wait_set) return Answer::none("a snapshot runs whole, whatever arrives");
+    if (part.executor.order != Order::by_urgency) return Answer::none("no order by urgency");
+    if (part.supply.has_equals()) return Answer::none("a thread of its priority shares its CPU");
+    const Level level(path);
+    if (!level.is_alone()) return Answer::none("something else sends to a callback of the path");
+
+    const Source& own = part.sources[path.source];
+    const Callback& last = part.at(path.last());
+    // Then no callback of a later instance overtakes this one.
+    const bool grows = std::adjacent_find(path.callbacks.begin(), path.callbacks.end(),
+                                          [&](std::size_t a, std::size_t b) {
+                                            return part.at(a).urgency >= part.at(b).urgency;
+                                          }) == path.callbacks.end();
+    Time whole = 0;
+    for (const std::size_t callback : path.callbacks) {
+      whole =
+          plus(whole, times(part.at(callback).execution, part.executions(path.source, callback)));
+    }
+    whole = times(whole, own.messages);
+    const Time each =
+        grows
+            ? whole
+            : times(times(last.execution, part.executions(path.source, path.last())), own.messages);
+    const Time before = level.blocking();
+    // What has to be executed before the last callback begins, but for its own execution.
+    const auto pending = [&](Time offset, Time window) {
+      const Time mine = plus(times(each, own.curve.most(offset + 1)),
+                             times(whole - each, own.curve.most(window)));
+      return plus(plus(before, mine), level.interference(window));
+    };
+    const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
+    const Time busy = least_fixed_point(
+        [&](Time window) {
+          return time_for(
+              plus(plus(before, times(whole, own.curve.most(window))), level.interference(window)));
+        },
+        part.limit);
+    if (busy >= kUnbounded) {
+      return Answer::none("more urgent callbacks leave no time, or nearly none");
+    }
+    Time longest = 0;
+    for (const Time offset : own.curve.steps(busy)) {
+      const Time begins = least_fixed_point(
+          [&](Time window) { return time_for(pending(offset, window) - (last.execution - 1)); },
+          part.limit);
+      if (begins >= kUnbounded) return Answer::none("the response is longer than the limit");
+      longest = std::max(longest, time_for(pending(offset, begins)) - offset);
+    }
+    return {longest, ""};
+  }
+
+ private:
+  /// The callbacks that are at least as urgent as the least urgent one of the path.
+  class Level {
+   public:
+    explicit Level(const Path& path) : path_(path), part_(path.part) {
+      least_ = part_.at(path.callbacks.front()).urgency;
+      for (const std::size_t callback : path.callbacks) {
+        least_ = std::min(least_, part_.at(callback).urgency);
+      }
+      for (std::size_t source = 0; source < part_.sources.size(); ++source) {
+        const Source& from = part_.sources[source];
+        Time cost = 0;
+        if (is_high(from.callback) || is_own(from.callback)) {
+          cost = reached(from.callback, 1);
+        }
+        costs_.push_back(times(cost, from.messages));
+      }
+    }
+
+    /// Whether each callback of the path is reached by the path only.
+    bool is_alone() const {
+      for (std::size_t i = 0; i < path_.callbacks.size(); ++i) {
+        const std::size_t callback = path_.callbacks[i];
+        for (std::size_t source = 0; source < part_.sources.size(); ++source) {
+          if (source != path_.source && part_.sources[source].callback == callback) return false;
+        }
+        for (const std::size_t from : part_.callbacks) {
+          if (i != 0 && from == path_.callbacks[i - 1]) continue;
+          for (const Output& output : part_.at(from).outputs) {
+            if (output.to == callback) return false;
+          }
+        }
+      }
+      return true;
+    }
+    /// A less urgent callback that runs when the window begins, and what it causes in it.
+    Time blocking() const {
+      Time longest = 0, caused = 0;
+      for (const std::size_t callback : part_.callbacks) {
+        if (is_high(callback) || is_own(callback)) continue;
+        longest = std::max(longest, part_.at(callback).execution);
+        caused = std::max(caused, behind(callback, 1));
+      }
+      return plus(part_.blocking(longest), caused);
+    }
+    /// All others that arrive in the window.
+    Time interference(Time window) const {
+      Time result = 0;
+      for (std::size_t source = 0; source < part_.sources.size(); ++source) {
+        result = plus(result, times(costs_[source], part_.sources[source].curve.most(window)));
+      }
+      return result;
+    }
+
+   private:
+    bool is_own(std::size_t callback) const {
+      return std::find(path_.callbacks.begin(), path_.callbacks.end(), callback) !=
+             path_.callbacks.end();
+    }
+    bool is_high(std::size_t callback) const {
+      return part_.at(callback).urgency >= least_ && !is_own(callback);
+    }
+    /// Of so many executions of the callback and what follows without a less urgent one between;
+    /// without those of the path itself.
+    Time reached(std::size_t callback, Count count) const {
+      const Time own = is_own(callback) ? 0 : times(part_.at(callback).execution, count);
+      return plus(own, behind(callback, count));
+    }
+    Time behind(std::size_t callback, Count count) const {
+      Time result = 0;
+      for (const Output& output : part_.at(callback).outputs) {
+        if (part_.at(output.to).executor != part_.at(callback).executor) continue;
+        if (!is_high(output.to) && !is_own(output.to)) continue;
+        result = plus(result, reached(output.to, times(count, output.messages)));
+      }
+      return result;
+    }
+
+    const Path& path_;
+    const Part& part_;
+    std::int64_t least_ = 0;
+    std::vector<Time> costs_;  // by source
+  };
+};
+
+}  // namespace
+TAKT_REGISTER_METHOD(
+    "urgency", "non-preemptive fixed priorities, for whole paths", Urgency,
+    "one thread, none of its priority on its CPU; no polling points; the most urgent first; "
+    "each callback of the "
+    "path has one sender; messages are sent at the latest at a callback's end",
+    "Davis et al., 2007; for paths: our own")
+}  // namespace takt::analysis

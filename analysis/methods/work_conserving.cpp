@@ -1,0 +1,67 @@
+// The bound that holds for every order: while a callback waits, its executor works. Casini et al.,
+// "Response-Time Analysis of ROS 2 Processing Chains" (ECRTS 2019), Lemma 8, without what it
+// assumes of rclcpp's order. That it holds for any is our own argument: from the last instant
+// before the arrival at which nothing was pending, until the last callback begins, every thread
+// of the executor works, or the callback waits for one of its group that works. All that has run
+// until then arrived since that instant.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "takt/analysis/method.hpp"
+
+namespace takt::analysis {
+namespace {
+
+class WorkConserving final : public Method {
+ public:
+  Answer bound(const Path& path) const override {
+    const Part& part = path.part;
+    const Source& own = part.sources[path.source];
+    const Callback& last = part.at(path.last());
+    const Time each =
+        times(times(last.execution, part.executions(path.source, path.last())), own.messages);
+    const Time all = cost(part, path.source);
+    const auto last_of = [&](Time window) { return times(each, own.curve.most(window)); };
+    const auto others = [&](Time window) {
+      Time result = times(all - each, own.curve.most(window));
+      for (std::size_t source = 0; source < part.sources.size(); ++source) {
+        if (source == path.source) continue;
+        result = plus(result, times(cost(part, source), part.sources[source].curve.most(window)));
+      }
+      return result;
+    };
+    const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
+
+    const Time busy = least_fixed_point(
+        [&](Time window) { return time_for(plus(last_of(window), others(window))); }, part.limit);
+    if (busy >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
+    Time longest = 0;
+    for (const Time offset : own.curve.steps(busy)) {
+      const Time response = least_fixed_point(
+          [&](Time r) {
+            const Time window = r > last.execution ? offset + r - last.execution + 1 : offset + 1;
+            return std::max(Time{0}, time_for(plus(last_of(offset + 1), others(window))) - offset);
+          },
+          part.limit);
+      longest = std::max(longest, response);
+    }
+    return {longest, ""};
+  }
+
+ private:
+  // Of one arrival, whatever it causes in this executor.
+  static Time cost(const Part& part, std::size_t source) {
+    Time result = 0;
+    for (const auto& [callback, count] : part.caused[source]) {
+      result = plus(result, times(part.at(callback).execution, count));
+    }
+    return times(result, part.sources[source].messages);
+  }
+};
+
+}  // namespace
+TAKT_REGISTER_METHOD("work_conserving", "while a callback waits, its executor works",
+                     WorkConserving,
+                     "the threads together do less than one can; with several, each has a CPU",
+                     "Casini et al., ECRTS 2019, Lemma 8; for any order: our own")
+}  // namespace takt::analysis

@@ -1,0 +1,130 @@
+// Bounds against a simulation of random systems: no response is ever longer, and for each method
+// there is one that is as long.
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdlib>
+#include <map>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "takt/analysis/analysis.hpp"
+#include "takt/analysis/method.hpp"
+#include "takt/testing/oracle.hpp"
+#include "takt/testing/random_system.hpp"
+
+namespace takt::analysis {
+namespace {
+
+using testing::Job;
+using testing::Oracle;
+using testing::RandomSystem;
+using testing::Shape;
+
+constexpr Time kEnd = 4000;
+
+/// Few in `./dev test`, many in `./dev stress`.
+std::uint64_t systems() {
+  const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
+  return count != nullptr ? std::strtoull(count, nullptr, 10) : 3000;
+}
+
+std::vector<Oracle::Run> runs(RandomSystem& random) {
+  const std::size_t count = random.system.callbacks.size();
+  const auto worst = [&system = random.system](std::size_t callback) {
+    return system.callbacks[callback].execution;
+  };
+  const auto any = [&random](std::size_t callback) { return random.execution(callback); };
+  std::vector<Oracle::Run> result{{std::vector<Time>(count), worst, kEnd},
+                                  {std::vector<Time>(count), worst, kEnd},
+                                  {std::vector<Time>(count), any, kEnd}};
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!random.system.callbacks[i].is_timer) continue;
+    // All but some are released just before these: what runs then, blocks them.
+    result[1].phases[i] = random.is_one_of(3) ? 1 : 0;
+    result[2].phases[i] = static_cast<Time>(random.between(0, random.period(i)));
+  }
+  return result;
+}
+
+/// The longest responses of a run, as Bounds has them.
+struct Observed {
+  std::vector<Time> callbacks, chains;
+};
+
+Observed observe(const System& system, const Oracle& oracle) {
+  Observed result{std::vector<Time>(system.callbacks.size()),
+                  std::vector<Time>(system.chains.size())};
+  std::map<std::vector<std::size_t>, std::size_t> chains;
+  for (std::size_t i = 0; i < system.chains.size(); ++i) chains[system.chains[i].callbacks] = i;
+  for (const auto& job : oracle.jobs()) {
+    Time& longest = result.callbacks[job->callback];
+    longest = std::max(longest, job->end - job->arrival);
+    if (!system.callbacks[job->callback].outputs.empty()) continue;
+    std::vector<std::size_t> path;
+    const Job* root = job.get();
+    for (; path.push_back(root->callback), root->cause != nullptr; root = root->cause) {
+    }
+    Time& longest_of_chain = result.chains[chains.at({path.rbegin(), path.rend()})];
+    longest_of_chain = std::max(longest_of_chain, job->end - root->ready);
+  }
+  return result;
+}
+
+/// The largest of observed ÷ bound.
+struct Tightness {
+  double callbacks = 0, chains = 0;
+  std::size_t bounds = 0;
+};
+
+void compare(const System& system, const Observed& observed, const Bounds& bounds,
+             Tightness& tightness, const std::string& method) {
+  const auto check = [&](Time response, Time bound, double& largest, const std::string& of) {
+    if (bound >= kUnbounded) return;
+    ++tightness.bounds;
+    largest = std::max(largest, static_cast<double>(response) / static_cast<double>(bound));
+    EXPECT_LE(response, bound) << method << ": " << of;
+  };
+  for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
+    check(observed.callbacks[i], bounds.callbacks[i].bound, tightness.callbacks,
+          system.callbacks[i].name);
+  }
+  for (std::size_t i = 0; i < system.chains.size(); ++i) {
+    check(observed.chains[i], bounds.chains[i].bound, tightness.chains, system.chains[i].name);
+  }
+}
+
+TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
+  std::vector<std::vector<std::string>> sets{{}};
+  for (const std::string& name : methods().names()) sets.push_back({name});
+  std::map<std::string, Tightness> tightness;
+  std::vector<std::uint64_t> seeds(systems());
+  std::iota(seeds.begin(), seeds.end(), 1);
+  // Each has refuted a bound: a message that came at the instant at which a less urgent callback
+  // began; a snapshot on a CPU whose other thread was behind; less urgent callbacks that begin
+  // while a thread of the same priority waits.
+  seeds.insert(seeds.end(), {7842, 12972, 18799});
+  for (const std::uint64_t seed : seeds) {
+    RandomSystem random(seed, Shape{});
+    std::vector<Observed> observed;
+    for (Oracle::Run& run : runs(random)) {
+      observed.push_back(observe(random.system, Oracle(random.system, std::move(run))));
+    }
+    for (const auto& set : sets) {
+      const Bounds bounds = analyze(random.system, {.methods = set, .limit = 20'000});
+      const std::string name = set.empty() ? "the least of all" : set.front();
+      for (const Observed& run : observed) {
+        compare(random.system, run, bounds, tightness[name], name);
+      }
+    }
+    ASSERT_FALSE(HasFailure()) << "seed " << seed << ":\n" << testing::described(random.system);
+  }
+  for (const auto& [name, found] : tightness) {
+    std::printf(
+        "%-16s %9zu bounds, largest observed ÷ bound: %.3f of a callback, %.3f of a chain\n",
+        name.c_str(), found.bounds, found.callbacks, found.chains);
+    EXPECT_GE(found.callbacks, 0.95) << name;
+  }
+}
+
+}  // namespace
+}  // namespace takt::analysis

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/supply.hpp"
+
+namespace takt::analysis {
+
+Time Supply::time_for(Time work, Time limit) const {
+  if (work <= 0) return 0;
+  if (work > limit) return kUnbounded;
+  if (period_ != 0) {
+    const Time blackout = period_ - budget_;
+    const Time periods = work / budget_, rest = work % budget_;
+    return plus(plus(blackout, times(periods, period_)), rest > 0 ? blackout + rest : 0);
+  }
+  if (above_ == nullptr) return work;
+  return least_fixed_point([&](Time window) { return plus(work, above_(window)); }, limit, work);
+}
+
+}  // namespace takt::analysis

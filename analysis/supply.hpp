@@ -1,0 +1,66 @@
+// The processor time that a thread gets at least.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ANALYSIS_SUPPLY_HPP_
+#define TAKT_ANALYSIS_SUPPLY_HPP_
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "takt/analysis/arrival_curve.hpp"
+
+namespace takt::analysis {
+
+/// The least x ≥ `from` with x ≥ f(x), for a function that never decreases. kUnbounded when it is
+/// larger than `limit`, or takes too many steps to find.
+template <class Function>
+Time least_fixed_point(Function&& f, Time limit, Time from = 1) {
+  for (int step = 0; step < 1'000'000; ++step) {
+    if (from > limit) return kUnbounded;
+    const Time next = f(from);
+    if (next <= from) return from;
+    from = next;
+  }
+  return kUnbounded;
+}
+
+/// Time on a processor for a budget in each period, as SCHED_DEADLINE grants it.
+struct Reservation {
+  Time budget, period;
+};
+
+/// What one thread gets in any window that begins when nothing of its own and nothing more urgent
+/// is pending.
+/// Thread safety: as a value. Real-time: no, it allocates.
+class Supply {
+ public:
+  /// What more urgent threads of the same processor want in a window.
+  using Demand = std::function<Time(Time window)>;
+
+  /// A processor of its own.
+  Supply() = default;
+  /// Source: Shin, Lee: "Periodic Resource Model for Compositional Real-Time Guarantees", RTSS
+  /// 2003. The deadline is the period: then Linux' rule for a late wake-up takes nothing from it.
+  explicit Supply(Reservation reservation)
+      : budget_(reservation.budget), period_(reservation.period) {}
+  /// What threads that are more urgent, or as urgent, leave of a processor. Equal ones do not
+  /// preempt: while they wait, this one may begin whatever it has.
+  Supply(Demand above, bool has_equals) : above_(std::move(above)), has_equals_(has_equals) {}
+
+  bool has_equals() const noexcept { return has_equals_; }
+  /// Whether it holds in any window: what more urgent threads have not done yet when a window
+  /// begins is in no arrival curve.
+  bool holds_in_any_window() const noexcept { return above_ == nullptr; }
+  bool is_dedicated() const noexcept { return period_ == 0 && above_ == nullptr; }
+  /// The least time in the longest window that may have less than `work`. kUnbounded above `limit`.
+  Time time_for(Time work, Time limit) const;
+
+ private:
+  Time budget_ = 0, period_ = 0;  // no reservation: 0
+  Demand above_;
+  bool has_equals_ = false;
+};
+
+}  // namespace takt::analysis
+
+#endif  // TAKT_ANALYSIS_SUPPLY_HPP_

@@ -1,0 +1,472 @@
+// Executors as they are specified, simulated event by event: nothing of the library runs. What
+// analyses promise is compared with it, and so is what the real executors do.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TESTING_ORACLE_HPP_
+#define TAKT_TESTING_ORACLE_HPP_
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "takt/analysis/system.hpp"
+
+namespace takt::testing {
+
+using analysis::Order;
+using analysis::Time;
+
+/// One execution, and what caused it.
+struct Job {
+  std::size_t callback = 0;
+  Time ready = 0, start = 0, end = 0;
+  Time arrival = 0;            // of what caused it, in its executor
+  const Job* cause = nullptr;  // nullptr: a timer's release
+};
+
+/// Simulates a system whose arrivals are all of timers.
+class Oracle {
+ public:
+  struct Run {
+    std::vector<Time> phases;  // of the timers: their first releases, by callback
+    std::function<Time(std::size_t callback)> execution;
+    Time end = 0;
+  };
+
+  Oracle(const analysis::System& system, Run run) : system_(system), run_(std::move(run)) {
+    states_.resize(system.callbacks.size());
+    parts_.resize(system.executors.size());
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      parts_[i].executor = &system.executors[i];
+      for (std::size_t thread = 0; thread < system.executors[i].threads; ++thread) {
+        workers_.push_back({.part = i});
+        workers_.back().awake = true;
+        if (const auto& reservation = system.executors[i].reservation) {
+          workers_.back().budget = reservation->budget;
+          workers_.back().deadline = reservation->period;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      if (!system.callbacks[i].arrivals) continue;
+      states_[i].due = run_.phases[i];
+      parts_[system.callbacks[i].executor].timers.insert({states_[i].due, i});
+    }
+    while (step()) {
+    }
+  }
+
+  /// In order of their ends.
+  const std::vector<std::unique_ptr<Job>>& jobs() const { return finished_; }
+
+ private:
+  struct Message {
+    Time ready;
+    std::uint64_t sequence;
+    const Job* from;
+    Time arrival;
+  };
+  /// A callback that waits in the scheduler, or for its group.
+  struct Entry {
+    std::size_t callback;
+    Time ready;
+    std::uint64_t sequence, window;
+  };
+  struct State {  // of a callback
+    Time due = 0;
+    std::deque<Message> messages;
+    bool held = false, again = false, queued = false, drained = false;
+    Time announced_ready = 0;
+    std::uint64_t announced = 0;
+  };
+  using Waiting = std::vector<Entry>;
+  struct Part {  // an executor
+    const analysis::Executor* executor = nullptr;
+    std::set<std::pair<Time, std::size_t>> timers;
+    std::vector<std::size_t> inbox;
+    Waiting waiting;
+    std::vector<std::size_t> turns;                     // groups
+    std::vector<std::size_t> busy;                      // groups
+    std::vector<std::pair<std::size_t, Entry>> parked;  // by group
+    std::uint64_t window = 0;
+    std::size_t idle = 0, posts = 0;
+    std::size_t timekeeper = SIZE_MAX;
+    Time timekeeper_deadline = 0;
+  };
+  struct Worker {
+    std::size_t part = 0;
+    bool awake = false, sleeping = false, woken = false, has_slept = false;
+    Time wake_time = 0, remaining = 0, awake_since = 0;
+    std::unique_ptr<Job> job;
+    Entry entry{};
+    Time budget = 0, deadline = 0;  // of a reservation
+    bool throttled = false;
+  };
+
+  static constexpr Time kNever = analysis::kUnbounded;
+
+  const analysis::Callback& at(std::size_t callback) const { return system_.callbacks[callback]; }
+  bool is_shared(const Part& part) const { return part.executor->threads > 1; }
+
+  // ---- Processors ----
+
+  bool has_cpu(std::size_t index) const {
+    const Worker& self = workers_[index];
+    if (self.throttled) return false;
+    const auto& share = parts_[self.part].executor->share;
+    if (!share) return true;
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      const auto& other = parts_[workers_[i].part].executor->share;
+      if (i == index || !workers_[i].awake || !other || other->cpu != share->cpu) continue;
+      if (std::tuple(-other->priority, workers_[i].awake_since, i) <
+          std::tuple(-share->priority, self.awake_since, index)) {
+        return false;
+      }
+    }
+    return true;
+  }
+  // When something happens to it, if nothing happens before.
+  Time next_event(std::size_t index) const {
+    const Worker& worker = workers_[index];
+    if (worker.throttled) return worker.deadline;
+    if (!worker.awake) return worker.woken ? now_ : worker.wake_time;
+    if (!has_cpu(index)) return kNever;
+    const Time end = now_ + worker.remaining;
+    return is_reserved(worker) ? std::min(end, now_ + worker.budget) : end;
+  }
+  bool is_reserved(const Worker& worker) const {
+    return parts_[worker.part].executor->reservation.has_value();
+  }
+  bool step() {
+    std::size_t first = SIZE_MAX;
+    std::pair<Time, bool> first_time{kNever, true};
+    const bool shares_cpus = std::any_of(parts_.begin(), parts_.end(), [](const Part& part) {
+      return part.executor->share.has_value();
+    });
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      // What ends now, ends before something else preempts it.
+      const std::pair time(next_event(i), shares_cpus && !workers_[i].awake);
+      if (time < first_time) {
+        first = i;
+        first_time = time;
+      }
+    }
+    if (first == SIZE_MAX || first_time.first > run_.end) return false;
+    const Time elapsed = std::max<Time>(0, first_time.first - now_);
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+      Worker& worker = workers_[i];
+      if (!worker.awake || !has_cpu(i)) continue;
+      worker.remaining -= elapsed;
+      if (is_reserved(worker)) worker.budget -= elapsed;
+    }
+    now_ += elapsed;
+    happens(first);
+    return true;
+  }
+  void happens(std::size_t index) {
+    Worker& worker = workers_[index];
+    const auto& reservation = parts_[worker.part].executor->reservation;
+    if (worker.throttled) {
+      worker.throttled = false;
+      worker.budget = reservation->budget;
+      worker.deadline += reservation->period;
+      return;
+    }
+    if (!worker.awake) return wake_up(worker);
+    if (worker.remaining > 0) {  // the budget is used up
+      worker.throttled = true;
+      return;
+    }
+    go_on(index);
+  }
+  void wake_up(Worker& worker) {
+    worker.awake = true;
+    worker.awake_since = now_;
+    worker.remaining = 0;
+    const auto& reservation = parts_[worker.part].executor->reservation;
+    if (!reservation) return;
+    const Time left = worker.deadline - now_;
+    if (left <= 0 || worker.budget * reservation->period > left * reservation->budget) {
+      worker.budget = reservation->budget;
+      worker.deadline = now_ + reservation->period;
+    } else if (worker.budget == 0) {
+      worker.throttled = true;
+    }
+  }
+
+  // ---- A worker ----
+
+  void go_on(std::size_t index) {
+    Worker& worker = workers_[index];
+    Part& part = parts_[worker.part];
+    if (worker.job != nullptr) {
+      finish(worker, part);
+    } else if (std::exchange(worker.has_slept, false)) {
+      end_sleep(index);
+    }
+    while (!run_next(worker, part) && sleep(index)) {
+    }
+  }
+  // Returns true if it goes on at once.
+  bool sleep(std::size_t index) {
+    Worker& worker = workers_[index];
+    Part& part = parts_[worker.part];
+    Time deadline = kNever;
+    const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
+    if (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline) {
+      part.timekeeper = index;
+      part.timekeeper_deadline = release;
+      deadline = release;
+    }
+    ++part.idle;
+    if (part.inbox.empty() && part.posts == 0 && deadline > now_) {
+      block(worker, deadline);
+      return false;
+    }
+    bool was_woken = false;
+    if (part.inbox.empty() && part.posts != 0) {
+      --part.posts;
+      was_woken = true;
+    }
+    if (!was_woken) --part.idle;
+    if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
+    return true;
+  }
+  void block(Worker& worker, Time deadline) {
+    worker.awake = false;
+    worker.sleeping = worker.has_slept = true;
+    worker.wake_time = deadline;
+  }
+  void end_sleep(std::size_t index) {
+    Worker& worker = workers_[index];
+    Part& part = parts_[worker.part];
+    bool was_woken = std::exchange(worker.woken, false);
+    worker.sleeping = false;
+    if (!was_woken && part.posts != 0) {
+      --part.posts;
+      was_woken = true;
+    }
+    if (!was_woken) --part.idle;
+    if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
+  }
+  void wake(std::size_t part_index) {
+    Part& part = parts_[part_index];
+    if (part.idle == 0) return;
+    --part.idle;
+    for (Worker& worker : workers_) {
+      if (worker.part != part_index || !worker.sleeping) continue;
+      worker.sleeping = false;
+      worker.woken = true;
+      return;
+    }
+    ++part.posts;
+  }
+  void pass_on(Part& part) {
+    if (!is_shared(part) || part.idle == 0) return;
+    const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
+    const bool needs_timekeeper =
+        release != kNever && (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline);
+    if (!part.waiting.empty() || !part.inbox.empty() || needs_timekeeper) {
+      wake(static_cast<std::size_t>(&part - parts_.data()));
+    }
+  }
+  bool run_next(Worker& worker, Part& part) {
+    Entry entry{};
+    for (;;) {
+      if (!part.executor->is_wait_set || part.waiting.empty()) poll(part);
+      if (part.waiting.empty()) return false;
+      entry = pop(part);
+      part.window = std::max(part.window, entry.window);
+      states_[entry.callback].again = false;
+      const std::size_t group = at(entry.callback).group;
+      if (std::find(part.busy.begin(), part.busy.end(), group) == part.busy.end()) {
+        part.busy.push_back(group);
+        break;
+      }
+      part.parked.emplace_back(group, entry);
+    }
+    pass_on(part);
+    State& state = states_[entry.callback];
+    worker.job = std::make_unique<Job>();
+    Job& job = *worker.job;
+    job.callback = entry.callback;
+    job.start = now_;
+    if (at(entry.callback).is_timer) {
+      job.ready = job.arrival = state.due;
+      const Time period = at(entry.callback).arrivals->least_distance(2);
+      state.due += ((now_ - state.due) / period + 1) * period;
+    } else {
+      const Message message = state.messages.front();
+      state.messages.pop_front();
+      job.ready = message.ready;
+      job.cause = message.from;
+      job.arrival = message.arrival;
+    }
+    worker.entry = entry;
+    worker.remaining = run_.execution(entry.callback);
+    return true;
+  }
+  void finish(Worker& worker, Part& part) {
+    const std::size_t callback = worker.job->callback;
+    worker.job->end = now_;
+    finished_.push_back(std::move(worker.job));
+    const Job& job = *finished_.back();
+    for (const analysis::Output& output : at(callback).outputs) {
+      for (analysis::Count i = 0; i < output.messages; ++i) send(job, output.to);
+    }
+    settle(part, callback);
+    const std::size_t group = at(callback).group;
+    std::erase(part.busy, group);
+    unpark(part, group);
+  }
+  void send(const Job& from, std::size_t to) {
+    State& state = states_[to];
+    Part& part = parts_[at(to).executor];
+    const bool is_inside = at(from.callback).executor == at(to).executor;
+    const std::uint64_t sequence = ++sequence_;
+    state.messages.push_back({now_, sequence, &from, is_inside ? from.arrival : now_});
+    if (!is_inside || is_shared(part)) {
+      if (announce(part, to, now_, sequence)) wake(at(to).executor);
+    } else if (part.executor->is_wait_set) {
+      announce(part, to, now_, sequence);
+    } else if (state.held) {
+      state.again = true;
+    } else if (!state.queued) {
+      hold(part, to, now_, sequence);
+    }
+  }
+
+  // ---- What is ready ----
+
+  bool announce(Part& part, std::size_t callback, Time ready, std::uint64_t sequence) {
+    State& state = states_[callback];
+    if (std::exchange(state.queued, true)) return false;
+    state.announced_ready = ready;
+    state.announced = sequence;
+    part.inbox.push_back(callback);
+    return true;
+  }
+  void hold(Part& part, std::size_t callback, Time ready, std::uint64_t sequence) {
+    states_[callback].held = true;
+    const std::uint64_t ahead = part.executor->is_wait_set ? 0 : 1;
+    push(part, {callback, ready, sequence, part.window + ahead});
+  }
+  void poll(Part& part) {
+    if (part.executor->is_wait_set) ++part.window;
+    for (const std::size_t callback : std::exchange(part.inbox, {})) {
+      State& state = states_[callback];
+      state.drained = true;
+      if (!state.held) hold(part, callback, state.announced_ready, state.announced);
+    }
+    while (!part.timers.empty() && part.timers.begin()->first <= now_) {
+      const auto [due, callback] = *part.timers.begin();
+      part.timers.erase(part.timers.begin());
+      hold(part, callback, due, ++sequence_);
+    }
+  }
+  void settle(Part& part, std::size_t callback) {
+    State& state = states_[callback];
+    if (at(callback).is_timer) {
+      state.held = false;
+      part.timers.insert({state.due, callback});
+      return;
+    }
+    if (state.messages.empty()) {
+      if (std::exchange(state.drained, false)) state.queued = false;
+      state.held = state.again = false;
+      return;
+    }
+    const Message& front = state.messages.front();
+    if (!part.executor->is_wait_set) {
+      push(part, {callback, front.ready, front.sequence, part.window + 1});
+      return;
+    }
+    state.held = false;
+    if (std::exchange(state.drained, false)) {
+      state.announced_ready = front.ready;
+      state.announced = front.sequence;
+      part.inbox.push_back(callback);
+    } else {
+      announce(part, callback, front.ready, front.sequence);
+    }
+  }
+
+  // ---- The order ----
+
+  bool is_before(const Part& part, const Entry& a, const Entry& b) const {
+    const analysis::Callback& first = at(a.callback);
+    const analysis::Callback& second = at(b.callback);
+    const auto point = [](const Entry& entry, const analysis::Callback& callback) {
+      return callback.point >= kNever ? kNever : entry.ready + callback.point;
+    };
+    switch (part.executor->order) {
+      case Order::by_urgency:
+        return std::tuple(-first.urgency, a.sequence) < std::tuple(-second.urgency, b.sequence);
+      case Order::by_point:
+        return std::tuple(point(a, first), a.sequence) < std::tuple(point(b, second), b.sequence);
+      case Order::in_windows:
+        return std::tuple(a.window, first.place) < std::tuple(b.window, second.place);
+      case Order::by_arrival:
+      case Order::in_turns:
+      case Order::arbitrary:
+        break;
+    }
+    return a.sequence < b.sequence;
+  }
+  void push(Part& part, const Entry& entry) {
+    const std::size_t group = at(entry.callback).group;
+    if (std::find(part.turns.begin(), part.turns.end(), group) == part.turns.end()) {
+      part.turns.push_back(group);
+    }
+    part.waiting.push_back(entry);
+  }
+  Entry pop(Part& part) {
+    const bool takes_turns = part.executor->order == Order::in_turns;
+    const auto is_meant = [&](const Entry& entry) {
+      return !takes_turns || at(entry.callback).group == part.turns.front();
+    };
+    auto first = part.waiting.end();
+    for (auto entry = part.waiting.begin(); entry != part.waiting.end(); ++entry) {
+      if (!is_meant(*entry)) continue;
+      if (first == part.waiting.end() || is_before(part, *entry, *first)) first = entry;
+    }
+    const Entry result = *first;
+    part.waiting.erase(first);
+    const std::size_t group = at(result.callback).group;
+    std::erase(part.turns, group);
+    const bool has_more =
+        std::any_of(part.waiting.begin(), part.waiting.end(),
+                    [&](const Entry& entry) { return at(entry.callback).group == group; });
+    if (has_more) part.turns.push_back(group);
+    return result;
+  }
+  // A free group hands one of its waiting callbacks back to the scheduler.
+  void unpark(Part& part, std::size_t group) {
+    auto first = part.parked.end();
+    for (auto entry = part.parked.begin(); entry != part.parked.end(); ++entry) {
+      if (entry->first != group) continue;
+      if (first == part.parked.end() || is_before(part, entry->second, first->second))
+        first = entry;
+    }
+    if (first == part.parked.end()) return;
+    push(part, first->second);
+    part.parked.erase(first);
+  }
+
+  const analysis::System& system_;
+  const Run run_;
+  Time now_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::vector<State> states_;
+  std::vector<Part> parts_;
+  std::vector<Worker> workers_;  // by rank
+  std::vector<std::unique_ptr<Job>> finished_;
+};
+
+}  // namespace takt::testing
+
+#endif  // TAKT_TESTING_ORACLE_HPP_
