@@ -123,8 +123,7 @@ void give_order(System& system, const std::string& scheduler) {
 
 std::uint64_t systems_of_each() {
   const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
-  return (count != nullptr ? std::strtoull(count, nullptr, 10) : 320) /
-         schedulers().names().size();
+  return (count != nullptr ? std::strtoull(count, nullptr, 10) : 320) / schedulers().names().size();
 }
 
 // Overload, shared groups, forks, subscriptions of several publishers, one to three threads.

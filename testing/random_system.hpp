@@ -184,9 +184,9 @@ class RandomSystem {
 inline std::string described(const analysis::System& system) {
   std::string text;
   for (const analysis::Executor& executor : system.executors) {
-    text += fmt::format("{}: order {}, {}, {} threads", executor.name,
-                        static_cast<int>(executor.order),
-                        executor.is_wait_set ? "wait set" : "events", executor.threads);
+    text +=
+        fmt::format("{}: order {}, {}, {} threads", executor.name, static_cast<int>(executor.order),
+                    executor.is_wait_set ? "wait set" : "events", executor.threads);
     if (const auto& share = executor.share) {
       text += fmt::format(", CPU {} priority {}", share->cpu, share->priority);
     }
@@ -201,9 +201,9 @@ inline std::string described(const analysis::System& system) {
     if (const auto& arrivals = callback.arrivals) {
       text += fmt::format(" every {}", arrivals->least_distance(2));
     }
-    text += fmt::format(", urgency {}, point {}, group {}, sends to", callback.urgency,
-                        callback.point >= analysis::kUnbounded ? -1 : callback.point,
-                        callback.group);
+    text +=
+        fmt::format(", urgency {}, point {}, group {}, sends to", callback.urgency,
+                    callback.point >= analysis::kUnbounded ? -1 : callback.point, callback.group);
     for (const analysis::Output& output : callback.outputs) text += fmt::format(" {}", output.to);
     text += "\n";
   }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Do the tests see a wrong figure? Falsifies figures in a copy of the tree, one after the other, builds the
+"""Do the tests see a wrong figure, or bound? Falsifies them in a copy of the tree, one after the other, builds the
 tests concerned, and fails if they still pass: mutations.py [NAME...]
 
 SPDX-License-Identifier: Apache-2.0
@@ -24,6 +24,8 @@ SYSTEM = ("takt_cli", "{root}/tools/takt/tests/system_test.py", "{bin}/takt")
 SELFTEST = ("takt_cli", "{bin}/takt", "selftest", "--executors", "events", "--transports", "dds")
 # By UDP Cyclone delivers within a process on the publisher's thread; here other threads have work to do.
 SHARED_MEMORY = SELFTEST[:-1] + ("shm",)
+BOUNDS = ("analysis_test", "/usr/bin/env", "TAKT_RANDOM_SYSTEMS=2000", "{bin}/analysis_test",
+          "--gtest_filter=RandomSystems.*")
 
 # What is wrong: file, what stands there, what stands there instead, the test that must fail.
 MUTATIONS = {
@@ -59,6 +61,50 @@ MUTATIONS = {
                               "compare_exchange_weak(due, later(due + missed * period_, period_))",
                               "compare_exchange_weak(due, later(now, period_))",
                               PHASE),
+}
+
+
+# Of the bounds: what a method leaves out.
+MUTATIONS |= {
+    name: ("analysis/" + file, there, instead, BOUNDS)
+    for name, file, there, instead in [
+        ("a less urgent callback blocks nobody", "methods/urgency.cpp",
+         "plus(part_.blocking(longest), caused)",
+         "caused"),
+        ("what a less urgent callback causes", "methods/urgency.cpp",
+         "plus(part_.blocking(longest), caused)",
+         "part_.blocking(longest)"),
+        ("an arrival too few", "methods/urgency.cpp", "own.curve.most(offset + 1)", "own.curve.most(offset)"),
+        ("later instances do not overtake", "methods/urgency.cpp",
+         "times(whole - each, own.curve.most(window))",
+         "times(whole - each, own.curve.most(offset + 1))"),
+        ("equally urgent callbacks", "methods/urgency.cpp", ".urgency >= least_", ".urgency > least_"),
+        ("a later deadline blocks nobody", "methods/points.cpp",
+         "std::max(blocking, part.blocking(other.execution))",
+         "blocking"),
+        ("equal deadlines", "methods/points.cpp", "offset + 1 + own_point", "offset + own_point"),
+        ("jitter between executors", "analysis.cpp",
+         "plus(span.latest_end - span.earliest_end, delay - least_delay)",
+         "delay - least_delay"),
+        ("other groups take no turn", "methods/turns.cpp", "plus(execution, round)", "execution"),
+        ("the rest of a snapshot", "methods/snapshots.cpp",
+         "times(steps, snapshot)",
+         "times(steps - 1, snapshot)"),
+        ("a reservation never waits", "supply.cpp", "blackout = period_ - budget_", "blackout = 0"),
+        ("others arrive only before", "methods/work_conserving.cpp",
+         "offset + r - last.execution + 1",
+         "offset + 1"),
+        ("equal priorities of threads", "analysis.cpp",
+         "share->priority >= executor",
+         "share->priority > executor"),
+        ("a thread that is behind", "supply.hpp",
+         "bool holds_in_any_window() const noexcept { return above_ == nullptr; }",
+         "bool holds_in_any_window() const noexcept { return true; }"),
+        ("a thread of the same priority", "supply.hpp", "return has_equals_;", "return false;"),
+        ("arrival as a callback begins", "method.cpp",
+         "return is_closed ? std::max<Time>(0, execution - 1) : execution;",
+         "return std::max<Time>(0, execution - 1);"),
+    ]
 }
 
 
