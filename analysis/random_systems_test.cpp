@@ -24,8 +24,13 @@ constexpr Time kEnd = 4000;
 
 /// Few in `./dev test`, many in `./dev stress`.
 std::uint64_t systems() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  constexpr std::uint64_t kSystems = 300;  // it is slow, and looks for other mistakes
+#else
+  constexpr std::uint64_t kSystems = 3000;
+#endif
   const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
-  return count != nullptr ? std::strtoull(count, nullptr, 10) : 3000;
+  return count != nullptr ? std::strtoull(count, nullptr, 10) : kSystems;
 }
 
 std::vector<Oracle::Run> runs(RandomSystem& random) {
@@ -122,7 +127,7 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
     std::printf(
         "%-16s %9zu bounds, largest observed ÷ bound: %.3f of a callback, %.3f of a chain\n",
         name.c_str(), found.bounds, found.callbacks, found.chains);
-    EXPECT_GE(found.callbacks, 0.95) << name;
+    if (systems() >= 2000) EXPECT_GE(found.callbacks, 0.95) << name;
   }
 }
 
