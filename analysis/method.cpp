@@ -35,6 +35,13 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
   return result;
 }
 
+Answer with_what_precedes(const Path& path, Time response) {
+  if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
+  if (path.callbacks.size() == 1) return {response, ""};
+  const std::size_t before = path.callbacks[path.callbacks.size() - 2];
+  return {plus(path.part.spans[path.source].at(before).latest_end, response), ""};
+}
+
 Count most(const std::vector<Part::Inner>& arrivals, Time window) {
   Count result = 0;
   for (const auto& [curve, messages] : arrivals) {

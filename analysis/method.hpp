@@ -90,6 +90,10 @@ struct Answer {
   static Answer none(std::string why_not) { return {kUnbounded, std::move(why_not)}; }
 };
 
+/// The answer of a method that looks at one callback at a time: the response of the last callback
+/// from its own arrival, after all that is known of the one before.
+Answer with_what_precedes(const Path& path, Time response);
+
 /// One analysis. Registered with the macro below, in a file of its own.
 /// Thread safety: const methods from any thread. Real-time: no.
 class Method {

@@ -24,11 +24,7 @@ class Points final : public Method {
     if (!part.supply.is_dedicated()) return Answer::none("the CPU is not the thread's own");
     if (point(part, path.last()) >= kUnbounded) return Answer::none("it has no deadline");
 
-    const Time response = response_of(part, path.last());
-    if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
-    if (path.callbacks.size() == 1) return {response, ""};
-    const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-    return {plus(part.spans[path.source].at(before).latest_end, response), ""};
+    return with_what_precedes(path, response_of(part, path.last()));
   }
 
  private:

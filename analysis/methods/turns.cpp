@@ -19,11 +19,7 @@ class Turns final : public Method {
     if (!part.supply.holds_in_any_window()) {
       return Answer::none("more urgent threads of its CPU may be behind when it arrives");
     }
-    const Time response = response_of(part, path.last());
-    if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
-    if (path.callbacks.size() == 1) return {response, ""};
-    const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-    return {plus(part.spans[path.source].at(before).latest_end, response), ""};
+    return with_what_precedes(path, response_of(part, path.last()));
   }
 
  private:
