@@ -127,7 +127,8 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
     std::printf(
         "%-16s %9zu bounds, largest observed ÷ bound: %.3f of a callback, %.3f of a chain\n",
         name.c_str(), found.bounds, found.callbacks, found.chains);
-    if (systems() >= 2000) EXPECT_GE(found.callbacks, 0.95) << name;
+    if (systems() < 2000) continue;
+    EXPECT_GE(found.callbacks, 0.95) << name;
   }
 }
 
