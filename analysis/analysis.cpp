@@ -30,6 +30,7 @@ class Solver {
     }
     order_callbacks();
     make_parts();
+    make_supplies();
     for (Part& part : parts_) make_paths(part);
     for (int round = 0; improve(round); ++round) {
     }
@@ -42,12 +43,12 @@ class Solver {
   void order_callbacks();
   void make_parts();
   void add_source(Source source);
+  void make_supplies();
   void make_paths(Part& part);
   void extend(AnalysedPath path);
   bool improve(int round);
   void analyse(AnalysedPath& path) const;
   void update_curves();
-  void update_supplies();
   SegmentBound bound(const std::vector<std::size_t>& callbacks,
                      const std::size_t* predecessor) const;
   bool is_inside(std::size_t from, const Output& output) const {
@@ -58,7 +59,7 @@ class Solver {
   const Time limit_;
   std::vector<std::pair<std::string, std::unique_ptr<Method>>> methods_;
   std::vector<std::size_t> ordered_;  // callbacks, senders first
-  std::vector<Part> parts_;           // by executor
+  std::vector<Part> parts_;           // by executor; supplies and paths refer to them
   std::vector<AnalysedPath> paths_;   // of all, shorter ones before what they begin
 };
 
@@ -125,6 +126,11 @@ void Solver::add_source(Source source) {
       earliest = is_first ? span.earliest_end : std::min(earliest, span.earliest_end);
     }
   }
+  Time cost = 0;
+  for (const auto& [callback, count] : caused) {
+    cost = plus(cost, times(system_.callbacks[callback].execution, count));
+  }
+  part.costs.push_back(times(cost, source.messages));
   part.sources.push_back(std::move(source));
 }
 
@@ -151,7 +157,8 @@ void Solver::extend(AnalysedPath path) {
   }
 }
 
-// What comes from other executors comes with the jitter that these cause.
+// What comes from other executors comes with the jitter that these cause. Senders first: a change
+// reaches the end of every chain in one round, so a round that changes no bound is the last.
 void Solver::update_curves() {
   for (const std::size_t to : ordered_) {
     Part& part = parts_[system_.callbacks[to].executor];
@@ -172,7 +179,7 @@ void Solver::update_curves() {
   }
 }
 
-void Solver::update_supplies() {
+void Solver::make_supplies() {
   for (Part& part : parts_) {
     const Executor& executor = part.executor;
     if (executor.reservation) part.supply = Supply(*executor.reservation);
@@ -191,16 +198,7 @@ void Solver::update_supplies() {
     });
     const auto demand = [above](Time window) {
       Time result = 0;
-      for (const Part* other : above) {
-        for (std::size_t source = 0; source < other->sources.size(); ++source) {
-          Time cost = 0;
-          for (const auto& [callback, count] : other->caused[source]) {
-            cost = plus(cost, times(other->at(callback).execution, count));
-          }
-          const Source& arriving = other->sources[source];
-          result = plus(result, times(times(cost, arriving.messages), arriving.curve.most(window)));
-        }
-      }
+      for (const Part* other : above) result = plus(result, other->demand(window));
       return result;
     };
     part.supply = Supply(demand, has_equals);
@@ -230,7 +228,6 @@ void Solver::analyse(AnalysedPath& analysed) const {
 // One round; false when nothing has changed.
 bool Solver::improve(int round) {
   update_curves();
-  update_supplies();
   bool has_changed = false;
   for (AnalysedPath& analysed : paths_) {
     const Time before = analysed.bound;
@@ -287,12 +284,14 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
   return result;
 }
 
-/// The reason that says most: that of the method that needs least.
+/// The reason that says most of the system: that of a method that applies to every order.
 std::string reason(const std::vector<MethodBound>& answers) {
   for (const MethodBound& answer : answers) {
-    if (answer.method == "work_conserving") return answer.why_not;
+    if (!answer.method.empty() && methods().traits(answer.method).is_general) {
+      return answer.why_not;
+    }
   }
-  return answers.empty() ? "no analysis was asked for" : answers.front().why_not;
+  return answers.front().why_not;
 }
 
 ChainBound Solver::bound(const Chain& chain) const {

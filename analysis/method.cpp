@@ -15,6 +15,20 @@ Count Part::executions(std::size_t source, std::size_t callback) const {
   return found != caused[source].end() ? found->second : 0;
 }
 
+Time Part::longest() const {
+  Time result = 0;
+  for (const std::size_t callback : callbacks) result = std::max(result, at(callback).execution);
+  return result;
+}
+
+Time Part::demand(Time window) const {
+  Time result = 0;
+  for (std::size_t source = 0; source < sources.size(); ++source) {
+    result = plus(result, times(costs[source], sources[source].curve.most(window)));
+  }
+  return result;
+}
+
 Time Part::blocking(Time execution) const {
   const bool is_closed = std::all_of(sources.begin(), sources.end(), [&](const Source& source) {
     return at(source.callback).is_timer;
@@ -33,6 +47,21 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
          times(count, sources[source].messages)});
   }
   return result;
+}
+
+bool Path::is_alone() const {
+  for (std::size_t i = 0; i < callbacks.size(); ++i) {
+    for (std::size_t other = 0; other < part.sources.size(); ++other) {
+      if (other != source && part.sources[other].callback == callbacks[i]) return false;
+    }
+    for (const std::size_t from : part.callbacks) {
+      if (i != 0 && from == callbacks[i - 1]) continue;
+      for (const Output& output : part.at(from).outputs) {
+        if (output.to == callbacks[i]) return false;
+      }
+    }
+  }
+  return true;
 }
 
 Answer with_what_precedes(const Path& path, Time response) {

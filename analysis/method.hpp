@@ -3,7 +3,6 @@
 #ifndef TAKT_ANALYSIS_METHOD_HPP_
 #define TAKT_ANALYSIS_METHOD_HPP_
 
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -42,20 +41,16 @@ struct Part {
   std::vector<Source> sources;
   std::vector<std::map<std::size_t, Count>> caused;  // by source: executions of each callback
   std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
+  std::vector<Time> costs;  // by source: of one arrival, all that it causes here
   Supply supply;
   Time limit = 0;  // larger bounds are not of interest
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   Count executions(std::size_t source, std::size_t callback) const;
-  /// The longest execution of those callbacks of which the predicate is true, or 0.
-  template <class Predicate>
-  Time longest(Predicate&& is_meant) const {
-    Time result = 0;
-    for (const std::size_t callback : callbacks) {
-      if (is_meant(callback)) result = std::max(result, at(callback).execution);
-    }
-    return result;
-  }
+  /// The longest execution of all.
+  Time longest() const;
+  /// What arrives in a window wants at most.
+  Time demand(Time window) const;
   /// How long an execution that has begun keeps another one waiting: not all of it, unless
   /// something may arrive from another thread at the very instant at which it begins.
   Time blocking(Time execution) const;
@@ -80,6 +75,8 @@ struct Path {
   std::vector<std::size_t> callbacks;
 
   std::size_t last() const { return callbacks.back(); }
+  /// Whether nothing but the source, and each callback for the next, makes these callbacks ready.
+  bool is_alone() const;
 };
 
 /// What a method finds.
@@ -104,18 +101,20 @@ class Method {
 
 struct MethodTraits {
   std::string assumes, source;  // for people
+  /// Applies to every executor and order: if it finds no bound, that lies in the system.
+  bool is_general = false;
 };
 using MethodRegistry = Registry<Method, MethodTraits>;
 /// All methods of this process by name.
 MethodRegistry& methods();
 
-/// At namespace scope in a .cpp file.
-#define TAKT_REGISTER_METHOD(name, description, Class, assumes, source)                       \
-  namespace {                                                                                 \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_method_) =                                     \
-      (::takt::analysis::methods().add(                                                       \
-           name, {description, [] { return std::make_unique<Class>(); }, {assumes, source}}), \
-       true);                                                                                 \
+/// At namespace scope in a .cpp file. Behind the class stand the traits: `.assumes = "one thread"`.
+#define TAKT_REGISTER_METHOD(name, description, Class, ...)                               \
+  namespace {                                                                             \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_method_) =                                 \
+      (::takt::analysis::methods().add(                                                   \
+           name, {description, [] { return std::make_unique<Class>(); }, {__VA_ARGS__}}), \
+       true);                                                                             \
   }
 
 }  // namespace takt::analysis

@@ -5,7 +5,6 @@
 
 #include <functional>
 #include <utility>
-#include <vector>
 
 #include "takt/analysis/arrival_curve.hpp"
 

@@ -36,7 +36,7 @@ class Points final : public Method {
   static Time response_of(const Part& part, std::size_t callback) {
     const Callback& own = part.at(callback);
     const Time own_point = point(part, callback);
-    const Time longest = part.longest([](std::size_t) { return true; });
+    const Time longest = part.longest();
     std::vector<Other> others;
     for (const std::size_t other : part.callbacks) {
       if (other == callback) continue;
@@ -100,7 +100,8 @@ class Points final : public Method {
 }  // namespace
 TAKT_REGISTER_METHOD("points", "non-preemptive earliest deadline first, least laxity or arrival",
                      Points,
-                     "one thread with a CPU of its own; no polling points; the least point in time "
-                     "first",
-                     "George, Rivierre, Spuri, 1996; for laxity and arrival: our own")
+                     .assumes =
+                         "one thread with a CPU of its own; no polling points; the least "
+                         "point in time first",
+                     .source = "George, Rivierre, Spuri, 1996; for laxity and arrival: our own")
 }  // namespace takt::analysis

@@ -20,7 +20,10 @@ class Snapshots final : public Method {
     if (!part.supply.holds_in_any_window()) {
       return Answer::none("more urgent threads of its CPU may be behind when it arrives");
     }
-    if (!is_alone(path)) return Answer::none("something else sends to a callback of the path");
+    if (!path.is_alone()) return Answer::none("something else sends to a callback of the path");
+    if (part.executions(path.source, path.last()) > 1) {
+      return Answer::none("a callback of the path gets several messages at once");
+    }
 
     Time snapshot = 0, until_last = 0;
     for (const std::size_t callback : part.callbacks) {
@@ -41,26 +44,10 @@ class Snapshots final : public Method {
   }
 
  private:
-  /// Whether each callback is reached by this path only, with one message each time.
-  static bool is_alone(const Path& path) {
-    const Part& part = path.part;
-    std::map<std::size_t, int> reached;
-    for (const Source& source : part.sources) ++reached[source.callback];
-    for (const std::size_t from : part.callbacks) {
-      for (const Output& output : part.at(from).outputs) {
-        if (part.at(output.to).executor == part.at(from).executor) {
-          reached[output.to] += static_cast<int>(std::min<Count>(output.messages, 2));
-        }
-      }
-    }
-    for (const std::size_t callback : path.callbacks) {
-      if (reached[callback] != 1) return false;
-    }
-    return true;
-  }
   static bool is_served_until(const Part& part, std::size_t callback, std::size_t last) {
-    if (part.executor.order == Order::in_windows)
+    if (part.executor.order == Order::in_windows) {
       return part.at(callback).place <= part.at(last).place;
+    }
     if (part.executor.order == Order::by_urgency) {
       return part.at(callback).urgency >= part.at(last).urgency;
     }
@@ -70,8 +57,9 @@ class Snapshots final : public Method {
 
 }  // namespace
 TAKT_REGISTER_METHOD("snapshots", "each step of a path waits for one snapshot at most", Snapshots,
-                     "one thread, no more urgent one on its CPU; polling points; each callback of "
-                     "the path has one sender, and "
-                     "a timer or a message that is served before the next arrives begins it",
-                     "our own, after Blaß et al., RTSS 2021")
+                     .assumes =
+                         "one thread, no more urgent one on its CPU; polling points; each "
+                         "callback of the path has one sender; a timer begins it, or a "
+                         "message that is served before the next arrives",
+                     .source = "our own, after Blaß et al., RTSS 2021")
 }  // namespace takt::analysis

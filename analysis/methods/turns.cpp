@@ -56,9 +56,7 @@ class Turns final : public Method {
     if (busy >= kUnbounded) return kUnbounded;
     // A message that is sent before the executor has looked at its timers overtakes one that is
     // due.
-    const Time overtaking = part.at(callback).is_timer && has_messages
-                                ? part.longest([](std::size_t) { return true; }) - 1
-                                : 0;
+    const Time overtaking = part.at(callback).is_timer && has_messages ? part.longest() - 1 : 0;
     Time worst = 0;
     for (const auto& [execution, arrivals] : mine) {
       for (const Time step : steps(arrivals, plus(busy, overtaking))) {
@@ -71,8 +69,9 @@ class Turns final : public Method {
 };
 
 }  // namespace
-TAKT_REGISTER_METHOD(
-    "turns", "one callback of each group in turn", Turns,
-    "one thread, no more urgent one on its CPU; no polling points; the groups take turns",
-    "our own")
+TAKT_REGISTER_METHOD("turns", "one callback of each group in turn", Turns,
+                     .assumes =
+                         "one thread, no more urgent one on its CPU; no polling points; the "
+                         "groups take turns",
+                     .source = "our own")
 }  // namespace takt::analysis

@@ -19,9 +19,9 @@ class Urgency final : public Method {
     if (part.executor.is_wait_set) return Answer::none("a snapshot runs whole, whatever arrives");
     if (part.executor.order != Order::by_urgency) return Answer::none("no order by urgency");
     if (part.supply.has_equals()) return Answer::none("a thread of its priority shares its CPU");
-    const Level level(path);
-    if (!level.is_alone()) return Answer::none("something else sends to a callback of the path");
+    if (!path.is_alone()) return Answer::none("something else sends to a callback of the path");
 
+    const Level level(path);
     const Source& own = part.sources[path.source];
     const Callback& last = part.at(path.last());
     // Then no callback of a later instance overtakes this one.
@@ -86,22 +86,6 @@ class Urgency final : public Method {
       }
     }
 
-    /// Whether each callback of the path is reached by the path only.
-    bool is_alone() const {
-      for (std::size_t i = 0; i < path_.callbacks.size(); ++i) {
-        const std::size_t callback = path_.callbacks[i];
-        for (std::size_t source = 0; source < part_.sources.size(); ++source) {
-          if (source != path_.source && part_.sources[source].callback == callback) return false;
-        }
-        for (const std::size_t from : part_.callbacks) {
-          if (i != 0 && from == path_.callbacks[i - 1]) continue;
-          for (const Output& output : part_.at(from).outputs) {
-            if (output.to == callback) return false;
-          }
-        }
-      }
-      return true;
-    }
     /// A less urgent callback that runs when the window begins, and what it causes in it.
     Time blocking() const {
       Time longest = 0, caused = 0;
@@ -153,10 +137,10 @@ class Urgency final : public Method {
 };
 
 }  // namespace
-TAKT_REGISTER_METHOD(
-    "urgency", "non-preemptive fixed priorities, for whole paths", Urgency,
-    "one thread, none of its priority on its CPU; no polling points; the most urgent first; "
-    "each callback of the "
-    "path has one sender; messages are sent at the latest at a callback's end",
-    "Davis et al., 2007; for paths: our own")
+TAKT_REGISTER_METHOD("urgency", "non-preemptive fixed priorities, for whole paths", Urgency,
+                     .assumes =
+                         "one thread, none of its priority on its CPU; no polling points; "
+                         "the most urgent first; each callback of the path has one sender; "
+                         "messages are sent at the latest at a callback's end",
+                     .source = "Davis et al., 2007; for paths: our own")
 }  // namespace takt::analysis

@@ -20,20 +20,12 @@ class WorkConserving final : public Method {
     const Callback& last = part.at(path.last());
     const Time each =
         times(times(last.execution, part.executions(path.source, path.last())), own.messages);
-    const Time all = cost(part, path.source);
     const auto last_of = [&](Time window) { return times(each, own.curve.most(window)); };
-    const auto others = [&](Time window) {
-      Time result = times(all - each, own.curve.most(window));
-      for (std::size_t source = 0; source < part.sources.size(); ++source) {
-        if (source == path.source) continue;
-        result = plus(result, times(cost(part, source), part.sources[source].curve.most(window)));
-      }
-      return result;
-    };
+    const auto others = [&](Time window) { return part.demand(window) - last_of(window); };
     const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
 
-    const Time busy = least_fixed_point(
-        [&](Time window) { return time_for(plus(last_of(window), others(window))); }, part.limit);
+    const Time busy =
+        least_fixed_point([&](Time window) { return time_for(part.demand(window)); }, part.limit);
     if (busy >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
     Time longest = 0;
     for (const Time offset : own.curve.steps(busy)) {
@@ -47,21 +39,11 @@ class WorkConserving final : public Method {
     }
     return {longest, ""};
   }
-
- private:
-  // Of one arrival, whatever it causes in this executor.
-  static Time cost(const Part& part, std::size_t source) {
-    Time result = 0;
-    for (const auto& [callback, count] : part.caused[source]) {
-      result = plus(result, times(part.at(callback).execution, count));
-    }
-    return times(result, part.sources[source].messages);
-  }
 };
 
 }  // namespace
-TAKT_REGISTER_METHOD("work_conserving", "while a callback waits, its executor works",
-                     WorkConserving,
-                     "the threads together do less than one can; with several, each has a CPU",
-                     "Casini et al., ECRTS 2019, Lemma 8; for any order: our own")
+TAKT_REGISTER_METHOD(
+    "work_conserving", "while a callback waits, its executor works", WorkConserving,
+    .assumes = "the threads together do less than one can; with several, each has a CPU",
+    .source = "Casini et al., ECRTS 2019, Lemma 8; for any order: our own", .is_general = true)
 }  // namespace takt::analysis
