@@ -3,7 +3,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/testing/oracle.hpp"
 
-#include <cstdlib>
 #include <map>
 #include <memory>
 #include <string>
@@ -116,14 +115,12 @@ void give_order(System& system, const std::string& scheduler) {
       {"chain_priority", Order::by_urgency}, {"edf", Order::by_point},
       {"least_laxity", Order::by_point},     {"ros", Order::in_windows},
       {"listed", Order::in_windows},         {"round_robin", Order::in_turns}};
-  system.executors.front().order = kOrders.at(scheduler);
+  const auto order = kOrders.find(scheduler);
+  if (order == kOrders.end())
+    throw Error("what order does '" + scheduler + "' give?", "add it here");
+  system.executors.front().order = order->second;
   if (scheduler != "listed") return;
   for (std::size_t i = 0; i < system.callbacks.size(); ++i) system.callbacks[i].place = i;
-}
-
-std::uint64_t systems_of_each() {
-  const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
-  return (count != nullptr ? std::strtoull(count, nullptr, 10) : 320) / schedulers().names().size();
 }
 
 // Overload, shared groups, forks, subscriptions of several publishers, one to three threads.
@@ -132,8 +129,10 @@ TEST(Oracle, TheExecutorsDoWhatItSays) {
   shape.most_executors = 1;
   shape.shares_cpus = false;
   std::size_t executions = 0, pools = 0;
-  for (const std::string& scheduler : schedulers().names()) {
-    for (std::uint64_t seed = 1; seed <= systems_of_each(); ++seed) {
+  const auto names = schedulers().names();
+  const std::uint64_t systems_of_each = testing::random_systems(320) / names.size();
+  for (const std::string& scheduler : names) {
+    for (std::uint64_t seed = 1; seed <= systems_of_each; ++seed) {
       RandomSystem random(seed, shape);
       give_order(random.system, scheduler);
       std::vector<Time> phases(random.system.callbacks.size());

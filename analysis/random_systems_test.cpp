@@ -1,7 +1,6 @@
 // Bounds against a simulation of random systems: no response is ever longer, and for each method
 // there is one that is as long.
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdlib>
 #include <map>
 #include <numeric>
 
@@ -22,16 +21,11 @@ using testing::Shape;
 
 constexpr Time kEnd = 4000;
 
-/// Few in `./dev test`, many in `./dev stress`.
-std::uint64_t systems() {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  constexpr std::uint64_t kSystems = 300;  // it is slow, and looks for other mistakes
+constexpr std::uint64_t kSystems = 300;  // it is slow, and looks for other mistakes
 #else
-  constexpr std::uint64_t kSystems = 3000;
+constexpr std::uint64_t kSystems = 3000;
 #endif
-  const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
-  return count != nullptr ? std::strtoull(count, nullptr, 10) : kSystems;
-}
 
 std::vector<Oracle::Run> runs(RandomSystem& random) {
   const std::size_t count = random.system.callbacks.size();
@@ -102,7 +96,7 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   std::vector<std::vector<std::string>> sets{{}};
   for (const std::string& name : methods().names()) sets.push_back({name});
   std::map<std::string, Tightness> tightness;
-  std::vector<std::uint64_t> seeds(systems());
+  std::vector<std::uint64_t> seeds(testing::random_systems(kSystems));
   std::iota(seeds.begin(), seeds.end(), 1);
   // Each has refuted a bound: a message that came at the instant at which a less urgent callback
   // began; a snapshot on a CPU whose other thread was behind; less urgent callbacks that begin
@@ -127,7 +121,7 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
     std::printf(
         "%-16s %9zu bounds, largest observed ÷ bound: %.3f of a callback, %.3f of a chain\n",
         name.c_str(), found.bounds, found.callbacks, found.chains);
-    if (systems() < 2000) continue;
+    if (seeds.size() < 2000) continue;
     EXPECT_GE(found.callbacks, 0.95) << name;
   }
 }

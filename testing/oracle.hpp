@@ -79,30 +79,25 @@ class Oracle {
   struct State {  // of a callback
     Time due = 0;
     std::deque<Message> messages;
-    bool held = false, again = false, queued = false, drained = false;
+    bool held = false, queued = false, drained = false;
     Time announced_ready = 0;
     std::uint64_t announced = 0;
   };
-  using Waiting = std::vector<Entry>;
   struct Part {  // an executor
     const analysis::Executor* executor = nullptr;
     std::set<std::pair<Time, std::size_t>> timers;
     std::vector<std::size_t> inbox;
-    Waiting waiting;
-    std::vector<std::size_t> turns;                     // groups
-    std::vector<std::size_t> busy;                      // groups
-    std::vector<std::pair<std::size_t, Entry>> parked;  // by group
+    std::vector<Entry> waiting, parked;
+    std::vector<std::size_t> turns, busy;  // groups
     std::uint64_t window = 0;
-    std::size_t idle = 0, posts = 0;
     std::size_t timekeeper = SIZE_MAX;
     Time timekeeper_deadline = 0;
   };
   struct Worker {
     std::size_t part = 0;
-    bool awake = false, sleeping = false, woken = false, has_slept = false;
+    bool awake = false, sleeping = false, woken = false;
     Time wake_time = 0, remaining = 0, awake_since = 0;
     std::unique_ptr<Job> job;
-    Entry entry{};
     Time budget = 0, deadline = 0;  // of a reservation
     bool throttled = false;
   };
@@ -205,7 +200,7 @@ class Oracle {
     Part& part = parts_[worker.part];
     if (worker.job != nullptr) {
       finish(worker, part);
-    } else if (std::exchange(worker.has_slept, false)) {
+    } else {
       end_sleep(index);
     }
     while (!run_next(worker, part) && sleep(index)) {
@@ -222,51 +217,34 @@ class Oracle {
       part.timekeeper_deadline = release;
       deadline = release;
     }
-    ++part.idle;
-    if (part.inbox.empty() && part.posts == 0 && deadline > now_) {
+    if (part.inbox.empty() && deadline > now_) {
       block(worker, deadline);
       return false;
     }
-    bool was_woken = false;
-    if (part.inbox.empty() && part.posts != 0) {
-      --part.posts;
-      was_woken = true;
-    }
-    if (!was_woken) --part.idle;
-    if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
+    end_sleep(index);
     return true;
   }
   void block(Worker& worker, Time deadline) {
     worker.awake = false;
-    worker.sleeping = worker.has_slept = true;
+    worker.sleeping = true;
     worker.wake_time = deadline;
   }
   void end_sleep(std::size_t index) {
     Worker& worker = workers_[index];
     Part& part = parts_[worker.part];
-    bool was_woken = std::exchange(worker.woken, false);
-    worker.sleeping = false;
-    if (!was_woken && part.posts != 0) {
-      --part.posts;
-      was_woken = true;
-    }
-    if (!was_woken) --part.idle;
+    worker.sleeping = worker.woken = false;
     if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
   }
-  void wake(std::size_t part_index) {
-    Part& part = parts_[part_index];
-    if (part.idle == 0) return;
-    --part.idle;
-    for (Worker& worker : workers_) {
-      if (worker.part != part_index || !worker.sleeping) continue;
-      worker.sleeping = false;
-      worker.woken = true;
-      return;
-    }
-    ++part.posts;
+  void wake(std::size_t part) {
+    const auto sleeper = std::find_if(workers_.begin(), workers_.end(), [&](const Worker& worker) {
+      return worker.part == part && worker.sleeping;
+    });
+    if (sleeper == workers_.end()) return;
+    sleeper->sleeping = false;
+    sleeper->woken = true;
   }
   void pass_on(Part& part) {
-    if (!is_shared(part) || part.idle == 0) return;
+    if (!is_shared(part)) return;
     const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
     const bool needs_timekeeper =
         release != kNever && (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline);
@@ -281,13 +259,12 @@ class Oracle {
       if (part.waiting.empty()) return false;
       entry = pop(part);
       part.window = std::max(part.window, entry.window);
-      states_[entry.callback].again = false;
       const std::size_t group = at(entry.callback).group;
       if (std::find(part.busy.begin(), part.busy.end(), group) == part.busy.end()) {
         part.busy.push_back(group);
         break;
       }
-      part.parked.emplace_back(group, entry);
+      part.parked.push_back(entry);
     }
     pass_on(part);
     State& state = states_[entry.callback];
@@ -306,7 +283,6 @@ class Oracle {
       job.cause = message.from;
       job.arrival = message.arrival;
     }
-    worker.entry = entry;
     worker.remaining = run_.execution(entry.callback);
     return true;
   }
@@ -333,9 +309,7 @@ class Oracle {
       if (announce(part, to, now_, sequence)) wake(at(to).executor);
     } else if (part.executor->is_wait_set) {
       announce(part, to, now_, sequence);
-    } else if (state.held) {
-      state.again = true;
-    } else if (!state.queued) {
+    } else if (!state.held && !state.queued) {
       hold(part, to, now_, sequence);
     }
   }
@@ -377,7 +351,7 @@ class Oracle {
     }
     if (state.messages.empty()) {
       if (std::exchange(state.drained, false)) state.queued = false;
-      state.held = state.again = false;
+      state.held = false;
       return;
     }
     const Message& front = state.messages.front();
@@ -448,12 +422,11 @@ class Oracle {
   void unpark(Part& part, std::size_t group) {
     auto first = part.parked.end();
     for (auto entry = part.parked.begin(); entry != part.parked.end(); ++entry) {
-      if (entry->first != group) continue;
-      if (first == part.parked.end() || is_before(part, entry->second, first->second))
-        first = entry;
+      if (at(entry->callback).group != group) continue;
+      if (first == part.parked.end() || is_before(part, *entry, *first)) first = entry;
     }
     if (first == part.parked.end()) return;
-    push(part, first->second);
+    push(part, *first);
     part.parked.erase(first);
   }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <random>
 #include <string>
 #include <utility>
@@ -18,6 +19,12 @@ namespace takt::testing {
 
 using analysis::Order;
 using analysis::Time;
+
+/// How many a test looks at: as many as it does in `./dev test`, unless `./dev stress` says more.
+inline std::uint64_t random_systems(std::uint64_t usual) {
+  const char* count = std::getenv("TAKT_RANDOM_SYSTEMS");
+  return count != nullptr ? std::strtoull(count, nullptr, 10) : usual;
+}
 
 /// What a random system may have.
 struct Shape {
