@@ -22,6 +22,43 @@ struct AnalysedPath {
   std::vector<MethodBound> answers;
 };
 
+void refuse_unless(bool is_right, const std::string& of, const char* what) {
+  if (!is_right) throw Error(fmt::format("'{}': {}", of, what));
+}
+
+// What would make the analyses divide by zero, read outside, or answer a question that is none.
+void check(const System& system) {
+  for (const Executor& executor : system.executors) {
+    refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
+    if (!executor.reservation) continue;
+    const auto& [budget, period] = *executor.reservation;
+    refuse_unless(budget > 0 && budget <= period, executor.name,
+                  "a reservation's budget is positive, and at most its period");
+  }
+  for (const Callback& callback : system.callbacks) {
+    refuse_unless(callback.executor < system.executors.size(), callback.name,
+                  "its executor is not in the system");
+    refuse_unless(callback.least_execution >= 0 && callback.least_execution <= callback.execution,
+                  callback.name, "its least execution time is negative, or above the longest");
+    for (const Output& output : callback.outputs) {
+      refuse_unless(output.to < system.callbacks.size(), callback.name,
+                    "it sends to a callback that is not in the system");
+      refuse_unless(
+          output.messages > 0 && output.least_delay >= 0 && output.least_delay <= output.delay,
+          callback.name,
+          "an output has one message at least, and a delay that is not negative, and not "
+          "below the least");
+    }
+  }
+  for (const Chain& chain : system.chains) {
+    refuse_unless(!chain.callbacks.empty(), chain.name, "a chain has one callback at least");
+    for (const std::size_t callback : chain.callbacks) {
+      refuse_unless(callback < system.callbacks.size(), chain.name,
+                    "the chain has a callback that is not in the system");
+    }
+  }
+}
+
 class Solver {
  public:
   Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
@@ -341,6 +378,7 @@ CallbackBound Solver::bound(std::size_t callback) const {
 }  // namespace
 
 Bounds analyze(const System& system, const Options& options) {
+  check(system);
   const Solver solver(system, options);
   Bounds result;
   for (const Chain& chain : system.chains) result.chains.push_back(solver.bound(chain));

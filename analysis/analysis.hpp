@@ -48,10 +48,17 @@ struct Bounds {
 
 /// The least bounds of all methods whose assumptions hold. What an executor makes late comes to the
 /// next with jitter, so all are solved together: from no jitter upwards until nothing changes,
-/// which is the least solution, since no bound falls when jitter grows. Source: Tindell, Clark:
-/// "Holistic schedulability analysis for distributed hard real-time systems", 1994. Throws Error
-/// for a chain of which no output leads from one callback to the next, and where callbacks send to
-/// each other in a circle. Thread safety: a pure function. Real-time: no.
+/// which is the least solution, since no bound falls when jitter grows.
+///
+/// Throws Error, with the name, for numbers that are no system: indices and times out of range, a
+/// chain of which no output leads from one callback to the next, callbacks that send to each other
+/// in a circle; and for an unknown method.
+///
+/// Source: Tindell, Clark: "Holistic schedulability analysis for distributed hard real-time
+/// systems", 1994.
+///
+/// Thread safety: a pure function.
+/// Real-time: no.
 Bounds analyze(const System& system, const Options& options = {});
 
 }  // namespace takt::analysis

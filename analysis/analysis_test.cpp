@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/analysis/analysis.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/analysis/method.hpp"
 #include "takt/base/error.hpp"
+#include "takt/testing/oracle.hpp"
 #include "takt/testing/random_system.hpp"
 
 namespace takt::analysis {
@@ -83,8 +86,8 @@ TEST(Analysis, AChainInOneExecutorAsPublished) {
   EXPECT_EQ(analyze(system).chains[0].bound, 72);
 }
 
-// Of a timer of (1, 2 ms) and another (3, 20), and messages of 4 and 5: what is due just after the
-// polling point waits for the whole snapshot, though its priority is larger.
+// What is due just after the polling point waits for the whole snapshot, though its priority is
+// larger.
 TEST(Analysis, APriorityDoesNotOvertakeInASnapshot) {
   System system = tasks({{2, 100}, {3, 200}, {4, 200}, {5, 200}}, Order::by_urgency);
   EXPECT_EQ(analyze(system).callbacks[0].bound, 6);
@@ -123,6 +126,23 @@ TEST(Analysis, RefusesWhatIsNoSystem) {
   System unlinked = a_chain_and_two_tasks();
   unlinked.chains = {{"chain", {0, 4}}};
   EXPECT_THROW(analyze(unlinked), Error);
+  EXPECT_THROW(analyze(a_chain_and_two_tasks(), {.methods = {"magic"}}), Error);
+
+  const auto refuses = [](void (*spoil)(System&)) {
+    System system = a_chain_and_two_tasks();
+    spoil(system);
+    EXPECT_THROW(analyze(system), Error);
+  };
+  refuses([](System& system) { system.executors[0].threads = 0; });
+  refuses([](System& system) { system.executors[0].reservation = {.budget = 0, .period = 5}; });
+  refuses([](System& system) { system.executors[0].reservation = {.budget = 6, .period = 5}; });
+  refuses([](System& system) { system.callbacks[0].executor = 1; });
+  refuses([](System& system) { system.callbacks[0].least_execution = 2; });
+  refuses([](System& system) { system.callbacks[0].outputs[0].to = 5; });
+  refuses([](System& system) { system.callbacks[0].outputs[0].messages = 0; });
+  refuses([](System& system) { system.callbacks[0].outputs[0].least_delay = 1; });
+  refuses([](System& system) { system.chains[0].callbacks = {}; });
+  refuses([](System& system) { system.chains[0].callbacks = {5}; });
 }
 
 // PiCAS, as published, finds 6 for B: it leaves out that A comes late, and so twice in short.
@@ -140,6 +160,12 @@ TEST(Analysis, WhatAnotherCpuDelaysComesWithJitter) {
   system.callbacks[3].executor = 2;
   system.callbacks[2].executor = 3;
   EXPECT_EQ(analyze(system).callbacks[2].bound, 9);
+  const auto worst = [&](std::size_t callback) { return system.callbacks[callback].execution; };
+  const testing::Oracle run(system, {{0, 0, 9, 0}, worst, 20});
+  const auto low = std::find_if(run.jobs().begin(), run.jobs().end(),
+                                [](const auto& job) { return job->callback == 2; });
+  ASSERT_NE(low, run.jobs().end());
+  EXPECT_EQ((*low)->end - (*low)->ready, 9);
 }
 
 System scaled(System system, Time by) {
