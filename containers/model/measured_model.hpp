@@ -1,0 +1,52 @@
+// What a run has shown of a system's callbacks: numbers for the analysis of its response times.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
+#define TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "takt/base/time.hpp"
+
+namespace takt {
+
+/// One callback in a run. Execution times are processor time, not wall-clock time.
+struct MeasuredCallback {
+  std::string name;  // "/node/callback", as to_string(Chain::Step) writes it
+  std::uint64_t executions = 0;
+  Nanoseconds least_execution{0}, median_execution{0}, p99_execution{0}, longest_execution{0};
+  /// The longest of the first ten executions, which often find cold caches.
+  Nanoseconds longest_first_execution{0};
+  /// δ⁻(2), δ⁻(3), …: the least time from the first to the last of so many arrivals in a row.
+  std::vector<Nanoseconds> least_distances;
+  /// Zero unless the arrivals fit "every period, each up to jitter late".
+  Nanoseconds period{0}, jitter{0};
+  /// Arrivals that were overwritten: the distances between them are not known.
+  std::uint64_t dropped = 0;
+  /// The most executions of other callbacks, by name, that one execution has caused.
+  std::map<std::string, std::uint64_t> causes;
+};
+
+/// The content of a *.model.yaml file.
+struct MeasuredModel {
+  std::string file;       // the system file it was measured with
+  std::string file_hash;  // of its text
+  std::string machine;    // for people: processors, kernel, clock
+  Nanoseconds duration{0};
+  /// Added to the longest execution times by those who use them: 0.2 is a fifth.
+  double margin = 0.2;
+  /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one.
+  Nanoseconds dispatch_overhead{0}, wake_overhead{0};
+  std::vector<MeasuredCallback> callbacks;
+};
+
+/// Reads a file that `takt model` or `takt run --model` has written, and a person may have edited.
+/// Throws ConfigurationError with file and line.
+/// Thread safety: from any thread. Real-time: no.
+MeasuredModel read_measured_model(const std::string& path);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
