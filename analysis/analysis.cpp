@@ -43,11 +43,10 @@ void check(const System& system) {
     for (const Output& output : callback.outputs) {
       refuse_unless(output.to < system.callbacks.size(), callback.name,
                     "it sends to a callback that is not in the system");
-      refuse_unless(
-          output.messages > 0 && output.least_delay >= 0 && output.least_delay <= output.delay,
-          callback.name,
-          "an output has one message at least, and a delay that is not negative, and not "
-          "below the least");
+      refuse_unless(output.messages > 0 || (output.messages == 0 && output.waits), callback.name,
+                    "an output has one message at least");
+      refuse_unless(output.least_delay >= 0 && output.least_delay <= output.delay, callback.name,
+                    "an output has a delay that is not negative, and not below the least");
     }
   }
   for (const Chain& chain : system.chains) {
@@ -73,6 +72,7 @@ class Solver {
     }
   }
 
+  const Output& link(const Chain& chain, std::size_t place) const;
   ChainBound bound(const Chain& chain) const;
   CallbackBound bound(std::size_t callback) const;
 
@@ -86,11 +86,13 @@ class Solver {
   bool improve(int round);
   void analyse(AnalysedPath& path) const;
   void update_curves();
+  bool is_sender(const Source& source, std::size_t callback) const;
   SegmentBound bound(const std::vector<std::size_t>& callbacks,
                      const std::size_t* predecessor) const;
   bool is_inside(std::size_t from, const Output& output) const {
-    return system_.callbacks[from].executor == system_.callbacks[output.to].executor;
+    return parts_[system_.callbacks[from].executor].is_inside(from, output);
   }
+  Time longest_gap(std::size_t from, const Output& output) const;
 
   const System& system_;
   const Time limit_;
@@ -127,19 +129,24 @@ void Solver::make_parts() {
   }
   for (std::size_t i = 0; i < system_.callbacks.size(); ++i) {
     parts_[system_.callbacks[i].executor].callbacks.push_back(i);
-    if (const auto& arrivals = system_.callbacks[i].arrivals) add_source({i, *arrivals});
+    if (const auto& arrivals = system_.callbacks[i].arrivals) {
+      add_source(
+          {.callback = i, .curve = *arrivals, .longest_gap = system_.callbacks[i].longest_gap});
+    }
   }
   for (const std::size_t from : ordered_) {
     const std::size_t executor = system_.callbacks[from].executor;
     for (const Output& output : system_.callbacks[from].outputs) {
-      if (is_inside(from, output)) continue;
+      if (is_inside(from, output) || output.messages == 0) continue;
       const std::size_t sources = parts_[executor].sources.size();
       for (std::size_t source = 0; source < sources; ++source) {
         const Count count = parts_[executor].executions(source, from);
         if (count == 0) continue;
         const Source& before = parts_[executor].sources[source];
-        add_source({output.to, before.curve, times(times(before.messages, count), output.messages),
-                    Source::From{from, source}});
+        add_source({.callback = output.to,
+                    .curve = before.curve,
+                    .messages = times(times(before.messages, count), output.messages),
+                    .from = Source::From{from, source}});
       }
     }
   }
@@ -204,16 +211,46 @@ void Solver::update_curves() {
       const Callback& sender = system_.callbacks[source.from->callback];
       const Part& before = parts_[sender.executor];
       const Span& span = before.spans[source.from->source].at(source.from->callback);
+      const Source& root = before.sources[source.from->source];
       Time delay = 0, least_delay = kUnbounded;
+      source.longest_gap = 0;
       for (const Output& output : sender.outputs) {
         if (output.to != to) continue;
-        delay = std::max(delay, output.delay);
+        // What waits for other inputs is sent before the next message of this one has been served.
+        delay = std::max(delay, plus(output.delay, output.waits ? root.longest_gap : 0));
         least_delay = std::min(least_delay, output.least_delay);
+        source.longest_gap =
+            std::max(source.longest_gap, longest_gap(source.from->callback, output));
       }
-      source.curve = before.sources[source.from->source].curve.with_jitter(
-          plus(span.latest_end - span.earliest_end, delay - least_delay));
+      source.curve =
+          root.curve.with_jitter(plus(span.latest_end - span.earliest_end, delay - least_delay));
     }
   }
+}
+
+// From one message to the next. A join waits for the slowest of its inputs.
+Time Solver::longest_gap(std::size_t from, const Output& output) const {
+  const auto of_sender = [&](std::size_t sender, const Output& sent) {
+    const Part& part = parts_[system_.callbacks[sender].executor];
+    Time least = kUnbounded;
+    for (std::size_t source = 0; source < part.sources.size(); ++source) {
+      if (part.executions(source, sender) == 0) continue;
+      const Span& span = part.spans[source].at(sender);
+      least = std::min(
+          least, plus(part.sources[source].longest_gap,
+                      plus(span.latest_end - span.earliest_end, sent.delay - sent.least_delay)));
+    }
+    return least;
+  };
+  if (!output.waits) return of_sender(from, output);
+  Time longest = 0;
+  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
+    for (const Output& other : system_.callbacks[sender].outputs) {
+      if (other.waits && other.to == output.to)
+        longest = std::max(longest, of_sender(sender, other));
+    }
+  }
+  return longest;
 }
 
 void Solver::make_supplies() {
@@ -287,6 +324,17 @@ bool Solver::improve(int round) {
   return has_changed;
 }
 
+// Whether it sends to the source, or to a join that does.
+bool Solver::is_sender(const Source& source, std::size_t callback) const {
+  const auto waits = [&](std::size_t from) {
+    const auto& outputs = system_.callbacks[from].outputs;
+    return std::any_of(outputs.begin(), outputs.end(), [&](const Output& output) {
+      return output.to == source.callback && output.waits;
+    });
+  };
+  return source.from->callback == callback || (waits(source.from->callback) && waits(callback));
+}
+
 // Of all paths of one executor that end with these callbacks; what begins before them makes the
 // bound larger, not wrong. With a predecessor: those that it begins.
 SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
@@ -302,10 +350,11 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
       continue;
     }
     const Source& source = analysed.path.part.sources[analysed.path.source];
-    if (predecessor != nullptr && (path.size() != callbacks.size() || !source.from ||
-                                   source.from->callback != *predecessor)) {
+    if (predecessor != nullptr &&
+        (path.size() != callbacks.size() || !source.from || !is_sender(source, *predecessor))) {
       continue;
     }
+    result.longest_gap = std::max(result.longest_gap, source.longest_gap);
     if (!is_reached || analysed.bound > result.bound) {
       result.bound = analysed.bound;
       result.methods = analysed.answers;
@@ -331,36 +380,49 @@ std::string reason(const std::vector<MethodBound>& answers) {
   return answers.front().why_not;
 }
 
+// The output that leads from one callback of a chain to the next.
+const Output& Solver::link(const Chain& chain, std::size_t place) const {
+  const Callback& sender = system_.callbacks[chain.callbacks[place - 1]];
+  const Output* found = nullptr;
+  for (const Output& output : sender.outputs) {
+    if (output.to != chain.callbacks[place]) continue;
+    if (found == nullptr || output.waits || output.delay > found->delay) found = &output;
+  }
+  if (found != nullptr) return *found;
+  throw Error(fmt::format("chain '{}': '{}' sends nothing to '{}'", chain.name, sender.name,
+                          system_.callbacks[chain.callbacks[place]].name));
+}
+
 ChainBound Solver::bound(const Chain& chain) const {
   ChainBound result{.bound = 0};
   for (std::size_t i = 0; i < chain.callbacks.size();) {
-    const std::size_t executor = system_.callbacks[chain.callbacks[i]].executor;
-    std::vector<std::size_t> segment;
-    const std::size_t* predecessor = i > 0 ? &chain.callbacks[i - 1] : nullptr;
-    Time delay = 0;
-    for (; i < chain.callbacks.size() && system_.callbacks[chain.callbacks[i]].executor == executor;
-         ++i) {
+    const std::size_t* predecessor = nullptr;
+    if (i > 0) {
+      predecessor = &chain.callbacks[i - 1];
+      const Output& output = link(chain, i);
+      result.bound = plus(result.bound, output.delay);
+      // At the latest when the next message of this input has been served; what has not been sent
+      // by then is left out for that.
+      if (output.waits) {
+        result.segments.back().wait = result.segments.back().longest_gap;
+        result.bound = plus(result.bound, result.segments.back().wait);
+      }
+    }
+    std::vector<std::size_t> segment{chain.callbacks[i]};
+    while (++i < chain.callbacks.size() && is_inside(segment.back(), link(chain, i))) {
       segment.push_back(chain.callbacks[i]);
-      if (i == 0) continue;
-      bool is_linked = false;
-      const Callback& sender = system_.callbacks[chain.callbacks[i - 1]];
-      for (const Output& output : sender.outputs) {
-        if (output.to != chain.callbacks[i]) continue;
-        is_linked = true;
-        delay = std::max(delay, output.delay);
-      }
-      if (!is_linked) {
-        throw Error(fmt::format("chain '{}': '{}' sends nothing to '{}'", chain.name, sender.name,
-                                system_.callbacks[chain.callbacks[i]].name));
-      }
     }
     result.segments.push_back(bound(segment, predecessor));
     const SegmentBound& found = result.segments.back();
-    result.bound = plus(result.bound, plus(found.bound, delay));
+    result.bound = plus(result.bound, found.bound);
     if (found.bound >= kUnbounded && result.why_not.empty()) {
       result.why_not =
-          fmt::format("{}: {}", system_.executors[executor].name, reason(found.methods));
+          fmt::format("{}: {}", system_.executors[found.executor].name, reason(found.methods));
     }
+  }
+  if (result.bound >= kUnbounded && result.why_not.empty()) {
+    result.why_not =
+        "it is not known how long it waits for another message, or for another process";
   }
   return result;
 }
@@ -368,6 +430,10 @@ ChainBound Solver::bound(const Chain& chain) const {
 CallbackBound Solver::bound(std::size_t callback) const {
   const SegmentBound found = bound({callback}, nullptr);
   CallbackBound result{.bound = found.bound};
+  if (found.bound < kUnbounded) {
+    const Part& part = parts_[system_.callbacks[callback].executor];
+    result.backlog = most(part.inner_arrivals(callback), found.bound);
+  }
   if (found.bound >= kUnbounded) result.why_not = reason(found.methods);
   for (const MethodBound& answer : found.methods) {
     if (answer.bound == found.bound && found.bound < kUnbounded) result.method = answer.method;

@@ -27,6 +27,8 @@ struct SegmentBound {
   std::size_t executor = 0;
   std::vector<std::size_t> callbacks;
   Time bound = kUnbounded;  // from the arrival of its first message or release to its end
+  Time longest_gap = 0;     // between two such arrivals
+  Time wait = 0;            // behind it, for the other inputs of a join
   std::vector<MethodBound> methods;
 };
 
@@ -37,7 +39,8 @@ struct ChainBound {
 };
 
 struct CallbackBound {
-  Time bound = kUnbounded;  // from the arrival that causes it in its executor, to its end
+  Time bound = kUnbounded;     // from the arrival that causes it in its executor, to its end
+  Count backlog = kUnbounded;  // the most messages that wait for it at a time
   std::string method, why_not;
 };
 

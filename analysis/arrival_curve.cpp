@@ -35,6 +35,10 @@ ArrivalCurve ArrivalCurve::by_distances(std::vector<Time> distances) {
   return curve;
 }
 
+ArrivalCurve ArrivalCurve::unknown() {
+  return by_distances({1}).with_jitter(kUnbounded);
+}
+
 ArrivalCurve ArrivalCurve::with_jitter(Time jitter) const {
   ArrivalCurve result = *this;
   result.jitter_ = plus(jitter_, jitter);
@@ -72,6 +76,7 @@ Count ArrivalCurve::most(Time window) const noexcept {
 
 std::vector<Time> ArrivalCurve::steps(Time limit) const {
   std::vector<Time> result;
+  if (jitter_ >= kUnbounded) return {0};
   for (Count count = 1;; ++count) {
     const Time step = least_distance(count);
     if (step >= limit) return result;

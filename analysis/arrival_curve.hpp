@@ -31,6 +31,9 @@ class ArrivalCurve {
   /// and none is less than the one before.
   static ArrivalCurve by_distances(std::vector<Time> distances);
 
+  /// Any number at any time.
+  static ArrivalCurve unknown();
+
   /// The same after something that delays each by up to `jitter` more than the least.
   ArrivalCurve with_jitter(Time jitter) const;
 

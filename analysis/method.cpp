@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace takt::analysis {
 
 MethodRegistry& methods() {
@@ -27,6 +29,17 @@ Time Part::demand(Time window) const {
     result = plus(result, times(costs[source], sources[source].curve.most(window)));
   }
   return result;
+}
+
+std::string Part::why_overloaded() const {
+  for (const Source& source : sources) {
+    if (source.curve.most(1) < kUnbounded) continue;
+    return source.from
+               ? fmt::format("it is not known how late '{}' gets messages from '{}'",
+                             at(source.callback).name, at(source.from->callback).name)
+               : fmt::format("it is not known how often '{}' runs", at(source.callback).name);
+  }
+  return "there is more work than time, or nearly so";
 }
 
 Time Part::blocking(Time execution) const {
@@ -57,7 +70,7 @@ bool Path::is_alone() const {
     for (const std::size_t from : part.callbacks) {
       if (i != 0 && from == callbacks[i - 1]) continue;
       for (const Output& output : part.at(from).outputs) {
-        if (output.to == callbacks[i]) return false;
+        if (output.to == callbacks[i] && part.is_inside(from, output)) return false;
       }
     }
   }

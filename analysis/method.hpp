@@ -18,7 +18,8 @@ namespace takt::analysis {
 struct Source {
   std::size_t callback = 0;
   ArrivalCurve curve;
-  Count messages = 1;  // at each arrival
+  Count messages = 1;             // at each arrival
+  Time longest_gap = kUnbounded;  // from one arrival to the next
   /// The output that they come from: the callback, and the source of its executor; none: the
   /// callback's own arrivals.
   struct From {
@@ -46,11 +47,17 @@ struct Part {
   Time limit = 0;  // larger bounds are not of interest
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
+  /// Whether the callback causes by itself what it sends there, in its executor.
+  bool is_inside(std::size_t from, const Output& output) const {
+    return !output.waits && at(from).executor == at(output.to).executor;
+  }
   Count executions(std::size_t source, std::size_t callback) const;
   /// The longest execution of all.
   Time longest() const;
   /// What arrives in a window wants at most.
   Time demand(Time window) const;
+  /// Why its busy time has no end.
+  std::string why_overloaded() const;
   /// How long an execution that has begun keeps another one waiting: not all of it, unless
   /// something may arrive from another thread at the very instant at which it begins.
   Time blocking(Time execution) const;

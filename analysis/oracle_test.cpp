@@ -110,15 +110,7 @@ class Real {
 
 /// What the scheduler makes of a system of random numbers.
 void give_order(System& system, const std::string& scheduler) {
-  static const std::map<std::string, Order> kOrders{
-      {"fifo", Order::by_arrival},           {"fixed_priority", Order::by_urgency},
-      {"chain_priority", Order::by_urgency}, {"edf", Order::by_point},
-      {"least_laxity", Order::by_point},     {"ros", Order::in_windows},
-      {"listed", Order::in_windows},         {"round_robin", Order::in_turns}};
-  const auto order = kOrders.find(scheduler);
-  if (order == kOrders.end())
-    throw Error("what order does '" + scheduler + "' give?", "add it here");
-  system.executors.front().order = order->second;
+  system.executors.front().order = schedulers().traits(scheduler).order;
   if (scheduler != "listed") return;
   for (std::size_t i = 0; i < system.callbacks.size(); ++i) system.callbacks[i].place = i;
 }

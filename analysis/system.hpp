@@ -8,27 +8,20 @@
 #include <vector>
 
 #include "takt/analysis/arrival_curve.hpp"
+#include "takt/analysis/order.hpp"
 #include "takt/analysis/supply.hpp"
 
 namespace takt::analysis {
-
-/// Which of the ready callbacks an executor runs next. A scheduler that fits none of these has an
-/// arbitrary order, for which there are bounds, too.
-enum class Order {
-  arbitrary,
-  by_urgency,  // the larger Callback::urgency first, then by arrival
-  by_arrival,  // messages as they were sent, a timer's release when the executor has looked
-  by_point,    // the least of ready time + Callback::point first, then by arrival
-  in_windows,  // what was seen at one polling point before what was seen at the next; inside, by
-               // Callback::place
-  in_turns,    // one callback of each Callback::group in turn; inside, by arrival
-};
 
 /// Messages that each execution of a callback sends to another one, at its end.
 struct Output {
   std::size_t to = 0;
   Count messages = 1;               // at most
   Time least_delay = 0, delay = 0;  // between processes
+  /// It is an input of a join: all callbacks with such an output to `to` together send one message,
+  /// when the last of them has run since the message before. Exactly one of them has `messages`;
+  /// any may be chosen, but a bound needs one whose arrivals do not stop for ever.
+  bool waits = false;
 };
 
 struct Callback {
@@ -39,6 +32,8 @@ struct Callback {
   /// What makes it ready, beside the outputs of other callbacks: a timer's releases, or messages
   /// from outside the system.
   std::optional<ArrivalCurve> arrivals;
+  /// The longest time from one of these arrivals to the next.
+  Time longest_gap = kUnbounded;
   /// Releases that it has missed are served by one execution.
   bool is_timer = false;
   std::vector<Output> outputs;

@@ -131,7 +131,7 @@ template <class AnyNode>
 class Maker {
  public:
   explicit Maker(AnyNode& node) : node_(node) {}
-  std::vector<std::shared_ptr<void>> make();
+  WorkloadEntities make();
 
  private:
   Strings strings(const char* name) { return node_.template declare_parameter<Strings>(name, {}); }
@@ -151,8 +151,8 @@ class Maker {
   void add_server(const std::string& service, std::chrono::microseconds work);
   template <class T, class F>
   void subscribe(const Subscribing& subscribing, F callback) {
-    entities_.push_back(node_.template create_subscription<T>(subscribing.topic, subscribing.qos,
-                                                              std::move(callback)));
+    entities_.all.push_back(node_.template create_subscription<T>(
+        subscribing.topic, subscribing.qos, std::move(callback)));
   }
 
   /// "TOPIC_timer"; the timer of a second publisher of the same topic is "TOPIC_timer_2".
@@ -162,13 +162,19 @@ class Maker {
     return count == 1 ? first : fmt::format("{}_{}", first, count);
   }
 
+  /// Of callbacks of one name, the longest.
+  void works(const std::string& callback, Nanoseconds amount) {
+    Nanoseconds& known = entities_.execution_times[callback];
+    known = std::max(known, amount);
+  }
+
   AnyNode& node_;
   std::map<std::string, int> timers_;
-  std::vector<std::shared_ptr<void>> entities_;
+  WorkloadEntities entities_;
 };
 
 template <class AnyNode>
-std::vector<std::shared_ptr<void>> Maker<AnyNode>::make() {
+WorkloadEntities Maker<AnyNode>::make() {
   make_publishers();
   make_subscriptions();
   make_relays();
@@ -290,8 +296,11 @@ template <class AnyNode>
 void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microseconds period) {
   const auto client = node_.template create_client<WorkloadService>(service);
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
-  entities_.push_back(client);
-  entities_.push_back(node_.create_timer(timer_name(service), period, [client, tracking_number] {
+  entities_.all.push_back(client);
+  const std::string timer = timer_name(service);
+  works(service, Nanoseconds::zero());
+  works(timer, Nanoseconds::zero());
+  entities_.all.push_back(node_.create_timer(timer, period, [client, tracking_number] {
     // A client without responses stops at its maximum number of pending requests.
     if (client->calls_in_flight() == ClientOptions{}.calls_in_flight) return;
     client->async_send_request({.tracking_number = ++*tracking_number},
@@ -301,7 +310,8 @@ void Maker<AnyNode>::add_client(const std::string& service, std::chrono::microse
 
 template <class AnyNode>
 void Maker<AnyNode>::add_server(const std::string& service, std::chrono::microseconds work) {
-  entities_.push_back(node_.template create_service<WorkloadService>(
+  works(service, work);
+  entities_.all.push_back(node_.template create_service<WorkloadService>(
       service, [work, &clock = node_.clock()](const WorkloadService::Request& request,
                                               WorkloadService::Response& response) {
         use_cpu(clock, work);
@@ -315,14 +325,16 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
       relaying.output, relaying.qos,
       {.loans = 2 * relaying.qos.depth + 4,
        .prototype = prototype(std::type_identity<WorkloadMessage>{}, relaying.size_bytes),
-       .published_by = relaying.inputs});
+       .published_by = relaying.inputs,
+       .joins = relaying.inputs.size() > 1});
   const auto group = node_.create_callback_group("relay_" + identifier(relaying.output),
                                                  CallbackGroupType::MutuallyExclusive);
   const auto has_come = std::make_shared<std::vector<bool>>(relaying.inputs.size());
   const auto join = std::make_shared<ChainJoin>(relaying.inputs.size());
   const auto tracking_number = std::make_shared<std::uint64_t>(0);
   for (std::size_t i = 0; i < relaying.inputs.size(); ++i) {
-    entities_.push_back(node_.template create_subscription<WorkloadMessage>(
+    works(relaying.inputs[i], relaying.work);
+    entities_.all.push_back(node_.template create_subscription<WorkloadMessage>(
         relaying.inputs[i], relaying.qos,
         [=, &clock = node_.clock(), work = relaying.work](const WorkloadMessage&) {
           (*has_come)[i] = true;
@@ -337,7 +349,7 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
         },
         group));
   }
-  entities_.push_back(publisher);
+  entities_.all.push_back(publisher);
 }
 
 template <class AnyNode>
@@ -347,6 +359,7 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
   // Enough messages for the queues of all subscriptions. If all are in use, skip this publication.
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
   const std::string timer = timer_name(publishing.topic);
+  works(timer, publishing.work);
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,
                                                       {.loans = loans,
                                                        .prototype = fresh,
@@ -378,13 +391,14 @@ void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
       }
     }
   };
-  entities_.push_back(publisher);
-  entities_.push_back(node_.create_timer(timer, publishing.period, publish));
+  entities_.all.push_back(publisher);
+  entities_.all.push_back(node_.create_timer(timer, publishing.period, publish));
 }
 
 template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
+  works(subscribing.topic, subscribing.work);
   const auto work = [&clock = node_.clock(), amount = subscribing.work] { use_cpu(clock, amount); };
   if constexpr (std::same_as<T, WorkloadMessage>) {
     if (subscribing.pass_by == "unique_ptr") {
@@ -399,12 +413,26 @@ void Maker<AnyNode>::add_subscription(const Subscribing& subscribing) {
 
 }  // namespace
 
+std::optional<Nanoseconds> WorkloadEntities::execution_time(std::string_view callback) const {
+  const auto found = execution_times.find(callback);
+  if (found == execution_times.end()) return {};
+  return found->second;
+}
+
 Workload::Workload(const NodeOptions& options)
     : Node("workload", options), entities_(Maker<Node>(*this).make()) {
 }
 
+std::optional<Nanoseconds> Workload::execution_time(std::string_view callback) const {
+  return entities_.execution_time(callback);
+}
+
 LifecycleWorkload::LifecycleWorkload(const NodeOptions& options)
     : LifecycleNode("workload", options), entities_(Maker<LifecycleNode>(*this).make()) {
+}
+
+std::optional<Nanoseconds> LifecycleWorkload::execution_time(std::string_view callback) const {
+  return entities_.execution_time(callback);
 }
 
 }  // namespace takt

@@ -5,10 +5,14 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "takt/containers/component.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt {
@@ -48,6 +52,14 @@ struct WorkloadService {
 TAKT_MESSAGE(WorkloadService::Request, "takt/srv/Workload_Request", tracking_number, data);
 TAKT_MESSAGE(WorkloadService::Response, "takt/srv/Workload_Response", tracking_number, data);
 
+/// The entities of a workload, and how long their callbacks run.
+struct WorkloadEntities {
+  std::vector<std::shared_ptr<void>> all;
+  std::map<std::string, Nanoseconds, std::less<>> execution_times;  // by callback
+
+  std::optional<Nanoseconds> execution_time(std::string_view callback) const;
+};
+
 /// The component `takt::Workload`. Each parameter is a list with one entry per entity. The first
 /// list of each kind is required; the defaults of the others are in parentheses:
 /// - publishers: topic, period_us, size_bytes (0), fixed_bytes (0: variable size, see size_bytes;
@@ -68,12 +80,13 @@ TAKT_MESSAGE(WorkloadService::Response, "takt/srv/Workload_Response", tracking_n
 ///
 /// Thread safety: as Node. Real-time: yes with loaned_msg and const_ref, which allocate nothing;
 /// unique_ptr and shared_ptr allocate each message.
-class Workload : public Node {
+class Workload : public Node, public KnowsExecutionTimes {
  public:
   explicit Workload(const NodeOptions& options);
+  std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
 
  private:
-  const std::vector<std::shared_ptr<void>> entities_;
+  const WorkloadEntities entities_;
 };
 
 /// The component `takt::LifecycleWorkload`: a Workload that is a lifecycle node. While it is not
@@ -81,12 +94,13 @@ class Workload : public Node {
 /// always respond.
 ///
 /// Thread safety: as LifecycleNode. Real-time: as Workload.
-class LifecycleWorkload : public LifecycleNode {
+class LifecycleWorkload : public LifecycleNode, public KnowsExecutionTimes {
  public:
   explicit LifecycleWorkload(const NodeOptions& options);
+  std::optional<Nanoseconds> execution_time(std::string_view callback) const override;
 
  private:
-  const std::vector<std::shared_ptr<void>> entities_;
+  const WorkloadEntities entities_;
 };
 
 }  // namespace takt

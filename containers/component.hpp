@@ -4,7 +4,9 @@
 #define TAKT_CONTAINERS_COMPONENT_HPP_
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "takt/base/registry.hpp"
@@ -28,6 +30,16 @@ class Completing {
   /// Called once, after the last callback of the node has returned. Returns an empty string on
   /// success, else the reason in one line; `takt run` then exits with 1.
   virtual std::string complete() = 0;
+};
+
+/// Interface of a component that knows how long its callbacks run, for the analysis of response
+/// times. The component's node class derives from it in addition to Node.
+/// Thread safety: as Node. Real-time: no.
+class KnowsExecutionTimes {
+ public:
+  virtual ~KnowsExecutionTimes() = default;
+  /// Processor time of each execution of the callback; nullopt: not known.
+  virtual std::optional<Nanoseconds> execution_time(std::string_view callback) const = 0;
 };
 
 using ComponentRegistry = Registry<Component, NoTraits, const NodeOptions&>;

@@ -85,7 +85,9 @@ ThreadAttributes Container::thread(const std::string& name) const {
 void Container::make_executor(const ExecutorDescription& executor) {
   ExecutorOptions options;
   options.name = executor.name;
-  options.scheduler = overrides_.scheduler.empty() ? executor.scheduler : overrides_.scheduler;
+  ExecutorDescription made = executor;
+  if (!overrides_.scheduler.empty()) made.scheduler = overrides_.scheduler;
+  options.scheduler = made.scheduler;
   options.wait = executor.wait;
   options.early_wake = executor.early_wake;
   options.per = executor.per;
@@ -100,7 +102,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   for (const std::string& name : executor.threads) {
     if (options.threads.size() < most) options.threads.push_back(thread(name));
   }
-  add(executor.name, executors().make(executor.type, options));
+  add(executor.name, executors().make(executor.type, options)).description = std::move(made);
 }
 
 // Whether a component or a group needs the executor `default`, and the file does not describe it.

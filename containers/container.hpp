@@ -18,6 +18,7 @@
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
+#include "takt/containers/model/system_model.hpp"
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
@@ -98,8 +99,8 @@ class Container {
   /// Constructs a component and adds it to the executor that it names, else to `default`, else to
   /// the first one; its timers start. Throws Error, and changes nothing, if the class is unknown,
   /// the constructor throws, a name is taken or does not exist, an executor would be overloaded, or
-  /// a chain could now miss its deadline (see chain_bounds). Other components keep running,
-  /// however long the constructor takes.
+  /// a chain whose deadline was guaranteed could now miss it (see make_system_model). Other
+  /// components keep running, however long the constructor takes.
   /// Thread safety: from one thread at a time, not necessarily the control thread.
   LoadedComponent load(ComponentDescription component);
   /// Removes a component from its executors, waits for its running callbacks, and destroys it.
@@ -124,6 +125,8 @@ class Container {
   const SystemDescription& description() const noexcept { return description_; }
   /// The name of the executor that runs the group.
   std::string executor_of(const Node& node, const CallbackGroup& group) const;
+  /// What the analysis of response times needs to know of this process.
+  ModelledProcess modelled() const;
   /// Utilisation (1.0: one CPU) by the callbacks that have a budget and a period.
   double utilisation_of(const std::string& executor) const;
 
@@ -155,7 +158,8 @@ class Container {
   std::string own_name(const char* ending) const;
   void serve(Loaded& loaded);
   Errors too_much_for_executors() const;
-  std::vector<ChainBound> bounds() const;
+  void add_callbacks(const Loaded& loaded, ModelledProcess& process) const;
+  Errors lost_guarantees(const Loaded& loaded) const;
   void check_listed_callbacks();
   void place(const Loaded& loaded);
   void displace(Loaded& loaded);

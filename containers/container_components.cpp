@@ -172,17 +172,47 @@ void Container::choose_executors(ComponentDescription& component) const {
   }
 }
 
+// The chains that would not be guaranteed any more with this component, but are without it.
+Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
+  const auto has_deadline = [](const PlannedChain& chain) {
+    return chain.options.deadline != Nanoseconds::zero();
+  };
+  if (std::none_of(plan_.chains.begin(), plan_.chains.end(), has_deadline)) return {};
+  ModelledProcess process = modelled();
+  const auto bounds = [&] {
+    return analyze(make_system_model(description_, plan_.chains, {&process, 1})).chains;
+  };
+  const auto before = bounds();
+  add_callbacks(loaded, process);
+  const auto after = bounds();
+  Errors errors;
+  for (std::size_t i = 0; i < plan_.chains.size(); ++i) {
+    const auto& [name, priority, deadline] = plan_.chains[i].options;
+    const auto is_kept = [&, limit = deadline](const ModelBounds::Chain& chain) {
+      return chain.bound && *chain.bound <= limit;
+    };
+    if (!is_kept(before[i]) || is_kept(after[i])) continue;
+    errors.push_back(fmt::format(
+        "with '{}', chain '{}' could take {}, and its deadline is {}; without it, the chain takes "
+        "{} at most; give the component another executor, a lower priority, or a smaller budget",
+        loaded.node()->fully_qualified_name(), name,
+        after[i].bound ? to_string(*after[i].bound) : "any time (" + after[i].why_not + ")",
+        to_string(deadline), to_string(*before[i].bound)));
+  }
+  return errors;
+}
+
 // Adds the component to the list and the plan. Throws Error, and changes nothing, if its executors
 // would be overloaded or a chain could miss its deadline.
 void Container::admit(const std::shared_ptr<Loaded>& loaded) {
   const std::shared_ptr<Node>& node = loaded->node();
+  Errors errors = lost_guarantees(*loaded);  // without the mutex, as it may take its time
   const std::lock_guard lock(mutex_);
   if (const auto other = find(node->fully_qualified_name())) {
     throw Error(
         fmt::format("component {} is called '{}' already", other->id, node->fully_qualified_name()),
         other->is_leaving ? "it is being unloaded; wait" : "give each its own name");
   }
-  const std::vector<ChainBound> before = bounds();
   components_.push_back(loaded);
   for (const auto& entity : node->entities()) {
     Nanoseconds period = entity->period();
@@ -191,18 +221,7 @@ void Container::admit(const std::shared_ptr<Loaded>& loaded) {
     }
     plan_.callbacks.push_back({.node = node, .entity = entity, .period = period});
   }
-  Errors errors = too_much_for_executors();
-  const std::vector<ChainBound> after = bounds();
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    if (after[i].bound <= after[i].deadline || before[i].bound > before[i].deadline) continue;
-    errors.push_back(
-        fmt::format("with '{}', chain '{}' could take {}, and its deadline is {}; without it, the "
-                    "chain takes {}; "
-                    "give the component another executor, a lower priority, or a smaller budget",
-                    node->fully_qualified_name(), after[i].chain,
-                    after[i].bound == Nanoseconds::max() ? "for ever" : to_string(after[i].bound),
-                    to_string(after[i].deadline), to_string(before[i].bound)));
-  }
+  for (std::string& error : too_much_for_executors()) errors.push_back(std::move(error));
   if (!errors.empty()) {
     forget(*loaded);
     throw ConfigurationError(errors);

@@ -19,6 +19,7 @@ inline constexpr const char* kDefaultExecutor = "default";
 
 struct Container::RunningExecutor {
   std::string name;
+  ExecutorDescription description;  // what it was made from, with the overrides
   std::unique_ptr<Executor> executor;
   bool is_own = false;  // serves the container itself: requests or lifecycle
   std::thread thread;

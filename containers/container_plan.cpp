@@ -110,18 +110,32 @@ double Container::capacity_of(const ExecutorDescription& executor) const {
   return capacity;
 }
 
-std::vector<ChainBound> Container::bounds() const {
-  return chain_bounds(plan_, [this](const Plan::Callback& callback) {
-    Placement placement{executor_of(*callback.node, *callback.entity->group())};
-    for (const ExecutorDescription& executor : description_.executors) {
-      if (executor.name != placement.executor) continue;
-      const std::string scheduler = executor.scheduler.empty()
-                                        ? executors().traits(executor.type).scheduler
-                                        : executor.scheduler;
-      placement.is_by_priority = schedulers().traits(scheduler).by_priority;
-    }
-    return placement;
-  });
+void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) const {
+  const ComponentDescription& component = loaded.description;
+  for (const auto& entity : loaded.node()->entities()) {
+    const std::string own = loaded.own_executor(*entity->group());
+    const auto described = component.callbacks.find(entity->name());
+    process.callbacks.push_back(
+        {loaded.node(), entity,
+         !overrides_.executor.empty()  ? overrides_.executor
+         : !own.empty()                ? own
+         : !component.executor.empty() ? component.executor
+                                       : kDefaultExecutor,
+         described != component.callbacks.end() ? described->second : CallbackDescription{}});
+  }
+}
+
+ModelledProcess Container::modelled() const {
+  ModelledProcess process{.name = description_.name};
+  for (const auto& running : executors_) {
+    if (!running->is_own) process.executors.push_back(running->description);
+  }
+  for (const ThreadDescription& entry : description_.threads) {
+    process.threads.push_back(entry.attributes);
+  }
+  const std::lock_guard lock(mutex_);
+  for (const auto& loaded : components_) add_callbacks(*loaded, process);
+  return process;
 }
 
 // No scheduling order can serve callbacks that need more time than the executor's threads have.

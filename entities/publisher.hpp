@@ -67,6 +67,9 @@ struct PublisherOptions {
   /// The names of the node's callbacks that publish with it, to find chains. Empty: any of them
   /// may.
   std::vector<std::string> published_by;
+  /// Those callbacks together publish one message when each of them has run since the last one, as
+  /// a ChainJoin combines them. Otherwise each may publish whenever it runs.
+  bool joins = false;
   /// The full name of the node that has the publisher in ROS 2's graph; empty: the node that makes
   /// it.
   std::string graph_node;

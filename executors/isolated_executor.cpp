@@ -63,8 +63,7 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
   return child == children_.end() ? nullptr : *child;
 }
 
-// Applies the parameters of a group to its thread.
-static void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& thread) {
+void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& thread) {
   if (thread.policy == ThreadPolicy::fifo || thread.policy == ThreadPolicy::rr) {
     thread.priority = parameters.priority.value_or(thread.priority);
   } else if (thread.policy == ThreadPolicy::deadline) {

@@ -14,6 +14,9 @@
 
 namespace takt {
 
+/// Gives the parameters of a group to the thread that it has for itself, see IsolatedExecutor.
+void apply_parameters(const CallbackParameters& parameters, ThreadAttributes& thread);
+
 /// One single-threaded executor, and one thread, for each node (rclcpp's
 /// component_container_isolated) or, with Isolation::group, for each callback group that has
 /// callbacks: none delays another but by the CPU. Children take the options' threads in order, then

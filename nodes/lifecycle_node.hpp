@@ -101,7 +101,7 @@ class LifecycleNode : public Node {
   std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                           const PublisherOptions<T>& options = {}) {
     const Endpoint end = endpoint<T>(topic, qos);
-    remember_output(end.topic, options.published_by);
+    remember_output(end.topic, {options.published_by, options.joins});
     return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), options,
                                                    participant());
   }

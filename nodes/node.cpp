@@ -307,7 +307,7 @@ std::shared_ptr<GenericPublisher> Node::create_generic_publisher(std::string_vie
                                                                  std::string_view type,
                                                                  const QoS& qos) {
   const Endpoint end = endpoint(topic, serialized_type(type), qos);
-  remember_output(end.topic, {});
+  remember_output(end.topic, PublishingCallbacks{});
   return std::make_shared<GenericPublisher>(end, clock().real(), options_.participant);
 }
 
@@ -334,23 +334,30 @@ void Node::check_deadline(const std::string& topic, const QoS& qos) {
   throw Error(fmt::format("'{}' has no deadline that could be missed", topic), "give its QoS one");
 }
 
-void Node::remember_output(const std::string& topic, const std::vector<std::string>& published_by) {
+void Node::remember_output(const std::string& topic, const PublishingCallbacks& callbacks) {
   const std::lock_guard lock(mutex_);
-  const auto [output, is_new] = outputs_.try_emplace(topic, published_by);
-  if (is_new || output->second.empty()) return;
-  if (published_by.empty()) {
-    output->second.clear();
+  const auto [output, is_new] = outputs_.try_emplace(topic, callbacks);
+  PublishingCallbacks& known = output->second;
+  if (is_new || known.names.empty()) return;
+  if (callbacks.names.empty()) {
+    known = {};
   } else {
-    output->second.insert(output->second.end(), published_by.begin(), published_by.end());
+    known.names.insert(known.names.end(), callbacks.names.begin(), callbacks.names.end());
+    known.joins = known.joins && callbacks.joins;
   }
 }
 
-bool Node::publishes(std::string_view callback, std::string_view topic) const {
+std::optional<PublishingCallbacks> Node::publishing_callbacks(std::string_view topic) const {
   const std::lock_guard lock(mutex_);
   const auto output = outputs_.find(topic);
-  return output != outputs_.end() &&
-         (output->second.empty() || std::find(output->second.begin(), output->second.end(),
-                                              callback) != output->second.end());
+  if (output == outputs_.end()) return {};
+  return output->second;
+}
+
+bool Node::publishes(std::string_view callback, std::string_view topic) const {
+  const auto known = publishing_callbacks(topic);
+  return known && (known->names.empty() || std::find(known->names.begin(), known->names.end(),
+                                                     callback) != known->names.end());
 }
 
 std::shared_ptr<Entity> Node::find_entity(std::string_view name) const {

@@ -52,6 +52,12 @@ struct NodeOptions {
   ~NodeOptions();  // not in each program's main
 };
 
+/// The callbacks of a node that publish on a topic, as the options of its publishers say.
+struct PublishingCallbacks {
+  std::vector<std::string> names;  // empty: any may
+  bool joins = false;              // see PublisherOptions::joins
+};
+
 /// Each node's parameter of ROS 2 for a simulated clock: its container reads it, once.
 inline constexpr const char* kUseSimTime = "use_sim_time";
 
@@ -193,7 +199,7 @@ class Node : public std::enable_shared_from_this<Node> {
                                                  const PublisherOptions<T>& options = {}) {
     Endpoint end = endpoint<T>(topic, qos);
     if (!options.graph_node.empty()) end.node = options.graph_node;
-    remember_output(end.topic, options.published_by);
+    remember_output(end.topic, {options.published_by, options.joins});
     return std::make_shared<Publisher<T>>(end, clock().real(), options, options_.participant);
   }
 
@@ -400,6 +406,8 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<Entity> find_entity(std::string_view name) const;
   /// Whether this callback may publish on the topic, according to the options of the publishers.
   bool publishes(std::string_view callback, std::string_view topic) const;
+  /// Empty if the node does not publish on the topic.
+  std::optional<PublishingCallbacks> publishing_callbacks(std::string_view topic) const;
   std::vector<std::shared_ptr<Entity>> entities() const;
   std::vector<std::shared_ptr<CallbackGroup>> groups() const;
   /// From now on, calls the listener for every entity and group. Adding it again has no effect.
@@ -430,7 +438,7 @@ class Node : public std::enable_shared_from_this<Node> {
   }
   Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
-  void remember_output(const std::string& topic, const std::vector<std::string>& published_by);
+  void remember_output(const std::string& topic, const PublishingCallbacks& callbacks);
   /// Throws Error if the timer's name is invalid; warns if another timer has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   std::string next_wall_timer_name();
@@ -489,8 +497,7 @@ class Node : public std::enable_shared_from_this<Node> {
   std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
   std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
   int wall_timers_ = 0;
-  // Topic → the callbacks that publish on it; empty: any may.
-  std::map<std::string, std::vector<std::string>, std::less<>> outputs_;
+  std::map<std::string, PublishingCallbacks, std::less<>> outputs_;  // by topic
 
   std::atomic<const NodeListener*> owner_{nullptr};
 };

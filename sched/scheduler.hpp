@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "takt/analysis/order.hpp"
 #include "takt/base/registry.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/version.hpp"
@@ -116,9 +118,13 @@ struct SchedulerTraits {
   /// Looks at `ready_time` and `deadline`, or overrides `done`. Without, executors that count only
   /// spare two clock readings a message.
   bool uses_time = true;
-  /// Of two callbacks that wait, never runs the one of lower priority, or of the less critical
-  /// chain, first: `takt plan` then knows what a chain waits for.
-  bool by_priority = false;
+  /// What it does, for `takt analyze`: a scheduler that fits none of the words has an arbitrary
+  /// order, for which there are bounds, too. Who is more urgent, or has the earlier place, is asked
+  /// of the scheduler itself.
+  analysis::Order order = analysis::Order::arbitrary;
+  /// Order::by_point: what it adds to the ready time; no value: the callback comes after all
+  /// others.
+  std::optional<Nanoseconds> (*point)(const CallbackInfo&) = nullptr;
 };
 
 using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;

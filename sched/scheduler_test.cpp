@@ -140,7 +140,8 @@ TEST_P(EveryScheduler, LooksAtTimeOnlyIfItSaysSo) {
 }
 
 TEST_P(EveryScheduler, GoesByPriorityIfItSaysSo) {
-  if (!schedulers().traits(GetParam()).by_priority) GTEST_SKIP() << "it does not";
+  if (schedulers().traits(GetParam()).order != analysis::Order::by_urgency)
+    GTEST_SKIP() << "it does not";
   std::vector<CallbackInfo> infos = random_infos(random_, 50);
   for (CallbackInfo& info : infos) info.chain = kNoChain, info.criticality = 0;
   Callbacks callbacks(infos);
@@ -160,7 +161,7 @@ TEST(Schedulers, AreRegisteredUnderTheirNames) {
                                                   "ros", "round_robin"}));
   EXPECT_TRUE(schedulers().traits("edf").uses_time);
   EXPECT_FALSE(schedulers().traits("fifo").uses_time);
-  EXPECT_TRUE(schedulers().traits("fixed_priority").by_priority);
+  EXPECT_EQ(schedulers().traits("fixed_priority").order, analysis::Order::by_urgency);
   EXPECT_THAT([] { schedulers().make("fixed_prio"); },
               ThrowsMessage<Error>(HasSubstr("no scheduler is called 'fixed_prio'")));
 }

@@ -122,7 +122,7 @@ class Urgency final : public Method {
     Time behind(std::size_t callback, Count count) const {
       Time result = 0;
       for (const Output& output : part_.at(callback).outputs) {
-        if (part_.at(output.to).executor != part_.at(callback).executor) continue;
+        if (!part_.is_inside(callback, output)) continue;
         if (!is_high(output.to) && !is_own(output.to)) continue;
         result = plus(result, reached(output.to, times(count, output.messages)));
       }

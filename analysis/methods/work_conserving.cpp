@@ -26,7 +26,7 @@ class WorkConserving final : public Method {
 
     const Time busy =
         least_fixed_point([&](Time window) { return time_for(part.demand(window)); }, part.limit);
-    if (busy >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
+    if (busy >= kUnbounded) return Answer::none(part.why_overloaded());
     Time longest = 0;
     for (const Time offset : own.curve.steps(busy)) {
       const Time response = least_fixed_point(

@@ -121,6 +121,15 @@ void ConfigurationReader::read_file(const Value& root) {
         [this](const Value& containers) { read_containers(containers); }},
        {"lifecycle", "Lifecycle nodes that Takt brings up and monitors.",
         [this](const Value& lifecycle) { read_lifecycle(lifecycle); }},
+       {"machine", "The machine for which `takt analyze` computes bounds; by default, this one.",
+        [this](const Value& machine) { read_machine(machine); }},
+       {"model",
+        "A file that `takt run --model` or `takt model` has written: measured execution times and "
+        "arrivals, for `takt analyze`. A relative path counts from this file.",
+        [this](const Value& model) {
+          into(system_.model)(model);
+          if (!system_.model.empty()) system_.model = beside(system_.model);
+        }},
        {"chains",
         "Sequences of callbacks whose end-to-end latency is measured. `auto`: every path from a "
         "timer to its last callback is a chain; a shorter period means a higher criticality.",

@@ -55,6 +55,13 @@ class ConfigurationReader : private SystemReader {
 
   // Topics
   void read_topic(const Value& value);
+  Read into_delay(DelayDescription& delay);
+
+  // Machine
+  void read_machine(const Value& value);
+  Read into_cpus(std::vector<int>& cpus);
+  void read_speed(const Value& value);
+  Read into_rt_runtime(std::optional<Nanoseconds>& runtime);
 
   // Schedulers
   void read_scheduler(const Value& value);
@@ -94,6 +101,9 @@ class ConfigurationReader : private SystemReader {
   void read_remap(const Value& value, ComponentDescription& component);
   void read_group(const Value& value, ComponentDescription& component);
   void read_callback(const Value& value, ComponentDescription& component);
+  Read into_execution(std::optional<ExecutionDescription>& execution);
+  Read into_arrival(std::optional<ArrivalDescription>& arrival);
+  Read into_distances(std::vector<Nanoseconds>& distances);
   void read_callback_map(const Value& value, std::string_view whose,
                          const std::vector<Field>& fields, const CallbackParameters& parameters);
   std::vector<Field> parameter_fields(CallbackParameters& parameters);

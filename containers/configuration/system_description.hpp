@@ -50,10 +50,43 @@ struct CallbackGroupDescription {
   SourceLine where;
 };
 
-/// One entry of a component's `callbacks:`.
+/// How long one execution of a callback takes, in processor time.
+struct ExecutionDescription {
+  Nanoseconds least{0}, longest{0};
+};
+
+/// How often something arrives from outside the system: every `period`, each up to `jitter` late,
+/// no two closer than `least_distance`; or by the least distance of the first of 2, 3, … arrivals
+/// in a row from the last of them.
+struct ArrivalDescription {
+  Nanoseconds period{0}, jitter{0}, least_distance{0};
+  std::vector<Nanoseconds> distances;  // if not empty, instead of the others
+};
+
+/// One entry of a component's `callbacks:`. All but the parameters is for `takt analyze`.
 struct CallbackDescription {
   CallbackParameters parameters;
+  std::optional<ExecutionDescription> execution;
+  std::optional<ArrivalDescription> arrival;
+  bool publishes_at_end = true;  // else anywhere in an execution
   SourceLine where;
+};
+
+/// `delay:` of a topic: the time of a message between two processes, its receiving thread included.
+struct DelayDescription {
+  Nanoseconds least{0}, longest{0};
+};
+
+/// `machine:`, on which the system is analysed.
+struct MachineDescription {
+  std::vector<int> cpus;        // empty: those of this process
+  std::map<int, double> speed;  // by CPU; execution times are divided by it
+  /// Between two callbacks of a busy thread; to wake a thread; from one thread to another.
+  Nanoseconds dispatch{0}, wake{0}, change{0};
+  /// Of each second, for the real-time threads of a CPU. nullopt: as this machine has it; a second
+  /// or more: unlimited.
+  std::optional<Nanoseconds> rt_runtime;
+  bool is_exclusive = false;  // promised: nothing else runs on these CPUs
 };
 
 /// One entry of `chains:`.
@@ -131,9 +164,12 @@ struct SystemDescription {
   bool is_split_off = false;  // for measurements: serves no requests except lifecycle services
   std::optional<int> cpu_dma_latency_us;  // held while running; nullopt: unchanged
   std::optional<DdsOptions> dds;          // nullopt: no DDS
+  MachineDescription machine;
+  std::string model;  // the file that `takt run --model` has written; empty: none
   TopicQos topics;
-  std::map<std::string, SourceLine, std::less<>> topic_lines;  // in a whole file only
-  std::map<std::string, SourceLine, std::less<>> must_match;   // need publisher and subscription
+  std::map<std::string, DelayDescription, std::less<>> delays;  // by topic
+  std::map<std::string, SourceLine, std::less<>> topic_lines;   // in a whole file only
+  std::map<std::string, SourceLine, std::less<>> must_match;    // need publisher and subscription
   std::vector<ThreadDescription> threads;
   std::vector<ExecutorDescription> executors;
   std::vector<ComponentDescription> components;

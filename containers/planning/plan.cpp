@@ -195,67 +195,6 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
   return chains;
 }
 
-std::vector<ChainBound> chain_bounds(
-    const Plan& plan, const std::function<Placement(const Plan::Callback&)>& placement) {
-  struct Work {
-    const Plan::Callback* callback;
-    Placement where;
-    Nanoseconds budget, period;
-    int priority;
-  };
-  std::vector<Work> all;
-  for (const Plan::Callback& callback : plan.callbacks) {
-    const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
-    all.push_back({&callback, placement(callback), parameters.budget.value_or(Nanoseconds::zero()),
-                   callback.period, parameters.priority.value_or(0)});
-  }
-  std::vector<ChainBound> bounds;
-  for (const PlannedChain& chain : plan.chains) {
-    if (chain.options.deadline == Nanoseconds::zero()) continue;
-    const auto is_of_chain = [&](const Work& work) {
-      return std::any_of(chain.path.begin(), chain.path.end(), [&](const Chain::Step& step) {
-        return step.first == work.callback->node && step.second == work.callback->entity->name();
-      });
-    };
-    std::set<std::string> executors;
-    for (const Work& work : all) {
-      if (is_of_chain(work)) executors.insert(work.where.executor);
-    }
-    Nanoseconds total{0};
-    for (const std::string& executor : executors) {
-      Nanoseconds own{0}, blocking{0};
-      int steps = 0, least = std::numeric_limits<int>::max();
-      std::vector<const Work*> others;
-      for (const Work& work : all) {
-        if (work.where.executor != executor) continue;
-        if (is_of_chain(work)) {
-          own += work.budget;
-          ++steps;
-          least = std::min(least, work.priority);
-        } else {
-          others.push_back(&work);
-        }
-      }
-      std::erase_if(others, [&](const Work* work) {
-        const bool is_less_urgent = work->where.is_by_priority && work->priority < least;
-        if (is_less_urgent) blocking = std::max(blocking, work->budget);
-        return is_less_urgent || work->period == Nanoseconds::zero();
-      });
-      // The busy period: the smallest time in which all its releases are served.
-      Nanoseconds busy = own + blocking * steps;
-      for (Nanoseconds before{-1}; before != busy && busy <= 10 * chain.options.deadline;) {
-        before = busy;
-        busy = own + blocking * steps;
-        for (const Work* work : others) busy += work->budget * (before / work->period + 1);
-      }
-      total = busy > 10 * chain.options.deadline ? Nanoseconds::max() : total + busy;
-      if (total == Nanoseconds::max()) break;
-    }
-    bounds.push_back({chain.options.name, total, chain.options.deadline});
-  }
-  return bounds;
-}
-
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes) {
   Plan plan;
   std::vector<picas::Callback> callbacks;

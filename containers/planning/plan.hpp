@@ -52,27 +52,6 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       const std::vector<std::shared_ptr<Node>>& nodes,
                                       std::vector<std::string>& errors);
 
-/// Upper bound of the latency of a chain.
-struct ChainBound {
-  std::string chain;
-  Nanoseconds bound, deadline;
-};
-/// Where a callback runs.
-struct Placement {
-  std::string executor;
-  bool is_by_priority = false;  // the executor uses callback priorities
-};
-/// Computes a latency bound for each chain with a deadline from budgets and periods. Callbacks
-/// without a budget are ignored, so the bound holds only if all have one. For each executor of the
-/// chain, which is treated as one thread that is never preempted, the bound adds up:
-/// - the budgets of the chain's callbacks,
-/// - for each of these the longest callback of lower priority, which may be running already,
-/// - all other callbacks, as often as they can be released meanwhile (the busy period of fixed
-///   priorities; see Casini et al., ECRTS 2019, for executors).
-/// A bound above ten deadlines is returned as Nanoseconds::max().
-std::vector<ChainBound> chain_bounds(
-    const Plan& plan, const std::function<Placement(const Plan::Callback&)>& placement);
-
 /// Makes the plan with picas::assign. Thread priorities start at 80 and decrease.
 Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes);
 

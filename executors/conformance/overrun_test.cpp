@@ -191,7 +191,7 @@ TEST_P(ConformanceOverrun, DemotePutsItBehindAllOthersUntilItKeepsItsTime) {
   executor->add_node(node_);
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(39ms);
-  if (schedulers().traits(scheduler_name()).by_priority) {
+  if (schedulers().traits(scheduler_name()).order == analysis::Order::by_urgency) {
     EXPECT_THAT(trace, ElementsAre("urgent", "modest", "modest", "urgent", "urgent", "modest"));
   } else {
     EXPECT_EQ(trace.size(), 6u);  // whose order knows no priorities
@@ -216,7 +216,7 @@ TEST_P(ConformanceOverrun, AnotherPolicyEndsADemotion) {
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(35ms);
   EXPECT_EQ(trace.size(), 5u);
-  if (schedulers().traits(scheduler_name()).by_priority) {
+  if (schedulers().traits(scheduler_name()).order == analysis::Order::by_urgency) {
     EXPECT_EQ(trace.back(), "modest");
   }
 }
@@ -328,8 +328,8 @@ TEST_P(ConformanceOverrun, ParametersChangeTogetherBetweenTwoCallbacks) {
   executor->add_node(node_);
   const ManualSpin spin(*executor, clock_, participants());
   clock_.advance(45ms);
-  if (schedulers().traits(scheduler_name()).by_priority || scheduler_name() == "edf" ||
-      scheduler_name() == "least_laxity") {
+  if (schedulers().traits(scheduler_name()).order == analysis::Order::by_urgency ||
+      scheduler_name() == "edf" || scheduler_name() == "least_laxity") {
     EXPECT_THAT(trace, ElementsAre("a", "b", "a", "b", "b", "a", "b", "a"));
   } else {
     EXPECT_EQ(trace.size(), 8u);

@@ -8,33 +8,15 @@
 #include "takt/base/logger.hpp"
 #include "takt/executors/engine/dispatching_executor.hpp"
 #include "takt/executors/engine/wait_in_callback.hpp"
-#include "takt/nodes/chain.hpp"
+#include "takt/nodes/callback_info.hpp"
 
 namespace takt {
 
-// The effective parameters of the callback: its own, and those of its most critical chain.
 CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
-  const CallbackParameters parameters = node.callback_parameters(*record.entity);
   CallbackSettings settings = record.wanted;
-  settings.overrun = parameters.overrun.value_or(OverrunPolicy::catch_up);
-  CallbackInfo& info = settings.info;
-  info.priority = parameters.priority.value_or(0);
-  info.deadline = parameters.deadline.value_or(Nanoseconds::zero());
-  info.budget = parameters.budget.value_or(Nanoseconds::zero());
-  info.period = record.entity->period();
-  if (info.period == Nanoseconds::zero()) {
-    info.period = parameters.period.value_or(Nanoseconds::zero());
-  }
-  const auto& steps = record.entity->chain_steps();
-  const auto step = std::max_element(steps.begin(), steps.end(), [](const auto& a, const auto& b) {
-    return a.chain->options().priority < b.chain->options().priority;
-  });
-  if (step != steps.end()) {
-    info.chain = step->chain->id();
-    info.chain_position = step->position;
-    info.criticality = step->chain->options().priority;
-  }
-  info.criticality = parameters.criticality.value_or(info.criticality);
+  settings.overrun =
+      node.callback_parameters(*record.entity).overrun.value_or(OverrunPolicy::catch_up);
+  settings.info = callback_info(node, *record.entity, record.wanted.info);
   return settings;
 }
 

@@ -28,5 +28,6 @@ using ChainPriorityScheduler = HeapScheduler<MoreUrgentInChain>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("chain_priority", "PiCAS: critical chains first, later callbacks first",
-                        ChainPriorityScheduler, .uses_time = false, .by_priority = true)
+                        ChainPriorityScheduler, .uses_time = false,
+                        .order = analysis::Order::by_urgency)
 }  // namespace takt

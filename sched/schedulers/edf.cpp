@@ -14,6 +14,12 @@ struct EarlierDeadline {
 };
 using EdfScheduler = HeapScheduler<EarlierDeadline>;
 
+std::optional<Nanoseconds> deadline(const CallbackInfo& info) {
+  if (info.deadline == Nanoseconds::zero()) return {};
+  return info.deadline;
+}
+
 }  // namespace
-TAKT_REGISTER_SCHEDULER("edf", "earliest deadline first, then order of arrival", EdfScheduler)
+TAKT_REGISTER_SCHEDULER("edf", "earliest deadline first, then order of arrival", EdfScheduler,
+                        .order = analysis::Order::by_point, .point = deadline)
 }  // namespace takt

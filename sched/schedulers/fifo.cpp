@@ -13,5 +13,6 @@ struct EarlierArrival {
 using FifoScheduler = HeapScheduler<EarlierArrival>;
 
 }  // namespace
-TAKT_REGISTER_SCHEDULER("fifo", "order of arrival", FifoScheduler, .uses_time = false)
+TAKT_REGISTER_SCHEDULER("fifo", "order of arrival", FifoScheduler, .uses_time = false,
+                        .order = analysis::Order::by_arrival)
 }  // namespace takt

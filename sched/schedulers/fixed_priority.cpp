@@ -15,5 +15,6 @@ using FixedPriorityScheduler = HeapScheduler<MoreUrgent>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("fixed_priority", "largest priority first, then order of arrival",
-                        FixedPriorityScheduler, .uses_time = false, .by_priority = true)
+                        FixedPriorityScheduler, .uses_time = false,
+                        .order = analysis::Order::by_urgency)
 }  // namespace takt

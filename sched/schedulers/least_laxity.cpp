@@ -20,7 +20,12 @@ struct LessLaxity {
 };
 using LeastLaxityScheduler = HeapScheduler<LessLaxity>;
 
+std::optional<Nanoseconds> laxity(const CallbackInfo& info) {
+  if (info.deadline == Nanoseconds::zero()) return {};
+  return info.deadline - info.budget;
+}
+
 }  // namespace
 TAKT_REGISTER_SCHEDULER("least_laxity", "the callback that can wait least, by deadline and budget",
-                        LeastLaxityScheduler)
+                        LeastLaxityScheduler, .order = analysis::Order::by_point, .point = laxity)
 }  // namespace takt

@@ -18,5 +18,5 @@ using ListedScheduler = HeapScheduler<ListedOrder>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("listed", "polling point, then the executor's list, then registration",
-                        ListedScheduler, .uses_time = false)
+                        ListedScheduler, .uses_time = false, .order = analysis::Order::in_windows)
 }  // namespace takt

@@ -21,5 +21,5 @@ using RosScheduler = HeapScheduler<RosOrder>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler,
-                        .uses_time = false)
+                        .uses_time = false, .order = analysis::Order::in_windows)
 }  // namespace takt

@@ -64,5 +64,5 @@ class RoundRobinScheduler final : public Scheduler {
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("round_robin", "one callback of each group in turn", RoundRobinScheduler,
-                        .uses_time = false)
+                        .uses_time = false, .order = analysis::Order::in_turns)
 }  // namespace takt

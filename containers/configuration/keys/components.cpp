@@ -112,11 +112,86 @@ void ConfigurationReader::read_group(const Value& value, ComponentDescription& c
 }
 
 void ConfigurationReader::read_callback(const Value& value, ComponentDescription& component) {
-  if (describes("as [a callback group](#a-callback-group), without `executor`")) return;
   CallbackDescription callback{.where = errors_.where(value.line)};
-  read_callback_map(value, "a callback", parameter_fields(callback.parameters),
-                    callback.parameters);
+  std::vector<Field> fields = parameter_fields(callback.parameters);
+  fields.push_back(
+      {"execution",
+       "Processor time of one execution, for `takt analyze`. A duration is the longest; `{min: "
+       "1ms, max: 4ms}` states the shortest, too.",
+       into_execution(callback.execution)});
+  fields.push_back({"arrival",
+                    "How often it is called, if that is decided outside of this file: by other "
+                    "programs, services, file descriptors, guard conditions. For `takt analyze`.",
+                    into_arrival(callback.arrival)});
+  fields.push_back({"outputs",
+                    "When it publishes during an execution, for `takt analyze`: `end`, or `any`.",
+                    into(callback.publishes_at_end, {{"end", true}, {"any", false}})});
+  read_callback_map(value, "a callback", fields, callback.parameters);
   component.callbacks.try_emplace(value.name, std::move(callback));
+}
+
+SystemReader::Read ConfigurationReader::into_execution(
+    std::optional<ExecutionDescription>& execution) {
+  return [this, &execution](const Value& value) {
+    ExecutionDescription described;
+    const auto check = [&described] {
+      if (described.longest == Nanoseconds::zero()) {
+        throw Error("an execution takes some time", "write more than 0");
+      }
+      if (described.least > described.longest) {
+        throw Error(fmt::format("its shortest execution, {}, is longer than its longest, {}",
+                                to_string(described.least), to_string(described.longest)),
+                    "exchange them");
+      }
+    };
+    either(into_duration(described.longest, check), [&](const Value& map) {
+      const std::size_t before = errors_.size();
+      read_map(map, "an execution",
+               {{"min", "The shortest. By default, 0.", into_duration(described.least, [] {})},
+                {"max", "The longest.", into_duration(described.longest, [] {}), true}});
+      if (errors_.size() == before && !is_describing()) errors_.passes(map.line, check);
+    })(value);
+    execution = described;
+  };
+}
+
+SystemReader::Read ConfigurationReader::into_arrival(std::optional<ArrivalDescription>& arrival) {
+  return [this, &arrival](const Value& value) {
+    ArrivalDescription& described = arrival.emplace();
+    const std::size_t before = errors_.size();
+    read_map(value, "an arrival",
+             {{"period", "The time from one to the next.", into_duration(described.period, [] {})},
+              {"jitter", "The most by which each is late.", into_duration(described.jitter, [] {})},
+              {"least_distance", "No two are closer, whatever the jitter.",
+               into_duration(described.least_distance, [] {})},
+              {"distances",
+               "Instead of the other keys: the least time from the first of 2, 3, … arrivals in a "
+               "row to the last of them, none less than the one before. Further ones follow.",
+               into_distances(described.distances)}});
+    if (is_describing() || errors_.size() != before) return;
+    errors_.passes(value.line, [&] {
+      if (described.distances.empty() == (described.period == Nanoseconds::zero())) {
+        throw Error("an arrival has either a period or distances", "write one of them");
+      }
+    });
+  };
+}
+
+SystemReader::Read ConfigurationReader::into_distances(std::vector<Nanoseconds>& distances) {
+  return [this, &distances](const Value& value) {
+    each_in_list([&](const Value& distance) {
+      Nanoseconds read{0};
+      into_duration(read, [] {})(distance);
+      if (is_describing()) return;
+      if (!distances.empty() && read < distances.back()) {
+        errors_.add(distance.line, "a distance is less than the one before it",
+                    "the first of more arrivals is not closer to the last one");
+      }
+      distances.push_back(read);
+    })(value);
+    if (is_describing() || distances.empty() || distances.back() > Nanoseconds::zero()) return;
+    errors_.add(value.line, "any number of arrivals may come at once", "add a distance above 0");
+  };
 }
 
 void ConfigurationReader::read_callback_map(const Value& value, std::string_view whose,

@@ -15,6 +15,7 @@ void ConfigurationReader::read_topic(const Value& value) {
   }
   QosOverrides qos;
   std::optional<int> depth;
+  std::optional<DelayDescription> delay;
   bool must_match = false;
   const int most_kept = static_cast<int>(QoS().keep_all().depth);
   Words<QoS> profiles;
@@ -60,11 +61,27 @@ void ConfigurationReader::read_topic(const Value& value) {
        {"must_match",
         "`true`: the run fails if the topic has only publishers or only subscriptions 10 s after "
         "the start, or at the end of a shorter run.",
-        into(must_match)}});
+        into(must_match)},
+       {"delay",
+        "The longest time of a message from one process to another, for `takt analyze`; or `{min: "
+        "50us, max: 300us}`.",
+        without_default([&] { return into_delay(delay.emplace()); })}});
+  if (delay) system_.delays.try_emplace(value.name, *delay);
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
   if (depth) qos.depth = static_cast<std::size_t>(*depth);
   system_.topics.try_emplace(value.name, qos);
   system_.topic_lines.try_emplace(value.name, errors_.where(value.line));
+}
+
+SystemReader::Read ConfigurationReader::into_delay(DelayDescription& delay) {
+  return either(into_duration(delay.longest, [] {}), [this, &delay](const Value& map) {
+    const std::size_t before = errors_.size();
+    read_map(map, "a delay",
+             {{"min", "The shortest. By default, 0.", into_duration(delay.least, [] {})},
+              {"max", "The longest.", into_duration(delay.longest, [] {}), true}});
+    if (is_describing() || errors_.size() != before || delay.least <= delay.longest) return;
+    errors_.add(map.line, "the shortest delay is longer than the longest", "exchange them");
+  });
 }
 
 }  // namespace takt

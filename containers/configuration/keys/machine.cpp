@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "takt/containers/configuration/configuration_reader.hpp"
+
+namespace takt {
+
+void ConfigurationReader::read_machine(const Value& value) {
+  MachineDescription& machine = system_.machine;
+  read_map(
+      value, "a machine",
+      {{"cpus",
+        "The CPUs on which the system runs, as a list or a number of them. By default, those of "
+        "this process.",
+        into_cpus(machine.cpus)},
+       {"speed", "By CPU, 1 if not given: execution times are divided by it.",
+        each_in_map([this](const Value& speed) { read_speed(speed); })},
+       {"overheads", "Times that Linux and Takt need besides the callbacks.",
+        [&](const Value& overheads) {
+          read_map(overheads, "overheads",
+                   {{"dispatch", "Before each callback.", into_duration(machine.dispatch, [] {})},
+                    {"wake", "To wake a sleeping thread, the most by which a timer is late.",
+                     into_duration(machine.wake, [] {})},
+                    {"switch", "From one thread to another, twice for each preemption.",
+                     into_duration(machine.change, [] {})}});
+        }},
+       {"rt_runtime",
+        "Processor time of each second that Linux grants to the real-time threads of a CPU "
+        "(`sched_rt_runtime_us`), or `unlimited`. By default, as on this machine.",
+        into_rt_runtime(machine.rt_runtime)},
+       {"exclusive",
+        "A promise: nothing but this system runs on these CPUs. Without it, there are no bounds "
+        "for threads that are not real-time ones.",
+        into(machine.is_exclusive)}});
+}
+
+SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
+  return [this, &cpus](const Value& value) {
+    int count = 0;
+    if (std::holds_alternative<document::List>(value.content) || is_describing()) {
+      each_in_list([&](const Value& entry) {
+        int cpu = 0;
+        into(cpu, 0)(entry);
+        if (!is_describing()) cpus.push_back(cpu);
+      })(value);
+    } else {
+      into(count, 1, 1024)(value);
+    }
+    for (int cpu = 0; cpu < count; ++cpu) cpus.push_back(cpu);
+  };
+}
+
+void ConfigurationReader::read_speed(const Value& value) {
+  double speed = 1;
+  into(speed)(value);
+  if (is_describing()) return;
+  int cpu = -1;
+  const char* const end = value.name.data() + value.name.size();
+  if (std::from_chars(value.name.data(), end, cpu).ptr != end || cpu < 0) {
+    errors_.add(value.line, fmt::format("'{}' is no CPU", value.name), "write its number");
+  }
+  if (!(speed > 0 && speed < 1000)) {
+    errors_.add(value.line, fmt::format("CPU {} has a speed of {}", value.name, speed),
+                "write a number above 0; 0.5 makes executions twice as long");
+    return;
+  }
+  system_.machine.speed.try_emplace(cpu, speed);
+}
+
+SystemReader::Read ConfigurationReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {
+  return [this, &runtime](const Value& value) {
+    const auto* word = std::get_if<std::string>(&value.content);
+    if (word != nullptr && *word == "unlimited") {
+      runtime = std::chrono::seconds(1);
+      return;
+    }
+    describes("`unlimited`");
+    without_default([&] { return into_duration(runtime.emplace(), [] {}); })(value);
+  };
+}
+
+}  // namespace takt

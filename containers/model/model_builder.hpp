@@ -1,0 +1,107 @@
+// The steps from nodes and threads to a SystemModel. Private to the model's files.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
+#define TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/containers/model/places.hpp"
+#include "takt/containers/model/system_model.hpp"
+
+namespace takt {
+
+/// One executor of the model: of the file, or a child of one that isolates.
+struct ModelledPart {
+  const ModelledProcess* process;
+  const ExecutorDescription* description;
+  std::string scheduler;
+  std::vector<std::size_t> callbacks;
+};
+
+/// Makes a SystemModel, step by step: an object for each.
+/// Thread safety: none. Real-time: no.
+class ModelBuilder {
+ public:
+  ModelBuilder(const SystemDescription& description, std::span<const PlannedChain> chains,
+               std::span<const ModelledProcess> processes, const MeasuredModel* measured)
+      : description_(description), chains_(chains), processes_(processes) {
+    if (measured != nullptr) {
+      for (const MeasuredCallback& callback : measured->callbacks) {
+        measured_[callback.name] = &callback;
+      }
+      margin_ = measured->margin;
+      duration_ = measured->duration;
+    }
+  }
+
+  SystemModel build() {
+    add_callbacks();
+    place_threads();
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);
+    link();
+    cut_circles();
+    for (std::size_t i = 0; i < callbacks_.size(); ++i) set_arrivals(i);
+    choose_who_paces_joins();
+    for (const ModelledPart& part : parts_) set_order(part);
+    pass_on_what_is_unknown();
+    add_chains();
+    add_assumptions();
+    return std::move(model_);
+  }
+
+ private:
+  void add_callbacks();
+  std::size_t part_of(const ModelledProcess& process, const ModelledProcess::Callback& callback);
+  void add_threads(const ModelledProcess& process, const ExecutorDescription& description,
+                   const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
+  void place_threads();
+  void set_execution(std::size_t callback);
+  double speed_of(std::size_t executor) const;
+  void link();
+  void link(std::size_t from, std::size_t to);
+  void cut_circles();
+  void set_arrivals(std::size_t callback);
+  std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders) const;
+  void choose_who_paces_joins();
+  analysis::Time period_before(std::size_t callback) const;
+  void set_order(const ModelledPart& part);
+  void pass_on_what_is_unknown();
+  void add_chains();
+  void add_assumptions();
+  bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
+  const MeasuredCallback* measured(std::size_t callback) const {
+    const auto found = measured_.find(model_.system.callbacks[callback].name);
+    return found != measured_.end() ? found->second : nullptr;
+  }
+  const std::vector<int>& cpus() const {
+    return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
+  }
+
+  const SystemDescription& description_;
+  const std::span<const PlannedChain> chains_;
+  const std::span<const ModelledProcess> processes_;
+  std::map<std::string, const MeasuredCallback*, std::less<>> measured_;
+  double margin_ = 0;
+  Nanoseconds duration_{0};
+
+  SystemModel model_;
+  std::vector<ModelledPart> parts_;  // as model_.system.executors
+  std::map<std::tuple<const ModelledProcess*, std::string, const void*>, std::size_t> part_index_;
+  std::vector<const ModelledProcess::Callback*> callbacks_;  // as model_.system.callbacks
+  std::vector<ModelledThread> threads_;
+  std::vector<Place> places_;
+  std::set<std::size_t> in_circle_;  // callbacks
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODEL_MODEL_BUILDER_HPP_

@@ -1,0 +1,116 @@
+// The executors of a model, and their threads.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "takt/containers/model/model_builder.hpp"
+#include "takt/containers/planning/plan.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/executors/isolated_executor.hpp"
+
+namespace takt {
+
+void ModelBuilder::add_callbacks() {
+  for (const ModelledProcess& process : processes_) {
+    for (const ModelledProcess::Callback& callback : process.callbacks) {
+      const std::size_t index = callbacks_.size();
+      const std::size_t part = part_of(process, callback);
+      parts_[part].callbacks.push_back(index);
+      callbacks_.push_back(&callback);
+      analysis::Callback& described = model_.system.callbacks.emplace_back();
+      described.name = to_string(Chain::Step{callback.node, callback.entity->name()});
+      described.executor = part;
+      SystemModel::Callback& facts = model_.callbacks.emplace_back();
+      if (const auto* end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
+        facts.depth = end->qos().depth;
+      }
+    }
+  }
+}
+
+std::size_t ModelBuilder::part_of(const ModelledProcess& process,
+                                  const ModelledProcess::Callback& callback) {
+  const auto description =
+      std::find_if(process.executors.begin(), process.executors.end(),
+                   [&](const auto& executor) { return executor.name == callback.executor; });
+  if (description == process.executors.end()) {
+    throw Error(fmt::format("'{}' runs on '{}', which is no executor of '{}'",
+                            callback.entity->name(), callback.executor, process.name));
+  }
+  const ExecutorTraits traits = executors().traits(description->type);
+  const void* child = nullptr;
+  if (traits.isolates) {
+    child = description->per == Isolation::node ? static_cast<const void*>(callback.node.get())
+                                                : callback.entity->group().get();
+  }
+  const auto [found, is_new] =
+      part_index_.try_emplace({&process, description->name, child}, parts_.size());
+  if (!is_new) return found->second;
+  const std::string scheduler =
+      description->scheduler.empty() ? traits.scheduler : description->scheduler;
+  analysis::Executor& executor = model_.system.executors.emplace_back();
+  executor.name =
+      processes_.size() > 1 ? process.name + "/" + description->name : description->name;
+  if (traits.isolates) executor.name += callback.node->fully_qualified_name();
+  if (traits.isolates && description->per == Isolation::group) {
+    executor.name += "/" + callback.entity->group()->name();
+  }
+  executor.order = schedulers().traits(scheduler).order;
+  executor.is_wait_set = traits.readiness == Readiness::wait_set;
+  const TriggerOptions& trigger = description->trigger;
+  if (trigger.let_period > Nanoseconds::zero()) {
+    executor.unknown = "it runs by logical execution time, for which no analysis is built";
+  } else if (trigger.own || trigger.kind != TriggerOptions::Kind::any) {
+    executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
+  }
+  parts_.push_back({&process, &*description, scheduler, {}});
+  add_threads(process, *description, callback, traits);
+  return found->second;
+}
+
+void ModelBuilder::add_threads(const ModelledProcess& process,
+                               const ExecutorDescription& description,
+                               const ModelledProcess::Callback& callback,
+                               const ExecutorTraits& traits) {
+  const std::size_t part = parts_.size() - 1;
+  std::vector<ThreadAttributes> own;
+  for (const std::string& name : description.threads) {
+    const auto found = std::find_if(process.threads.begin(), process.threads.end(),
+                                    [&](const auto& thread) { return thread.name == name; });
+    own.push_back(found != process.threads.end() ? *found : ThreadAttributes{.name = name});
+  }
+  if (own.empty()) {
+    const std::size_t count =
+        traits.pool ? std::max<std::size_t>(2, std::thread::hardware_concurrency()) : 1;
+    own.assign(count, {.name = description.name});
+  }
+  if (!traits.isolates) {
+    own.resize(std::min(own.size(), traits.max_threads));
+    for (const ThreadAttributes& thread : own) threads_.push_back({part, thread});
+    model_.system.executors[part].threads = own.size();
+    return;
+  }
+  const auto children =
+      std::count_if(parts_.begin(), parts_.end() - 1, [&](const ModelledPart& other) {
+        return other.process == &process && other.description == &description;
+      });
+  ThreadAttributes thread = own[static_cast<std::size_t>(children) % own.size()];
+  if (description.per == Isolation::group) {
+    apply_parameters(callback.entity->group()->parameters(), thread);
+  }
+  threads_.push_back({part, thread});
+}
+
+void ModelBuilder::place_threads() {
+  places_ = find_places(threads_, parts_.size(), cpus(), description_.machine.is_exclusive);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    analysis::Executor& executor = model_.system.executors[i];
+    executor.reservation = places_[i].reservation;
+    executor.share = places_[i].share;
+    if (executor.unknown.empty()) executor.unknown = places_[i].unknown;
+  }
+}
+
+}  // namespace takt

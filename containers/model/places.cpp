@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/places.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace takt {
+namespace {
+
+/// A thread with its CPUs, sorted, and its urgency: 0 for all that are not real-time threads.
+struct Thread {
+  std::size_t executor;
+  const ThreadAttributes* attributes;
+  std::vector<int> cpus;
+  int urgency;
+
+  bool is_reserved() const { return attributes->policy == ThreadPolicy::deadline; }
+};
+
+bool may_meet(const Thread& a, const Thread& b) {
+  return std::any_of(a.cpus.begin(), a.cpus.end(), [&](int cpu) {
+    return std::find(b.cpus.begin(), b.cpus.end(), cpu) != b.cpus.end();
+  });
+}
+
+/// The thread, and all that are as urgent or more and may run on its CPUs, or on those of one of
+/// these.
+std::vector<const Thread*> rivals(const Thread& of, const std::vector<Thread>& all) {
+  std::vector<const Thread*> found{&of};
+  for (std::size_t next = 0; next < found.size(); ++next) {
+    for (const Thread& other : all) {
+      if (other.is_reserved() || other.urgency < of.urgency || !may_meet(*found[next], other)) {
+        continue;
+      }
+      if (std::find(found.begin(), found.end(), &other) == found.end()) found.push_back(&other);
+    }
+  }
+  return found;
+}
+
+std::string names(const std::vector<const Thread*>& threads) {
+  std::vector<std::string> names;
+  for (const Thread* thread : threads) names.push_back("'" + thread->attributes->name + "'");
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+Place place_of_reserved(const ThreadAttributes& thread) {
+  if (thread.deadline != Nanoseconds::zero() && thread.deadline != thread.period) {
+    return {.unknown = fmt::format("the deadline of thread '{}' is shorter than its period, for "
+                                   "which no supply is known",
+                                   thread.name)};
+  }
+  return {.reservation = analysis::Reservation{.budget = thread.runtime.count(),
+                                               .period = thread.period.count()}};
+}
+
+Place place_of(const Thread& thread, const std::vector<Thread>& all, bool is_exclusive) {
+  const std::string& name = thread.attributes->name;
+  if (thread.is_reserved()) return place_of_reserved(*thread.attributes);
+  if (thread.urgency == 0 && !is_exclusive) {
+    return {.unknown = fmt::format("thread '{}' is {}, so whatever runs on the machine delays it; "
+                                   "give it SCHED_FIFO, or promise `machine: {{exclusive: true}}`",
+                                   name, to_string(thread.attributes->policy))};
+  }
+  const auto reserved =
+      std::find_if(all.begin(), all.end(), [](const Thread& other) { return other.is_reserved(); });
+  if (reserved != all.end()) {
+    return {.unknown = fmt::format("thread '{}' is SCHED_DEADLINE, may run on every CPU, and "
+                                   "preempts '{}'; no supply is known beside it",
+                                   reserved->attributes->name, name)};
+  }
+  const std::vector<const Thread*> found = rivals(thread, all);
+  if (thread.cpus.size() == 1) {
+    const bool are_all_bound = std::all_of(
+        found.begin(), found.end(), [](const Thread* other) { return other->cpus.size() == 1; });
+    const auto other = [&](const Thread* rival) { return rival != &thread && rival->urgency == 0; };
+    if (thread.urgency == 0 && std::any_of(found.begin(), found.end(), other)) {
+      return {.unknown = fmt::format("the threads {} share CPU {} without real-time priorities",
+                                     names(found), thread.cpus.front())};
+    }
+    if (are_all_bound) {
+      return {.share =
+                  analysis::Executor::Share{.cpu = thread.cpus.front(), .priority = thread.urgency},
+              .cpu = thread.cpus.front()};
+    }
+  }
+  const bool are_alike = std::all_of(
+      found.begin(), found.end(), [&](const Thread* other) { return other->cpus == thread.cpus; });
+  if (are_alike && found.size() <= thread.cpus.size()) return {};
+  return {.unknown =
+              fmt::format("the threads {} may run on the same CPUs, so it is not known which "
+                          "of them waits for which; bind each to one CPU (`affinity`)",
+                          names(found))};
+}
+
+// Several threads need a CPU each.
+Place place_of_pool(const std::vector<const Thread*>& pool, const std::vector<Thread>& all,
+                    bool is_exclusive) {
+  for (const Thread* thread : pool) {
+    const Place place = place_of(*thread, all, is_exclusive);
+    if (!place.unknown.empty()) return place;
+    const bool is_alone = !place.share || rivals(*thread, all).size() == 1;
+    if (!place.reservation && is_alone) continue;
+    return {.unknown = fmt::format("the threads {} of a pool share CPUs or have reservations",
+                                   names(pool))};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
+                               const std::vector<int>& cpus, bool is_exclusive) {
+  std::vector<Thread> all;
+  for (const ModelledThread& thread : threads) {
+    const ThreadAttributes& attributes = thread.attributes;
+    std::vector<int> own = attributes.affinity.empty() ? cpus : attributes.affinity;
+    std::sort(own.begin(), own.end());
+    const bool is_realtime =
+        attributes.policy == ThreadPolicy::fifo || attributes.policy == ThreadPolicy::rr;
+    all.push_back(
+        {thread.executor, &attributes, std::move(own), is_realtime ? attributes.priority : 0});
+  }
+  std::vector<Place> result(executors);
+  for (std::size_t executor = 0; executor < executors; ++executor) {
+    std::vector<const Thread*> mine;
+    for (const Thread& thread : all) {
+      if (thread.executor == executor) mine.push_back(&thread);
+    }
+    if (mine.size() == 1) result[executor] = place_of(*mine.front(), all, is_exclusive);
+    if (mine.size() > 1) result[executor] = place_of_pool(mine, all, is_exclusive);
+  }
+  // A pool that is bound to the CPU of one thread delays that by what is not known.
+  for (const Thread& thread : all) {
+    Place& place = result[thread.executor];
+    if (!place.share) continue;
+    for (const Thread* other : rivals(thread, all)) {
+      if (other->executor == thread.executor || result[other->executor].share) continue;
+      place = {.unknown =
+                   fmt::format("thread '{}', of an executor with several threads, may run on "
+                               "its CPU",
+                               other->attributes->name)};
+      break;
+    }
+  }
+  return result;
+}
+
+}  // namespace takt

@@ -1,0 +1,40 @@
+// What the threads of a system get of the CPUs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODEL_PLACES_HPP_
+#define TAKT_CONTAINERS_MODEL_PLACES_HPP_
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "takt/analysis/system.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+
+/// A thread of an executor.
+struct ModelledThread {
+  std::size_t executor = 0;  // several threads may belong to one
+  ThreadAttributes attributes;
+};
+
+/// What an executor's threads get.
+struct Place {
+  std::optional<analysis::Reservation> reservation;
+  std::optional<analysis::Executor::Share> share;
+  /// The CPU that all of its threads are bound to; -1: none.
+  int cpu = -1;
+  std::string unknown;  // why nothing can be said; empty: something can
+};
+
+/// By executor. A thread that is not a real-time one gets something only if nothing else runs on
+/// the machine. Which of several CPUs Linux gives to whom is known only if all that may run there
+/// may run on the same CPUs, and if there are enough.
+/// Thread safety: a pure function. Real-time: no.
+std::vector<Place> find_places(std::span<const ModelledThread> threads, std::size_t executors,
+                               const std::vector<int>& cpus, bool is_exclusive);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODEL_PLACES_HPP_

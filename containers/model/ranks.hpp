@@ -1,0 +1,23 @@
+// Who comes before whom, asked of a scheduler.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODEL_RANKS_HPP_
+#define TAKT_CONTAINERS_MODEL_RANKS_HPP_
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "takt/sched/scheduler.hpp"
+
+namespace takt {
+
+/// The places of callbacks that become ready at the same time, from 0. Those between which the
+/// order of arrival decides have the same. `infos` have the ids 0, 1, …
+/// Thread safety: a pure function. Real-time: no.
+std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos,
+                                  const std::string& scheduler);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODEL_RANKS_HPP_

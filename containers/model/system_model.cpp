@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/system_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/containers/component.hpp"
+#include "takt/containers/model/model_builder.hpp"
+#include "takt/containers/model/ranks.hpp"
+#include "takt/containers/planning/plan.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/nodes/callback_info.hpp"
+
+namespace takt {
+
+using analysis::ArrivalCurve;
+using analysis::kUnbounded;
+
+namespace {
+
+// The library's alarms and time-outs are set by something else, and simulated time may run at any
+// speed.
+bool is_periodic(const Entity& entity) {
+  const auto* timer = dynamic_cast<const Timer*>(&entity);
+  if (timer == nullptr || timer->clock().as_simulated() != nullptr) return false;
+  const bool is_alarm = entity.name().find('/') != std::string::npos;
+  const bool is_timeout = timer->is_canceled() && entity.name().ends_with("_timeout");
+  return !is_alarm && !is_timeout;
+}
+
+}  // namespace
+
+// ---- Callbacks ----
+
+// Of the slowest CPU that its threads may use.
+double ModelBuilder::speed_of(std::size_t executor) const {
+  const auto& speeds = description_.machine.speed;
+  double least = 0;
+  for (const ModelledThread& thread : threads_) {
+    if (thread.executor != executor) continue;
+    for (const int cpu : thread.attributes.affinity.empty() ? cpus() : thread.attributes.affinity) {
+      const auto found = speeds.find(cpu);
+      const double speed = found != speeds.end() ? found->second : 1;
+      least = least == 0 ? speed : std::min(least, speed);
+    }
+  }
+  return least == 0 ? 1 : least;
+}
+
+void ModelBuilder::set_execution(std::size_t index) {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  analysis::Callback& described = model_.system.callbacks[index];
+  SystemModel::Callback& facts = model_.callbacks[index];
+  const auto budget = callback.node->callback_parameters(*callback.entity).budget;
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  const auto exact =
+      component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+  const MeasuredCallback* const seen = measured(index);
+  Nanoseconds least{0}, longest{0};
+  if (callback.described.execution) {
+    facts.execution = Provenance::declared;
+    longest = callback.described.execution->longest;
+    if (callback.described.publishes_at_end) least = callback.described.execution->least;
+  } else if (budget) {
+    facts.execution = Provenance::promised;
+    longest = *budget;
+  } else if (exact) {
+    facts.execution = Provenance::exact;
+    longest = least = *exact;
+  } else if (seen != nullptr) {
+    facts.execution = Provenance::measured;
+    facts.measured_executions = seen->executions;
+    longest = std::chrono::ceil<Nanoseconds>(
+        std::chrono::duration<double, std::nano>(seen->longest_execution) * (1 + margin_));
+  } else {
+    std::string& unknown = model_.system.executors[described.executor].unknown;
+    if (unknown.empty()) {
+      unknown = fmt::format(
+          "the execution time of '{}' is not known; declare it (`execution`), or "
+          "measure it (`takt run --model`)",
+          described.name);
+    }
+  }
+  const double speed = speed_of(described.executor);
+  const auto at_speed = [&](Nanoseconds time) {
+    return static_cast<analysis::Time>(std::ceil(static_cast<double>(time.count()) / speed));
+  };
+  described.execution = std::max<analysis::Time>(1, at_speed(longest));
+  described.least_execution = std::min(described.execution, at_speed(least));
+}
+
+// What arrives from outside the system; nullopt: nothing.
+std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  if (callback.described.arrival) {
+    const ArrivalDescription& arrival = *callback.described.arrival;
+    if (arrival.distances.empty()) {
+      return ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
+                                    arrival.least_distance.count());
+    }
+    std::vector<analysis::Time> distances;
+    for (const Nanoseconds distance : arrival.distances) distances.push_back(distance.count());
+    return ArrivalCurve::by_distances(distances);
+  }
+  if (in_circle_.contains(index)) return ArrivalCurve::unknown();
+  const EntityKind kind = callback.entity->kind();
+  if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
+    return ArrivalCurve::periodic(callback.entity->period().count());
+  }
+  if (has_senders || (kind == EntityKind::subscription && !joins_dds())) return {};
+  const MeasuredCallback* const seen = measured(index);
+  if (seen == nullptr || seen->dropped != 0) return ArrivalCurve::unknown();
+  if (seen->executions == 0) return {};
+  std::vector<analysis::Time> distances;
+  for (const Nanoseconds distance : seen->least_distances) distances.push_back(distance.count());
+  if (distances.empty()) distances.push_back(duration_.count());
+  if (distances.back() <= 0) return ArrivalCurve::unknown();
+  return ArrivalCurve::by_distances(std::move(distances));
+}
+
+void ModelBuilder::set_arrivals(std::size_t index) {
+  const bool has_senders =
+      std::any_of(model_.system.callbacks.begin(), model_.system.callbacks.end(),
+                  [&](const analysis::Callback& sender) {
+                    return std::any_of(sender.outputs.begin(), sender.outputs.end(),
+                                       [&](const auto& output) { return output.to == index; });
+                  });
+  analysis::Callback& described = model_.system.callbacks[index];
+  described.arrivals = arrivals_of(index, has_senders);
+  const Entity& entity = *callbacks_[index]->entity;
+  if (entity.kind() != EntityKind::timer || !is_periodic(entity)) return;
+  described.is_timer = true;
+  described.longest_gap = entity.period().count();
+  model_.callbacks[index].period = entity.period();
+}
+
+// ---- Orders ----
+
+void ModelBuilder::set_order(const ModelledPart& part) {
+  std::vector<CallbackInfo> infos;
+  std::map<const CallbackGroup*, GroupId> groups;
+  analysis::Executor& executor =
+      model_.system.executors[static_cast<std::size_t>(&part - parts_.data())];
+  const auto& listed = part.description->order;
+  for (const std::size_t index : part.callbacks) {
+    const ModelledProcess::Callback& callback = *callbacks_[index];
+    const auto parameters = callback.node->callback_parameters(*callback.entity);
+    if (parameters.overrun == OverrunPolicy::demote) executor.order = analysis::Order::arbitrary;
+    const std::string name = model_.system.callbacks[index].name.substr(1);
+    const auto place = std::find_if(listed.begin(), listed.end(), [&](const std::string& entry) {
+      return entry == name || entry == "/" + name;
+    });
+    const auto group =
+        groups.try_emplace(callback.entity->group().get(), static_cast<GroupId>(groups.size()));
+    infos.push_back(
+        callback_info(*callback.node, *callback.entity,
+                      {.id = static_cast<CallbackId>(infos.size()),
+                       .registration = static_cast<std::uint32_t>(place - listed.begin()),
+                       .group = group.first->second}));
+  }
+  const SchedulerTraits traits = schedulers().traits(part.scheduler);
+  const std::vector<std::size_t> ranks = ranks_of(infos, part.scheduler);
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    analysis::Callback& callback = model_.system.callbacks[part.callbacks[i]];
+    callback.group = infos[i].group;
+    callback.place = ranks[i];
+    callback.urgency = -static_cast<std::int64_t>(ranks[i]);
+    const auto point = traits.point != nullptr ? traits.point(infos[i]) : std::nullopt;
+    callback.point = point ? point->count() : kUnbounded;
+  }
+}
+
+// A thread waits for all that are as urgent on its CPU: what they need must be known.
+void ModelBuilder::pass_on_what_is_unknown() {
+  auto& executors = model_.system.executors;
+  for (bool has_changed = true; std::exchange(has_changed, false);) {
+    for (analysis::Executor& executor : executors) {
+      if (!executor.share || !executor.unknown.empty()) continue;
+      for (const analysis::Executor& other : executors) {
+        if (&other == &executor || !other.share || other.unknown.empty() ||
+            other.share->cpu != executor.share->cpu ||
+            other.share->priority < executor.share->priority) {
+          continue;
+        }
+        executor.unknown = fmt::format("'{}' runs before it on CPU {}, and {}", other.name,
+                                       executor.share->cpu, other.unknown);
+        has_changed = true;
+        break;
+      }
+    }
+  }
+}
+
+// ---- Chains and assumptions ----
+
+void ModelBuilder::add_chains() {
+  for (const PlannedChain& planned : chains_) {
+    SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
+    std::vector<std::size_t> path;
+    for (const auto& [node, name] : planned.path) {
+      const auto callback =
+          std::find_if(callbacks_.begin(), callbacks_.end(),
+                       [&, &of = node, &called = name](const auto* candidate) {
+                         return candidate->node == of && candidate->entity->name() == called;
+                       });
+      path.push_back(static_cast<std::size_t>(callback - callbacks_.begin()));
+      const auto& before = path.size() > 1 ? model_.system.callbacks[path[path.size() - 2]].outputs
+                                           : std::vector<analysis::Output>{};
+      const bool is_linked =
+          path.size() == 1 || std::any_of(before.begin(), before.end(), [&](const auto& output) {
+            return output.to == path.back();
+          });
+      if (is_linked || !chain.why_not.empty()) continue;
+      chain.why_not = fmt::format(
+          "'{}' is on a circle of callbacks that send to each other: nothing is known "
+          "of how often they run; state its `arrival`",
+          to_string(Chain::Step{node, name}));
+    }
+    chain.index = model_.system.chains.size();
+    if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
+    model_.chains.push_back(std::move(chain));
+  }
+}
+
+void ModelBuilder::add_assumptions() {
+  auto& list = model_.assumptions;
+  std::vector<std::string> names;
+  for (const int cpu : cpus()) names.push_back(std::to_string(cpu));
+  list.push_back(
+      description_.machine.is_exclusive
+          ? fmt::format("promised: nothing else runs on CPU {}", fmt::join(names, ", "))
+          : fmt::format(
+                "no real-time thread outside of the file runs on CPU {}; Takt's own threads "
+                "(DDS, log, container) need no time of those that run callbacks",
+                fmt::join(names, ", ")));
+  list.push_back(
+      "a callback sends one message to each of its topics in an execution, unless the "
+      "model has seen more; and callbacks do not wait for each other by locks of theirs");
+  if (joins_dds()) {
+    list.push_back("nobody outside of the file publishes on a topic on which somebody inside does");
+  }
+  const auto exists = [&](Provenance provenance) {
+    return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
+                       [&](const auto& callback) { return callback.execution == provenance; });
+  };
+  if (exists(Provenance::measured)) {
+    list.push_back(
+        fmt::format("no execution is longer than the longest that was measured, and {:g} "
+                    "%; no arrivals are closer than those that were measured",
+                    100 * margin_));
+  }
+  if (exists(Provenance::promised)) {
+    list.push_back("no execution is longer than its `budget`: overruns are counted, not prevented");
+  }
+}
+
+std::string_view to_string(Provenance provenance) noexcept {
+  switch (provenance) {
+    case Provenance::declared:
+      return "declared";
+    case Provenance::promised:
+      return "promised";
+    case Provenance::exact:
+      return "exact";
+    case Provenance::measured:
+      return "measured";
+    case Provenance::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+SystemModel make_system_model(const SystemDescription& description,
+                              std::span<const PlannedChain> chains,
+                              std::span<const ModelledProcess> processes,
+                              const MeasuredModel* measured) {
+  return ModelBuilder(description, chains, processes, measured).build();
+}
+
+ModelBounds analyze(const SystemModel& model) {
+  analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
+  for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
+  for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
+  ModelBounds bounds{analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest}), {}};
+  for (const SystemModel::Chain& chain : model.chains) {
+    ModelBounds::Chain& result = bounds.chains.emplace_back();
+    result.why_not = chain.why_not;
+    if (!chain.why_not.empty()) continue;
+    const analysis::ChainBound& found = bounds.all.chains[chain.index];
+    result.why_not = found.why_not;
+    for (const analysis::SegmentBound& segment : found.segments) {
+      if (segment.wait == 0 || !result.why_not.empty()) continue;
+      // The next message of an input must come.
+      for (const std::size_t callback : segment.callbacks) {
+        const std::size_t depth = model.callbacks[callback].depth;
+        const analysis::Count backlog = bounds.all.callbacks[callback].backlog;
+        if (depth == 0 || backlog <= static_cast<analysis::Count>(depth)) continue;
+        result.why_not = fmt::format(
+            "it waits for the next message of '{}', which may be overwritten: {} may wait there, "
+            "and "
+            "its depth is {}",
+            model.system.callbacks[callback].name, backlog, depth);
+      }
+    }
+    if (result.why_not.empty()) result.bound = Nanoseconds(found.bound);
+  }
+  return bounds;
+}
+
+}  // namespace takt

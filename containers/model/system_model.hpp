@@ -1,0 +1,88 @@
+// From a system of nodes, threads and files to the numbers that its analysis needs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
+#define TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "takt/analysis/analysis.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/model/measured_model.hpp"
+#include "takt/containers/planning/plan.hpp"
+
+namespace takt {
+
+/// What a container says of its process, see Container::modelled.
+struct ModelledProcess {
+  struct Callback {
+    std::shared_ptr<Node> node;
+    std::shared_ptr<Entity> entity;
+    std::string executor;           // the name
+    CallbackDescription described;  // by the file
+  };
+  std::string name;
+  std::vector<ExecutorDescription> executors;  // as they are made
+  std::vector<ThreadAttributes> threads;       // by name, those of executors
+  std::vector<Callback> callbacks;
+};
+
+/// Where the execution time of a callback comes from.
+enum class Provenance {
+  declared,  // `execution:` in the file
+  promised,  // `budget:` with an overrun policy that ends longer executions
+  exact,     // the component knows it
+  measured,  // in a model file, with its margin
+  unknown,
+};
+std::string_view to_string(Provenance provenance) noexcept;
+
+/// A system as the analyses see it, in nanoseconds, and what people want to know of it.
+struct SystemModel {
+  struct Callback {
+    Provenance execution = Provenance::unknown;
+    std::uint64_t measured_executions = 0;
+    std::size_t depth = 0;  // of a subscription's queue; 0: none
+    Nanoseconds period{0};  // of a timer
+  };
+  struct Chain {
+    std::string name;
+    Nanoseconds deadline{0};  // 0: none
+    std::string why_not;      // if it is not in the system
+    std::size_t index = 0;    // in system.chains, else
+  };
+  analysis::System system;
+  std::vector<Callback> callbacks;  // as in the system
+  std::vector<Chain> chains;        // of the file
+  std::vector<std::string> assumptions;
+};
+
+/// Builds the model of the processes of a description. Execution times, in this order: the file's,
+/// a budget that is enforced, the component's, the measured ones. An executor that runs something
+/// of unknown length, and all that wait for it, have no bound, and the model says why.
+/// Thread safety: from any thread. Real-time: no.
+SystemModel make_system_model(const SystemDescription& description,
+                              std::span<const PlannedChain> chains,
+                              std::span<const ModelledProcess> processes,
+                              const MeasuredModel* measured = nullptr);
+
+/// Bounds of the chains that have one, and the reasons of the others.
+struct ModelBounds {
+  struct Chain {
+    std::optional<Nanoseconds> bound;
+    std::string why_not;
+  };
+  analysis::Bounds all;       // as in the system
+  std::vector<Chain> chains;  // as in SystemModel::chains
+};
+
+/// Analyses the model: analysis::analyze, with a limit that fits its deadlines and periods; and
+/// what only the model knows: a chain has no bound if a queue on it may overflow.
+ModelBounds analyze(const SystemModel& model);
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_MODEL_SYSTEM_MODEL_HPP_
