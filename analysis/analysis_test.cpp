@@ -178,6 +178,7 @@ System scaled(System system, Time by) {
     callback.execution *= by;
     callback.least_execution *= by;
     if (callback.point < kUnbounded) callback.point *= by;
+    if (callback.longest_gap < kUnbounded) callback.longest_gap *= by;
     if (callback.arrivals) {
       callback.arrivals = ArrivalCurve::periodic(callback.arrivals->least_distance(2) * by);
     }

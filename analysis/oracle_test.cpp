@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -95,7 +96,24 @@ class Real {
     const Time start = now();
     clock_.work(Nanoseconds(random_.system.callbacks[callback].execution));
     executions_.emplace_back(callback, start, now());
-    for (const auto& publisher : publishers_[callback]) publisher->publish(Number{});
+    for (std::size_t i = 0; i < publishers_[callback].size(); ++i) {
+      const Output& output = random_.system.callbacks[callback].outputs[i];
+      if (!output.waits || is_last_input(callback, output.to)) {
+        publishers_[callback][i]->publish(Number{});
+      }
+    }
+  }
+  // Of a join: whether all others have run since its last message.
+  bool is_last_input(std::size_t callback, std::size_t to) {
+    auto& inputs = inputs_[to];
+    inputs.insert(callback);
+    for (std::size_t other = 0; other < random_.system.callbacks.size(); ++other) {
+      for (const Output& output : random_.system.callbacks[other].outputs) {
+        if (output.waits && output.to == to && !inputs.contains(other)) return false;
+      }
+    }
+    inputs.clear();
+    return true;
   }
   Time now() const { return clock_.now().time_since_epoch().count(); }
 
@@ -105,6 +123,7 @@ class Real {
       std::make_shared<Node>("system", NodeOptions{.clock = &clock_});
   std::vector<std::vector<std::shared_ptr<Publisher<Number>>>> publishers_;
   std::vector<std::shared_ptr<Entity>> entities_;
+  std::map<std::size_t, std::set<std::size_t>> inputs_;  // of joins
   Executions executions_;
 };
 

@@ -50,6 +50,15 @@ struct Observed {
   std::vector<Time> callbacks, chains;
 };
 
+/// Calls found(root, path) for all that the job goes back to; the path begins at its end.
+template <class Found>
+void follow(const Job& job, std::vector<std::size_t> path, const Found& found) {
+  path.push_back(job.callback);
+  if (job.cause == nullptr) return found(job, path);
+  follow(*job.cause, path, found);
+  for (const Job* other : job.joined) follow(*other, path, found);
+}
+
 Observed observe(const System& system, const Oracle& oracle) {
   Observed result{std::vector<Time>(system.callbacks.size()),
                   std::vector<Time>(system.chains.size())};
@@ -59,12 +68,10 @@ Observed observe(const System& system, const Oracle& oracle) {
     Time& longest = result.callbacks[job->callback];
     longest = std::max(longest, job->end - job->arrival);
     if (!system.callbacks[job->callback].outputs.empty()) continue;
-    std::vector<std::size_t> path;
-    const Job* root = job.get();
-    for (; path.push_back(root->callback), root->cause != nullptr; root = root->cause) {
-    }
-    Time& longest_of_chain = result.chains[chains.at({path.rbegin(), path.rend()})];
-    longest_of_chain = std::max(longest_of_chain, job->end - root->ready);
+    follow(*job, {}, [&](const Job& root, const std::vector<std::size_t>& path) {
+      Time& longest_of_chain = result.chains[chains.at({path.rbegin(), path.rend()})];
+      longest_of_chain = std::max(longest_of_chain, job->end - root.ready);
+    });
   }
   return result;
 }

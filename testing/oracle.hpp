@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <tuple>
@@ -24,8 +25,9 @@ using analysis::Time;
 struct Job {
   std::size_t callback = 0;
   Time ready = 0, start = 0, end = 0;
-  Time arrival = 0;            // of what caused it, in its executor
-  const Job* cause = nullptr;  // nullptr: a timer's release
+  Time arrival = 0;                // of what caused it, in its executor
+  const Job* cause = nullptr;      // nullptr: a timer's release
+  std::vector<const Job*> joined;  // the other inputs of a join, whose last one is the cause
 };
 
 /// Simulates a system whose arrivals are all of timers.
@@ -69,6 +71,7 @@ class Oracle {
     std::uint64_t sequence;
     const Job* from;
     Time arrival;
+    std::vector<const Job*> joined;
   };
   /// A callback that waits in the scheduler, or for its group.
   struct Entry {
@@ -82,6 +85,7 @@ class Oracle {
     bool held = false, queued = false, drained = false;
     Time announced_ready = 0;
     std::uint64_t announced = 0;
+    std::map<std::size_t, const Job*> inputs;  // of a join that sends to it, since the last message
   };
   struct Part {  // an executor
     const analysis::Executor* executor = nullptr;
@@ -282,6 +286,7 @@ class Oracle {
       job.ready = message.ready;
       job.cause = message.from;
       job.arrival = message.arrival;
+      job.joined = message.joined;
     }
     worker.remaining = run_.execution(entry.callback);
     return true;
@@ -292,19 +297,41 @@ class Oracle {
     finished_.push_back(std::move(worker.job));
     const Job& job = *finished_.back();
     for (const analysis::Output& output : at(callback).outputs) {
-      for (analysis::Count i = 0; i < output.messages; ++i) send(job, output.to);
+      if (output.waits) {
+        join(job, output.to);
+        continue;
+      }
+      const bool is_inside = at(callback).executor == at(output.to).executor;
+      for (analysis::Count i = 0; i < output.messages; ++i) {
+        send(job, output.to, is_inside ? job.arrival : now_);
+      }
     }
     settle(part, callback);
     const std::size_t group = at(callback).group;
     std::erase(part.busy, group);
     unpark(part, group);
   }
-  void send(const Job& from, std::size_t to) {
+  void join(const Job& job, std::size_t to) {
+    auto& inputs = states_[to].inputs;
+    inputs[job.callback] = &job;
+    const auto sends_there = [to](const analysis::Callback& callback) {
+      return std::any_of(callback.outputs.begin(), callback.outputs.end(),
+                         [to](const auto& output) { return output.to == to && output.waits; });
+    };
+    const auto senders =
+        std::count_if(system_.callbacks.begin(), system_.callbacks.end(), sends_there);
+    if (static_cast<std::ptrdiff_t>(inputs.size()) < senders) return;
+    inputs.erase(job.callback);
+    std::vector<const Job*> others;
+    for (const auto& [sender, input] : std::exchange(inputs, {})) others.push_back(input);
+    send(job, to, now_, std::move(others));
+  }
+  void send(const Job& from, std::size_t to, Time arrival, std::vector<const Job*> joined = {}) {
     State& state = states_[to];
     Part& part = parts_[at(to).executor];
     const bool is_inside = at(from.callback).executor == at(to).executor;
     const std::uint64_t sequence = ++sequence_;
-    state.messages.push_back({now_, sequence, &from, is_inside ? from.arrival : now_});
+    state.messages.push_back({now_, sequence, &from, arrival, std::move(joined)});
     if (!is_inside || is_shared(part)) {
       if (announce(part, to, now_, sequence)) wake(at(to).executor);
     } else if (part.executor->is_wait_set) {

@@ -29,7 +29,8 @@ inline std::uint64_t random_systems(std::uint64_t usual) {
 /// What a random system may have.
 struct Shape {
   std::size_t most_executors = 4;
-  bool has_threads = true;                                          // several for an executor
+  bool has_threads = true;  // several for an executor
+  bool has_joins = true;
   bool shares_cpus = true;                                          // and reservations
   std::vector<double> utilisations{0.3, 0.5, 0.7, 0.9, 0.97, 1.3};  // of an executor's CPU
 };
@@ -95,6 +96,7 @@ class RandomSystem {
     std::size_t last = add(between(0, system.executors.size() - 1), kPeriods[between(0, 11)]);
     system.callbacks[last].is_timer = true;
     system.callbacks[last].arrivals = analysis::ArrivalCurve::periodic(periods_[last]);
+    system.callbacks[last].longest_gap = periods_[last];
     const std::size_t first = last;
     for (std::size_t more = between(0, 3); more > 0; --more) {
       if (is_one_of(5)) last = between(first, system.callbacks.size() - 1);  // a fork
@@ -104,16 +106,30 @@ class RandomSystem {
           const bool is_linked = std::any_of(
               system.callbacks[last].outputs.begin(), system.callbacks[last].outputs.end(),
               [&](const analysis::Output& output) { return output.to == other; });
-          if (!is_linked) system.callbacks[last].outputs.push_back({.to = other});
+          if (!is_linked && !reaches(other, last))
+            system.callbacks[last].outputs.push_back({.to = other});
           continue;
         }
       }
       const std::size_t executor =
           is_one_of(3) ? between(0, system.executors.size() - 1) : system.callbacks[last].executor;
       const std::size_t next = add(executor, periods_[last]);
-      system.callbacks[last].outputs.push_back({.to = next});
+      if (shape_.has_joins && first > 0 && is_one_of(6)) {  // of this chain and an earlier one
+        const std::size_t other = between(0, first - 1);
+        const bool paces = is_one_of(2);
+        system.callbacks[last].outputs.push_back({.to = next, .messages = paces, .waits = true});
+        system.callbacks[other].outputs.push_back({.to = next, .messages = !paces, .waits = true});
+      } else {
+        system.callbacks[last].outputs.push_back({.to = next});
+      }
       last = next;
     }
+  }
+  bool reaches(std::size_t from, std::size_t to) const {
+    const auto& outputs = system.callbacks[from].outputs;
+    return from == to ||
+           std::any_of(outputs.begin(), outputs.end(),
+                       [&](const analysis::Output& output) { return reaches(output.to, to); });
   }
   std::size_t add(std::size_t executor, Time period) {
     analysis::Callback callback;
@@ -211,7 +227,9 @@ inline std::string described(const analysis::System& system) {
     text +=
         fmt::format(", urgency {}, point {}, group {}, sends to", callback.urgency,
                     callback.point >= analysis::kUnbounded ? -1 : callback.point, callback.group);
-    for (const analysis::Output& output : callback.outputs) text += fmt::format(" {}", output.to);
+    for (const analysis::Output& output : callback.outputs) {
+      text += fmt::format(" {}{}", output.to, !output.waits ? "" : output.messages ? "&" : "&&");
+    }
     text += "\n";
   }
   return text;
