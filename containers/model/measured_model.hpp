@@ -3,6 +3,7 @@
 #ifndef TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
 #define TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -14,10 +15,13 @@ namespace takt {
 
 /// One callback in a run. Execution times are processor time, not wall-clock time.
 struct MeasuredCallback {
+  /// How many distances there are at most: δ⁻(2) to δ⁻(64).
+  static constexpr std::size_t kMostDistances = 63;
+
   std::string name;  // "/node/callback", as to_string(Chain::Step) writes it
   std::uint64_t executions = 0;
   Nanoseconds least_execution{0}, median_execution{0}, p99_execution{0}, longest_execution{0};
-  /// The longest of the first ten executions, which often find cold caches.
+  /// The longest of the first ten executions, which often find cold caches. Zero: not known.
   Nanoseconds longest_first_execution{0};
   /// δ⁻(2), δ⁻(3), …: the least time from the first to the last of so many arrivals in a row.
   std::vector<Nanoseconds> least_distances;
@@ -38,7 +42,11 @@ struct MeasuredModel {
   /// Added to the longest execution times by those who use them: 0.2 is a fifth.
   double margin = 0.2;
   /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one.
+  /// Zero: the trace does not tell.
   Nanoseconds dispatch_overhead{0}, wake_overhead{0};
+  /// Executions that the trace has lost, because its memory was full. Nothing is concluded from
+  /// arrivals before and after them.
+  std::uint64_t lost_executions = 0;
   std::vector<MeasuredCallback> callbacks;
 };
 

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/measured_model.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/containers/configuration/system_reader.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+
+// So that sums and products of the file's times never overflow.
+constexpr Nanoseconds kLongest = 10'000h;
+constexpr double kMostMargin = 10;
+
+/// What is wrong with numbers that contradict each other; empty: nothing.
+std::string contradiction(const MeasuredCallback& callback) {
+  const Nanoseconds longest = callback.longest_execution;
+  if (longest == Nanoseconds::zero()) return "'max' is zero, but whatever runs takes time";
+  std::pair<const char*, Nanoseconds> shorter{"min", callback.least_execution};
+  for (const auto& [name, time] : {std::pair{"p50", callback.median_execution},
+                                   {"p99", callback.p99_execution},
+                                   {"max", longest}}) {
+    if (time == Nanoseconds::zero()) continue;  // left out
+    if (shorter.second > time) {
+      return fmt::format("'{}' is longer than '{}'", shorter.first, name);
+    }
+    shorter = {name, time};
+  }
+  return callback.longest_first_execution > longest ? "'first_ten' is longer than 'max'" : "";
+}
+
+/// The same of its arrivals.
+std::string contradiction_of_arrivals(const MeasuredCallback& callback) {
+  const std::vector<Nanoseconds>& distances = callback.least_distances;
+  if (!std::is_sorted(distances.begin(), distances.end())) {
+    return "'distances' get shorter: each is for one arrival more than the one before";
+  }
+  if (!distances.empty() && distances.back() == Nanoseconds::zero()) {
+    return "'distances' are all zero: that is any number of arrivals at once";
+  }
+  if (callback.period == Nanoseconds::zero()) {
+    return callback.jitter == Nanoseconds::zero() ? "" : "a 'jitter' needs a 'period'";
+  }
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    const auto periods = static_cast<std::int64_t>(i + 1);
+    if (distances[i] < periods * callback.period - callback.jitter) {
+      return fmt::format("distances[{}] is {}, but 'period' and 'jitter' allow no less than {}", i,
+                         to_string(distances[i]),
+                         to_string(periods * callback.period - callback.jitter));
+    }
+  }
+  return {};
+}
+
+/// Reads a *.model.yaml.
+class ModelReader : private SystemReader {
+ public:
+  explicit ModelReader(document::Errors& errors) : SystemReader(errors) {}
+
+  MeasuredModel read(const Value& root) {
+    MeasuredModel model;
+    read_map(root, "a measured model",
+             {{"file", "", into(model.file)},
+              {"file_hash", "", into(model.file_hash)},
+              {"machine", "", into(model.machine)},
+              {"duration", "", into_time(model.duration)},
+              {"margin", "", into_margin(model.margin)},
+              {"lost_executions", "", into_count(model.lost_executions)},
+              {"overheads", "", into_overheads(model)},
+              {"callbacks", "",
+               each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
+               /*is_required=*/true}});
+    check_causes(model);
+    return model;
+  }
+
+ private:
+  Read into_time(Nanoseconds& time) {
+    return [this, &time](const Value& value) {
+      const auto* text = std::get_if<std::string>(&value.content);
+      if (text == nullptr) {
+        return refuse(value, "a number and one of ns, us, ms, s, m, h, such as 20ms");
+      }
+      errors_.passes(value.line, [&] {
+        const Nanoseconds read = parse_duration(*text);
+        if (read > kLongest) {
+          throw Error(fmt::format("'{}' is longer than {} h", *text, kLongest / 1h),
+                      "write a time that can be measured");
+        }
+        time = read;
+      });
+    };
+  }
+
+  Read into_count(std::uint64_t& count) {
+    return [this, &count](const Value& value) {
+      const auto* number = std::get_if<std::int64_t>(&value.content);
+      if (number == nullptr || *number < 0) return refuse(value, "an integer from 0");
+      count = static_cast<std::uint64_t>(*number);
+    };
+  }
+
+  Read into_margin(double& margin) {
+    return [this, &margin](const Value& value) {
+      const auto* integer = std::get_if<std::int64_t>(&value.content);
+      const auto* number = std::get_if<double>(&value.content);
+      const double read = integer != nullptr  ? static_cast<double>(*integer)
+                          : number != nullptr ? *number
+                                              : -1;
+      if (!(read >= 0 && read <= kMostMargin)) {
+        return refuse(value, fmt::format("a number from 0 to {}: 0.2 is a fifth", kMostMargin));
+      }
+      margin = read;
+    };
+  }
+
+  Read into_overheads(MeasuredModel& model) {
+    return [this, &model](const Value& value) {
+      read_map(value, "overheads",
+               {{"dispatch", "", into_time(model.dispatch_overhead)},
+                {"wake", "", into_time(model.wake_overhead)}});
+    };
+  }
+
+  MeasuredCallback callback(const Value& value) {
+    MeasuredCallback result;
+    result.name = value.name;
+    if (!value.name.starts_with('/') || value.name.find('/', 1) == std::string::npos) {
+      errors_.add(value.line, fmt::format("'{}' names no callback", value.name),
+                  "write its node and its name, as in /camera/image");
+    }
+    read_map(value, "a measured callback",
+             {{"executions", "", into_count(result.executions)},
+              {"execution", "", into_execution(result)},
+              {"arrival", "", into_arrival(result)},
+              {"dropped", "", into_count(result.dropped)},
+              {"causes", "", each_in_map([&](const Value& cause) {
+                 caused_.emplace_back(cause.line, cause.name);
+                 into_count(result.causes[cause.name])(cause);
+               })}});
+    return result;
+  }
+
+  Read into_execution(MeasuredCallback& callback) {
+    return [this, &callback](const Value& value) {
+      const std::size_t errors = errors_.size();
+      read_map(value, "an execution time",
+               {{"min", "", into_time(callback.least_execution)},
+                {"p50", "", into_time(callback.median_execution)},
+                {"p99", "", into_time(callback.p99_execution)},
+                {"max", "", into_time(callback.longest_execution), /*is_required=*/true},
+                {"first_ten", "", into_time(callback.longest_first_execution)}});
+      if (errors_.size() == errors) complain(value, contradiction(callback));
+    };
+  }
+
+  Read into_arrival(MeasuredCallback& callback) {
+    return [this, &callback](const Value& value) {
+      const std::size_t errors = errors_.size();
+      read_map(value, "an arrival",
+               {{"period", "", into_time(callback.period)},
+                {"jitter", "", into_time(callback.jitter)},
+                {"distances", "", into_distances(callback.least_distances)}});
+      if (errors_.size() == errors) complain(value, contradiction_of_arrivals(callback));
+    };
+  }
+
+  Read into_distances(std::vector<Nanoseconds>& distances) {
+    return [this, &distances](const Value& value) {
+      const auto* list = std::get_if<document::List>(&value.content);
+      if (list != nullptr && list->size() > MeasuredCallback::kMostDistances) {
+        errors_.add(value.line, fmt::format("there are {} distances", list->size()),
+                    fmt::format("write the first {}", MeasuredCallback::kMostDistances));
+        return;
+      }
+      each_in_list([&](const Value& distance) { into_time(distances.emplace_back())(distance); })(
+          value);
+    };
+  }
+
+  void complain(const Value& value, const std::string& what) {
+    if (what.empty()) return;
+    errors_.add(value.line, fmt::format("'{}' contradicts itself: {}", value.name, what),
+                "correct it, or measure again");
+  }
+
+  /// What is caused must be in the file, too: otherwise a name is misspelt.
+  void check_causes(const MeasuredModel& model) {
+    std::vector<std::string> names;
+    for (const MeasuredCallback& callback : model.callbacks) names.push_back(callback.name);
+    const std::set<std::string> known(names.begin(), names.end());
+    for (const auto& [line, name] : caused_) {
+      if (known.contains(name)) continue;
+      errors_.add(line, fmt::format("'{}' is no callback of this file", name),
+                  suggest(name, names));
+    }
+  }
+
+  std::vector<std::pair<int, std::string>> caused_;  // with their lines
+};
+
+}  // namespace
+
+MeasuredModel read_measured_model(const std::string& path) {
+  document::Errors errors(path);
+  const document::Value root = document::read(path, errors);
+  MeasuredModel model = ModelReader(errors).read(root);
+  errors.throw_if_any();
+  return model;
+}
+
+}  // namespace takt

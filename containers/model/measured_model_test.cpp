@@ -1,0 +1,187 @@
+// Tests of reading a measured model, which a person may have edited.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/measured_model.hpp"
+
+#include <chrono>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+
+namespace takt {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pair;
+
+constexpr const char* kComplete = R"(
+file: robot.yaml
+file_hash: fnv1a:cbf29ce484222325
+machine: 2 × AMD EPYC, Linux 6.18
+duration: 10s
+margin: 0.5
+overheads: {dispatch: 1500ns, wake: 40us}
+lost_executions: 7
+callbacks:
+  /lidar/tick:
+    executions: 100
+    execution: {min: 1ms, p50: 1100us, p99: 1200us, max: 1300us, first_ten: 1250us}
+    arrival: {period: 10ms, jitter: 1ms, distances: [9ms, 19ms]}
+    dropped: 3
+    causes: {/fusion/points: 2}
+  /fusion/points:
+    executions: 200
+)";
+
+MeasuredModel model_in(const std::string& text) {
+  return read_measured_model(ConfigurationFile("m.model.yaml", text).path());
+}
+/// All errors, without the folder of the file.
+std::string errors_in(const std::string& text) {
+  const ConfigurationFile file("m.model.yaml", text);
+  const std::size_t folder = file.path().size() - std::string("m.model.yaml").size();
+  try {
+    read_measured_model(file.path());
+    return "no error";
+  } catch (const ConfigurationError& error) {
+    std::string result;
+    for (const std::string& message : error.errors()) result += message.substr(folder) + "\n";
+    return result;
+  }
+}
+/// Of one callback with these keys, each in its line from the third on.
+std::string errors_of(const std::string& keys) {
+  return errors_in("callbacks:\n  /a/b:\n" + keys);
+}
+
+TEST(MeasuredModel, IsRead) {
+  const MeasuredModel model = model_in(kComplete);
+  EXPECT_EQ(model.file, "robot.yaml");
+  EXPECT_EQ(model.file_hash, "fnv1a:cbf29ce484222325");
+  EXPECT_EQ(model.machine, "2 × AMD EPYC, Linux 6.18");
+  EXPECT_EQ(model.duration, 10s);
+  EXPECT_EQ(model.margin, 0.5);
+  EXPECT_EQ(model.dispatch_overhead, 1500ns);
+  EXPECT_EQ(model.wake_overhead, 40us);
+  EXPECT_EQ(model.lost_executions, 7u);
+  ASSERT_EQ(model.callbacks.size(), 2u);
+  const MeasuredCallback& tick = model.callbacks[0];
+  EXPECT_EQ(tick.name, "/lidar/tick");
+  EXPECT_EQ(tick.executions, 100u);
+  EXPECT_EQ(tick.least_execution, 1ms);
+  EXPECT_EQ(tick.median_execution, 1100us);
+  EXPECT_EQ(tick.p99_execution, 1200us);
+  EXPECT_EQ(tick.longest_execution, 1300us);
+  EXPECT_EQ(tick.longest_first_execution, 1250us);
+  EXPECT_EQ(tick.period, 10ms);
+  EXPECT_EQ(tick.jitter, 1ms);
+  EXPECT_THAT(tick.least_distances, ElementsAre(9ms, 19ms));
+  EXPECT_EQ(tick.dropped, 3u);
+  EXPECT_THAT(tick.causes, ElementsAre(Pair("/fusion/points", 2)));
+  EXPECT_EQ(model.callbacks[1].name, "/fusion/points");
+  EXPECT_EQ(model.callbacks[1].executions, 200u);
+}
+
+TEST(MeasuredModel, NeedsOnlyCallbacks) {
+  const MeasuredModel model = model_in("callbacks: {}");
+  EXPECT_EQ(model.margin, 0.2);
+  EXPECT_TRUE(model.callbacks.empty());
+  EXPECT_EQ(errors_in("margin: 0.1"),
+            "m.model.yaml:1: a measured model needs the key 'callbacks'; add it\n");
+}
+
+TEST(MeasuredModel, MayHaveWhatAPersonHasWritten) {
+  EXPECT_EQ(errors_of("    execution: {max: 4ms}\n    arrival: {distances: [0s, 5ms]}"),
+            "no error");
+  EXPECT_EQ(errors_of("    execution: {min: 1ms, max: 4ms}\n    arrival: {period: 1s}"),
+            "no error");
+  EXPECT_EQ(errors_of("    arrival: {period: 10ms, jitter: 30ms, distances: [0s, 0s, 1ms]}"),
+            "no error");
+}
+
+TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
+  EXPECT_EQ(errors_in("callback: {}\ncallbacks: {}"),
+            "m.model.yaml:1: 'callback' is no key of a measured model; did you mean 'callbacks'? "
+            "valid: file, file_hash, machine, duration, margin, lost_executions, overheads, "
+            "callbacks\n");
+  EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is no key of a "
+                                                     "measured callback; did you mean 'arrival'?"));
+  EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));
+  EXPECT_THAT(errors_of("    execution: {mx: 1ms}"), HasSubstr("did you mean 'max'?"));
+}
+
+TEST(MeasuredModel, RefusesNamesThatAreNoCallbacks) {
+  for (const char* name : {"tick", "/tick", "\"\""}) {
+    EXPECT_THAT(errors_in(fmt::format("callbacks: {{{}: {{}}}}", name)),
+                HasSubstr("write its node and its name, as in /camera/image"));
+  }
+  EXPECT_EQ(errors_of("    causes: {/a/B: 1}"),
+            "m.model.yaml:3: '/a/B' is no callback of this file; did you mean '/a/b'? valid: "
+            "/a/b\n");
+  EXPECT_EQ(errors_in("callbacks:\n  /a/b: {}\n  /a/b: {}"),
+            "m.model.yaml:3: '/a/b' is already in line 2; remove one of them\n");
+}
+
+TEST(MeasuredModel, RefusesWhatIsNoNumber) {
+  EXPECT_EQ(errors_of("    executions: -1"),
+            "m.model.yaml:3: 'executions' is -1; write an integer from 0\n");
+  EXPECT_EQ(errors_of("    dropped: 1.5"),
+            "m.model.yaml:3: 'dropped' is 1.5; write an integer from 0\n");
+  EXPECT_EQ(errors_of("    causes: {/a/b: many}"),
+            "m.model.yaml:3: '/a/b' is 'many'; write an integer from 0\n");
+  EXPECT_EQ(errors_of("    execution: {max: 5}"),
+            "m.model.yaml:3: 'max' is 5; write a number and one of ns, us, ms, s, m, h, such as "
+            "20ms\n");
+  EXPECT_EQ(errors_of("    execution: {max: -5ms}"),
+            "m.model.yaml:3: '-5ms' is not a duration; write a number and one of ns, us, ms, s, m, "
+            "h, such as 20ms\n");
+  EXPECT_EQ(errors_of("    arrival: {period: 10001h}"),
+            "m.model.yaml:3: '10001h' is longer than 10000 h; write a time that can be measured\n");
+  for (const char* margin : {"-0.1", "10.5", ".nan", ".inf", "true", "a fifth"}) {
+    EXPECT_THAT(errors_in(fmt::format("margin: {}\ncallbacks: {{}}", margin)),
+                HasSubstr("write a number from 0 to 10: 0.2 is a fifth"));
+  }
+}
+
+TEST(MeasuredModel, RefusesExecutionTimesThatContradictEachOther) {
+  EXPECT_EQ(errors_of("    execution: {min: 5ms, max: 4ms}"),
+            "m.model.yaml:3: 'execution' contradicts itself: 'min' is longer than 'max'; correct "
+            "it, or measure again\n");
+  EXPECT_THAT(errors_of("    execution: {min: 1ms, p50: 3ms, p99: 2ms, max: 4ms}"),
+              HasSubstr("'p50' is longer than 'p99'"));
+  EXPECT_THAT(errors_of("    execution: {max: 4ms, first_ten: 5ms}"),
+              HasSubstr("'first_ten' is longer than 'max'"));
+  EXPECT_THAT(errors_of("    execution: {max: 0s}"), HasSubstr("'max' is zero"));
+  EXPECT_EQ(errors_of("    execution: {p50: 1ms}"),
+            "m.model.yaml:3: an execution time needs the key 'max'; add it\n");
+}
+
+// Each would allow fewer arrivals than the file itself reports.
+TEST(MeasuredModel, RefusesArrivalsThatContradictEachOther) {
+  EXPECT_THAT(errors_of("    arrival: {distances: [2ms, 1ms]}"), HasSubstr("get shorter"));
+  EXPECT_THAT(errors_of("    arrival: {distances: [0s, 0s]}"), HasSubstr("are all zero"));
+  EXPECT_THAT(errors_of("    arrival: {jitter: 1ms}"), HasSubstr("a 'jitter' needs a 'period'"));
+  EXPECT_THAT(errors_of("    arrival: {period: 10ms, jitter: 1ms, distances: [9ms, 18ms]}"),
+              HasSubstr("distances[1] is 18ms, but 'period' and 'jitter' allow no less than 19ms"));
+}
+
+TEST(MeasuredModel, EndsSoonWhateverTheFile) {
+  std::string distances = "1ms";
+  for (int i = 1; i < 64; ++i) distances += ", 1ms";
+  EXPECT_EQ(errors_of("    arrival: {distances: [" + distances + "]}"),
+            "m.model.yaml:3: there are 64 distances; write the first 63\n");
+  std::string many = "callbacks:\n";
+  for (int i = 0; i < 40'000; ++i) many += fmt::format("  /a/{}: {{causes: {{/b/x: 1}}}}\n", i);
+  EXPECT_THAT(errors_in(many), HasSubstr("the file has more than 100000 values"));
+  many.resize(many.size() / 2);
+  many.resize(many.rfind('\n'));
+  EXPECT_THAT(errors_in(many), HasSubstr("more errors follow"));
+  EXPECT_THAT(errors_in(""), HasSubstr("the file is empty"));
+  EXPECT_THAT(errors_in("[]"), HasSubstr("the file is a list; write a map"));
+}
+
+}  // namespace
+}  // namespace takt
