@@ -20,6 +20,7 @@ struct AnalysedPath {
   Path path;
   Time bound = 0;
   std::vector<MethodBound> answers;
+  std::vector<Term> terms;
 };
 
 void refuse_unless(bool is_right, const std::string& of, const char* what) {
@@ -70,6 +71,9 @@ class Solver {
     for (Part& part : parts_) make_paths(part);
     for (int round = 0; improve(round); ++round) {
     }
+    if (!options.explains) return;
+    for (Part& part : parts_) part.explains = true;
+    for (AnalysedPath& path : paths_) analyse(path);
   }
 
   const Output& link(const Chain& chain, std::size_t place) const;
@@ -206,8 +210,16 @@ void Solver::extend(AnalysedPath path) {
 void Solver::update_curves() {
   for (const std::size_t to : ordered_) {
     Part& part = parts_[system_.callbacks[to].executor];
-    for (Source& source : part.sources) {
-      if (source.callback != to || !source.from) continue;
+    for (std::size_t i = 0; i < part.sources.size(); ++i) {
+      Source& source = part.sources[i];
+      if (source.callback != to) continue;
+      const Callback& receiver = system_.callbacks[to];
+      if (!source.from && receiver.is_timer && receiver.longest_gap < kUnbounded) {
+        // An execution serves all releases until it begins.
+        const Time missed = std::max(Time{0}, part.spans[i].at(to).latest_end - 1);
+        source.longest_gap = times(missed / receiver.longest_gap + 1, receiver.longest_gap);
+      }
+      if (!source.from) continue;
       const Callback& sender = system_.callbacks[source.from->callback];
       const Part& before = parts_[sender.executor];
       const Span& span = before.spans[source.from->source].at(source.from->callback);
@@ -293,6 +305,7 @@ void Solver::analyse(AnalysedPath& analysed) const {
       answer = method->bound(analysed.path);
     }
     if (answer.bound > limit_) answer.bound = kUnbounded;
+    if (answer.bound < least) analysed.terms = std::move(answer.terms);
     least = std::min(least, answer.bound);
     analysed.answers.push_back({name, answer.bound, std::move(answer.why_not)});
   }
@@ -358,6 +371,7 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
     if (!is_reached || analysed.bound > result.bound) {
       result.bound = analysed.bound;
       result.methods = analysed.answers;
+      result.terms = analysed.terms;
     }
     is_reached = true;
   }

@@ -13,6 +13,7 @@ namespace takt::analysis {
 struct Options {
   std::vector<std::string> methods;  // by name; empty: all
   Time limit = 60'000'000'000;       // larger bounds count as none: a minute of nanoseconds
+  bool explains = false;             // segments have terms
 };
 
 /// What one method says.
@@ -30,6 +31,7 @@ struct SegmentBound {
   Time longest_gap = 0;     // between two such arrivals
   Time wait = 0;            // behind it, for the other inputs of a join
   std::vector<MethodBound> methods;
+  std::vector<Term> terms;  // of the least bound, if asked for
 };
 
 struct ChainBound {

@@ -31,6 +31,22 @@ Time Part::demand(Time window) const {
   return result;
 }
 
+Term Part::term(std::size_t source, Count count, Time cost) const {
+  return {
+      fmt::format("{} × '{}' and what it causes here", count, at(sources[source].callback).name),
+      times(count, cost)};
+}
+
+void Part::finish(std::vector<Term>& terms, Time bound, Time offset) const {
+  Time work = 0;
+  for (const Term& term : terms) work = plus(work, term.time);
+  if (plus(bound, offset) != work) {
+    terms.push_back({"more urgent threads, or the time without a budget", bound + offset - work});
+  }
+  if (offset != 0) terms.push_back({"has passed when the message arrives", -offset});
+  std::erase_if(terms, [](const Term& term) { return term.time == 0; });
+}
+
 std::string Part::why_overloaded() const {
   for (const Source& source : sources) {
     if (source.curve.most(1) < kUnbounded) continue;
@@ -77,11 +93,14 @@ bool Path::is_alone() const {
   return true;
 }
 
-Answer with_what_precedes(const Path& path, Time response) {
+Answer with_what_precedes(const Path& path, Time response, std::vector<Term> terms) {
   if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
-  if (path.callbacks.size() == 1) return {response, ""};
+  if (path.callbacks.size() == 1) return {response, "", std::move(terms)};
   const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-  return {plus(path.part.spans[path.source].at(before).latest_end, response), ""};
+  const Time earlier = path.part.spans[path.source].at(before).latest_end;
+  terms.insert(terms.begin(),
+               {fmt::format("until '{}' has ended", path.part.at(before).name), earlier});
+  return {plus(earlier, response), "", std::move(terms)};
 }
 
 Count most(const std::vector<Part::Inner>& arrivals, Time window) {

@@ -44,7 +44,8 @@ struct Part {
   std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
   std::vector<Time> costs;  // by source: of one arrival, all that it causes here
   Supply supply;
-  Time limit = 0;  // larger bounds are not of interest
+  Time limit = 0;         // larger bounds are not of interest
+  bool explains = false;  // answers have terms
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   /// Whether the callback causes by itself what it sends there, in its executor.
@@ -56,6 +57,10 @@ struct Part {
   Time longest() const;
   /// What arrives in a window wants at most.
   Time demand(Time window) const;
+  /// So many arrivals of a source, each with this cost.
+  Term term(std::size_t source, Count count, Time cost) const;
+  /// Adds what the CPU does meanwhile for others, and what has passed before the arrival.
+  void finish(std::vector<Term>& terms, Time bound, Time offset) const;
   /// Why its busy time has no end.
   std::string why_overloaded() const;
   /// How long an execution that has begun keeps another one waiting: not all of it, unless
@@ -90,13 +95,14 @@ struct Path {
 struct Answer {
   Time bound = kUnbounded;  // from the arrival to the end of the last callback
   std::string why_not;      // the first assumption that does not hold; empty: all do
+  std::vector<Term> terms;  // if the part explains
 
-  static Answer none(std::string why_not) { return {kUnbounded, std::move(why_not)}; }
+  static Answer none(std::string why_not) { return {kUnbounded, std::move(why_not), {}}; }
 };
 
 /// The answer of a method that looks at one callback at a time: the response of the last callback
 /// from its own arrival, after all that is known of the one before.
-Answer with_what_precedes(const Path& path, Time response);
+Answer with_what_precedes(const Path& path, Time response, std::vector<Term> terms = {});
 
 /// One analysis. Registered with the macro below, in a file of its own.
 /// Thread safety: const methods from any thread. Real-time: no.

@@ -65,6 +65,12 @@ struct Chain {
   std::vector<std::size_t> callbacks;  // in order, each reached by an output of the one before
 };
 
+/// A part of a bound, for people: all together make the bound.
+struct Term {
+  std::string what;
+  Time time = 0;
+};
+
 struct System {
   std::vector<Executor> executors;
   std::vector<Callback> callbacks;

@@ -6,6 +6,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "takt/analysis/method.hpp"
 
 namespace takt::analysis {
@@ -24,7 +26,9 @@ class Points final : public Method {
     if (!part.supply.is_dedicated()) return Answer::none("the CPU is not the thread's own");
     if (point(part, path.last()) >= kUnbounded) return Answer::none("it has no deadline");
 
-    return with_what_precedes(path, response_of(part, path.last()));
+    std::vector<Term> terms;
+    const Time response = response_of(part, path.last(), terms);
+    return with_what_precedes(path, response, std::move(terms));
   }
 
  private:
@@ -33,7 +37,7 @@ class Points final : public Method {
   }
 
   // Of one callback, from its own arrival.
-  static Time response_of(const Part& part, std::size_t callback) {
+  static Time response_of(const Part& part, std::size_t callback, std::vector<Term>& terms) {
     const Callback& own = part.at(callback);
     const Time own_point = point(part, callback);
     const Time longest = part.longest();
@@ -67,26 +71,41 @@ class Points final : public Method {
         if (step + shift >= 0) offsets.push_back(step + shift);
       }
     }
-    Time worst = 0;
+    const auto blocking = [&](Time offset) {
+      Time longest_behind = 0;
+      for (const Other& other : others) {
+        if (other.point <= own_point + offset) continue;
+        longest_behind = std::max(longest_behind, part.blocking(other.execution));
+      }
+      return longest_behind;
+    };
+    // Before its own last execution.
+    const auto work = [&](Time offset, Time window) {
+      Time sum = times(own.execution, most(arrivals, offset + 1)) - (own.execution - 1);
+      for (const Other& other : others) {
+        if (other.point >= kUnbounded) continue;
+        const Time before =
+            std::max(Time{0}, offset + 1 + own_point - other.point + other.overtaking);
+        sum = plus(sum, times(other.execution, most(other.arrivals, std::min(window, before))));
+      }
+      return sum;
+    };
+    Time worst = 0, worst_offset = 0;
     for (const Time offset : offsets) {
+      const Time blocked = blocking(offset);
       const Time begins = least_fixed_point(
-          [&](Time window) {
-            Time blocking = 0;
-            Time work = times(own.execution, most(arrivals, offset + 1)) - (own.execution - 1);
-            for (const Other& other : others) {
-              if (other.point > own_point + offset) {
-                blocking = std::max(blocking, part.blocking(other.execution));
-              }
-              if (other.point >= kUnbounded) continue;
-              const Time before =
-                  std::max(Time{0}, offset + 1 + own_point - other.point + other.overtaking);
-              work = plus(work,
-                          times(other.execution, most(other.arrivals, std::min(window, before))));
-            }
-            return plus(blocking, work);
-          },
-          part.limit);
-      worst = std::max(worst, std::max(Time{0}, begins - offset) + own.execution - 1);
+          [&](Time window) { return plus(blocked, work(offset, window)); }, part.limit);
+      const Time response = std::max(Time{0}, begins - offset) + own.execution - 1;
+      if (response > worst) worst_offset = offset;
+      worst = std::max(worst, response);
+    }
+    if (part.explains) {
+      const Time mine = times(own.execution, most(arrivals, worst_offset + 1));
+      terms = {{"a callback with a later point in time that has begun", blocking(worst_offset)},
+               {fmt::format("{} × itself", most(arrivals, worst_offset + 1)), mine},
+               {"callbacks with an earlier point in time",
+                std::max(Time{0}, worst + worst_offset - blocking(worst_offset) - mine)}};
+      part.finish(terms, worst, worst_offset);
     }
     return worst;
   }

@@ -4,6 +4,8 @@
 // "A ROS 2 Response-Time Analysis Exploiting Starvation Freedom and Execution-Time Variance"
 // (RTSS 2021).
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include "takt/analysis/method.hpp"
 
 namespace takt::analysis {
@@ -40,7 +42,13 @@ class Snapshots final : public Method {
     if (!is_timer && (source.messages > 1 || bound > source.curve.least_distance(2))) {
       return Answer::none("a message may arrive before the one before it is served");
     }
-    return {bound, ""};
+    if (!part.explains) return {bound, "", {}};
+    std::vector<Term> terms{
+        {fmt::format("{} snapshots of all {} callbacks", steps, part.callbacks.size()),
+         times(steps, snapshot)},
+        {"the last snapshot, up to its last callback", until_last}};
+    part.finish(terms, bound, 0);
+    return {bound, "", std::move(terms)};
   }
 
  private:

@@ -19,11 +19,13 @@ class Turns final : public Method {
     if (!part.supply.holds_in_any_window()) {
       return Answer::none("more urgent threads of its CPU may be behind when it arrives");
     }
-    return with_what_precedes(path, response_of(part, path.last()));
+    std::vector<Term> terms;
+    const Time response = response_of(part, path.last(), terms);
+    return with_what_precedes(path, response, std::move(terms));
   }
 
  private:
-  static Time response_of(const Part& part, std::size_t callback) {
+  static Time response_of(const Part& part, std::size_t callback, std::vector<Term>& terms) {
     const std::size_t group = part.at(callback).group;
     std::vector<std::pair<Time, std::vector<Part::Inner>>> mine;
     std::map<std::size_t, Time> others;  // by group: its longest
@@ -57,12 +59,21 @@ class Turns final : public Method {
     // A message that is sent before the executor has looked at its timers overtakes one that is
     // due.
     const Time overtaking = part.at(callback).is_timer && has_messages ? part.longest() - 1 : 0;
-    Time worst = 0;
+    Time worst = 0, worst_offset = 0;
     for (const auto& [execution, arrivals] : mine) {
       for (const Time step : steps(arrivals, plus(busy, overtaking))) {
         const Time offset = std::max(Time{0}, step - overtaking);
-        worst = std::max(worst, time_for(work(offset + 1 + overtaking)) - offset);
+        const Time response = time_for(work(offset + 1 + overtaking)) - offset;
+        if (response > worst) worst_offset = offset;
+        worst = std::max(worst, response);
       }
+    }
+    if (part.explains) {
+      const Time window = worst_offset + 1 + overtaking;
+      terms = {{"a callback of another group that has begun", blocking},
+               {"what has arrived in its group, and a turn of the others for each",
+                work(window) - blocking}};
+      part.finish(terms, worst, worst_offset);
     }
     return worst;
   }

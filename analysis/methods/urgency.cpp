@@ -56,15 +56,28 @@ class Urgency final : public Method {
     if (busy >= kUnbounded) {
       return Answer::none("more urgent callbacks leave no time, or nearly none");
     }
-    Time longest = 0;
+    Time longest = 0, worst = 0;
     for (const Time offset : own.curve.steps(busy)) {
       const Time begins = least_fixed_point(
           [&](Time window) { return time_for(pending(offset, window) - (last.execution - 1)); },
           part.limit);
       if (begins >= kUnbounded) return Answer::none("the response is longer than the limit");
-      longest = std::max(longest, time_for(pending(offset, begins)) - offset);
+      const Time response = time_for(pending(offset, begins)) - offset;
+      if (response > longest) worst = offset;
+      longest = std::max(longest, response);
     }
-    return {longest, ""};
+    std::vector<Term> terms;
+    if (part.explains) {
+      const Time begins = least_fixed_point(
+          [&](Time window) { return time_for(pending(worst, window) - (last.execution - 1)); },
+          part.limit);
+      const Time mine = pending(worst, begins) - before - level.interference(begins);
+      terms = {{"something less urgent that has begun, and what it causes", before},
+               {"the callbacks of the path, also of its other instances", mine}};
+      level.explain(begins, terms);
+      part.finish(terms, longest, worst);
+    }
+    return {longest, "", std::move(terms)};
   }
 
  private:
@@ -103,6 +116,13 @@ class Urgency final : public Method {
         result = plus(result, times(costs_[source], part_.sources[source].curve.most(window)));
       }
       return result;
+    }
+
+    void explain(Time window, std::vector<Term>& terms) const {
+      for (std::size_t source = 0; source < part_.sources.size(); ++source) {
+        const Count count = part_.sources[source].curve.most(window);
+        terms.push_back(part_.term(source, count, costs_[source]));
+      }
     }
 
    private:

@@ -27,7 +27,7 @@ class WorkConserving final : public Method {
     const Time busy =
         least_fixed_point([&](Time window) { return time_for(part.demand(window)); }, part.limit);
     if (busy >= kUnbounded) return Answer::none(part.why_overloaded());
-    Time longest = 0;
+    Time longest = 0, worst = 0;
     for (const Time offset : own.curve.steps(busy)) {
       const Time response = least_fixed_point(
           [&](Time r) {
@@ -35,9 +35,30 @@ class WorkConserving final : public Method {
             return std::max(Time{0}, time_for(plus(last_of(offset + 1), others(window))) - offset);
           },
           part.limit);
+      if (response > longest) worst = offset;
       longest = std::max(longest, response);
     }
-    return {longest, ""};
+    return {longest, "", part.explains ? explain(path, longest, worst) : std::vector<Term>{}};
+  }
+
+ private:
+  static std::vector<Term> explain(const Path& path, Time bound, Time offset) {
+    const Part& part = path.part;
+    const Time last = part.at(path.last()).execution;
+    const Time window = bound > last ? offset + bound - last + 1 : offset + 1;
+    std::vector<Term> terms;
+    for (std::size_t source = 0; source < part.sources.size(); ++source) {
+      const Source& from = part.sources[source];
+      Term term = part.term(source, from.curve.most(window), part.costs[source]);
+      if (source == path.source) {  // later ones of the last callback come after this one
+        const Time each = times(times(last, part.executions(source, path.last())), from.messages);
+        term.time -= times(each, from.curve.most(window) - from.curve.most(offset + 1));
+        term.what += ", its own included";
+      }
+      terms.push_back(std::move(term));
+    }
+    part.finish(terms, bound, offset);
+    return terms;
   }
 };
 

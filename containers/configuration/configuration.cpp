@@ -28,9 +28,10 @@ LoadPolicy load_policy(const SystemDescription& process) {
   return policy;
 }
 
-SystemDescription read_system(const std::string& path) {
+SystemDescription read_system(const std::string& path, const Settings& settings) {
   document::Errors errors(path);
-  const document::Value root = document::read(path, errors);
+  document::Value root = document::read(path, errors);
+  for (const Setting& setting : settings) document::set(root, setting, errors);
   const bool is_workload = document::is_json(path);
   SystemDescription system =
       is_workload ? read_workload(root, errors) : read_configuration(root, errors);

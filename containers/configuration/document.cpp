@@ -239,4 +239,66 @@ Value read(const std::string& path, Errors& errors) {
   return root;
 }
 
+namespace {
+
+/// What a path calls an entry of a list.
+std::string name_in_list(const Value& entry, std::size_t place) {
+  for (const char* const key : {"name", "component"}) {
+    const Value* name = find(entry, key);
+    const auto* text = name != nullptr ? std::get_if<std::string>(&name->content) : nullptr;
+    if (text != nullptr) return *text;
+  }
+  return std::to_string(place);
+}
+
+// The value that the next word of a path names; nullptr: there is none. `names` are the valid ones.
+Value* child(Value& parent, std::string_view word, std::vector<std::string>& names) {
+  Value* found = nullptr;
+  const auto look_at = [&](Value& candidate, std::string name) {
+    if (found == nullptr && name == word) found = &candidate;
+    names.push_back(std::move(name));
+  };
+  if (auto* map = std::get_if<Map>(&parent.content)) {
+    for (Value& value : map->values) look_at(value, value.name);
+  } else if (auto* list = std::get_if<List>(&parent.content)) {
+    for (std::size_t i = 0; i < list->size(); ++i) look_at((*list)[i], name_in_list((*list)[i], i));
+  }
+  return found;
+}
+
+}  // namespace
+
+void set(Value& root, const Setting& setting, Errors& errors) {
+  Errors of_value("'" + setting.value + "'");
+  const Value value = parse_yaml(setting.value, of_value);
+  of_value.throw_if_any();
+  Value* place = &root;
+  std::string_view rest = setting.path;
+  while (!rest.empty()) {
+    // Names may have points: the longest that fits.
+    std::vector<std::string> names;
+    Value* next = nullptr;
+    std::size_t end = rest.size();
+    for (;; end = rest.rfind('.', end - 1)) {
+      names.clear();
+      next = child(*place, rest.substr(0, end), names);
+      if (next != nullptr || end == 0 || rest.rfind('.', end - 1) == std::string_view::npos) break;
+    }
+    auto* const map = std::get_if<Map>(&place->content);
+    if (next == nullptr && map != nullptr && rest.find('.') == std::string_view::npos) {
+      next = &map->values.emplace_back(Value{std::string(rest), place->line, {}});
+      end = rest.size();
+    }
+    if (next == nullptr) {
+      const std::string word(rest.substr(0, rest.find('.')));
+      errors.fail(place->line,
+                  fmt::format("'{}' leads nowhere: there is no '{}'", setting.path, word),
+                  suggest(word, names));
+    }
+    place = next;
+    rest.remove_prefix(std::min(rest.size(), end + 1));
+  }
+  place->content = value.content;
+}
+
 }  // namespace takt::document

@@ -107,6 +107,10 @@ class Builder {
 Value parse_yaml(const std::string& text, Errors& errors);
 Value parse_json(std::string_view text, Errors& errors);
 
+/// Replaces a value, or adds it to a map. Throws ConfigurationError, with what there is, if the
+/// path leads nowhere.
+void set(Value& root, const Setting& setting, Errors& errors);
+
 /// Whether the file's name ends in .json; all other files are YAML.
 bool is_json(std::string_view path);
 /// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.

@@ -198,10 +198,17 @@ class ConfigurationError : public Error {
   std::vector<std::string> errors_;
 };
 
+/// A value to use instead of the one in a file: "threads.control.priority", "70". The path names
+/// keys; in a list, the `name` of an entry, or its `component`, or its place from 0.
+struct Setting {
+  std::string path, value;
+};
+using Settings = std::vector<Setting>;
+
 /// Reads a configuration file (YAML), or a workload in the iRobot JSON format (file name ends in
 /// .json), which is converted to workload components. Constructs no component. Throws
-/// ConfigurationError with all errors.
-SystemDescription read_system(const std::string& path);
+/// ConfigurationError with all errors; a setting whose path leads nowhere is one.
+SystemDescription read_system(const std::string& path, const Settings& settings = {});
 
 /// Which components share a process.
 enum class Composition {

@@ -286,7 +286,7 @@ ModelBounds analyze(const SystemModel& model) {
   analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
   for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
   for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest}), {}};
+  ModelBounds bounds{analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}), {}};
   for (const SystemModel::Chain& chain : model.chains) {
     ModelBounds::Chain& result = bounds.chains.emplace_back();
     result.why_not = chain.why_not;

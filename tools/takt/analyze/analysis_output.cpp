@@ -1,0 +1,219 @@
+// The results of an analysis as JSON and as tables.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/analysis/method.hpp"
+#include "takt/measuring/rounds.hpp"
+
+#include "analyze/analyzed_file.hpp"
+#include "table.hpp"
+
+namespace takt::tools {
+namespace {
+
+using analysis::kUnbounded;
+using nlohmann::json;
+
+json us(analysis::Time bound) {
+  return bound >= kUnbounded ? json() : json(rt::us(Nanoseconds(bound)));
+}
+
+std::string ms(analysis::Time time) {
+  return time >= kUnbounded ? "-" : fmt::format("{:.3f}", static_cast<double>(time) / 1e6);
+}
+
+/// The chain in the analysis; nullptr: it is not there.
+const analysis::ChainBound* found(const AnalyzedFile& file, std::size_t chain) {
+  return file.model.chains[chain].why_not.empty()
+             ? &file.bounds.all.chains[file.model.chains[chain].index]
+             : nullptr;
+}
+
+/// The method whose bound is the least.
+std::string best_method(const std::vector<analysis::MethodBound>& methods, analysis::Time bound) {
+  for (const analysis::MethodBound& method : methods) {
+    if (bound < kUnbounded && method.bound == bound) return method.method;
+  }
+  return "-";
+}
+
+/// "urgency on fast, work_conserving on rest".
+std::string by(const AnalyzedFile& file, const analysis::ChainBound& bound) {
+  std::vector<std::string> parts;
+  for (const analysis::SegmentBound& segment : bound.segments) {
+    std::string part = fmt::format("{} on {}", best_method(segment.methods, segment.bound),
+                                   file.model.system.executors[segment.executor].name);
+    if (std::find(parts.begin(), parts.end(), part) == parts.end()) {
+      parts.push_back(std::move(part));
+    }
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::vector<std::size_t> callbacks_of(const analysis::ChainBound& bound) {
+  std::vector<std::size_t> result;
+  for (const analysis::SegmentBound& segment : bound.segments) {
+    result.insert(result.end(), segment.callbacks.begin(), segment.callbacks.end());
+  }
+  return result;
+}
+
+json chain_json(const AnalyzedFile& file, std::size_t index) {
+  const SystemModel::Chain& chain = file.model.chains[index];
+  const ModelBounds::Chain& bound = file.bounds.chains[index];
+  json result{{"name", chain.name},
+              {"deadline_us",
+               chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
+              {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
+              {"verdict", verdict(chain, bound)},
+              {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
+              {"segments", json::array()}};
+  if (found(file, index) == nullptr) return result;
+  for (const analysis::SegmentBound& segment : found(file, index)->segments) {
+    json callbacks = json::array(), methods = json::array();
+    for (const std::size_t callback : segment.callbacks) {
+      callbacks.push_back(file.model.system.callbacks[callback].name);
+    }
+    for (const analysis::MethodBound& method : segment.methods) {
+      methods.push_back({{"name", method.method},
+                         {"bound_us", us(method.bound)},
+                         {"why_not", method.why_not.empty() ? json() : json(method.why_not)}});
+    }
+    result["segments"].push_back({{"executor", file.model.system.executors[segment.executor].name},
+                                  {"callbacks", std::move(callbacks)},
+                                  {"bound_us", us(segment.bound)},
+                                  {"wait_us", us(segment.wait)},
+                                  {"methods", std::move(methods)}});
+  }
+  return result;
+}
+
+json callback_json(const AnalyzedFile& file, std::size_t index) {
+  const analysis::Callback& callback = file.model.system.callbacks[index];
+  const SystemModel::Callback& facts = file.model.callbacks[index];
+  const analysis::CallbackBound& bound = file.bounds.all.callbacks[index];
+  const bool is_known = facts.execution != Provenance::unknown;
+  return {{"callback", callback.name},
+          {"executor", file.model.system.executors[callback.executor].name},
+          {"execution_us", is_known ? us(callback.execution) : json()},
+          {"rests_on", to_string(facts.execution)},
+          {"period_us", facts.period == Nanoseconds::zero() ? json() : json(rt::us(facts.period))},
+          {"bound_us", us(bound.bound)},
+          {"method", bound.method.empty() ? json() : json(bound.method)},
+          {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
+          {"backlog", bound.backlog >= kUnbounded ? json() : json(bound.backlog)},
+          {"depth", facts.depth == 0 ? json() : json(facts.depth)}};
+}
+
+void print_chains(const AnalyzedFile& file) {
+  Table chains({"chain", "deadline_ms", "bound_ms", "verdict", "by", "rests on"});
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    const SystemModel::Chain& chain = file.model.chains[i];
+    const ModelBounds::Chain& bound = file.bounds.chains[i];
+    const analysis::ChainBound* const details = found(file, i);
+    chains.add({chain.name,
+                chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+                bound.bound ? ms(bound.bound->count()) : "-", std::string(verdict(chain, bound)),
+                bound.bound ? by(file, *details) : "-",
+                details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
+  }
+  chains.print("chains: from the release of the first callback to the end of the last one");
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
+    if (file.bounds.chains[i].bound) continue;
+    fmt::print("{} has no bound: {}\n", file.model.chains[i].name, file.bounds.chains[i].why_not);
+  }
+  fmt::print("\n");
+}
+
+void print_callbacks(const AnalyzedFile& file) {
+  Table table({"callback", "executor", "execution_ms", "rests on", "period_ms", "bound_ms", "by",
+               "waiting", "depth"});
+  for (std::size_t i = 0; i < file.model.callbacks.size(); ++i) {
+    const analysis::Callback& callback = file.model.system.callbacks[i];
+    const SystemModel::Callback& facts = file.model.callbacks[i];
+    const analysis::CallbackBound& bound = file.bounds.all.callbacks[i];
+    const bool may_drop =
+        facts.depth != 0 && bound.backlog > static_cast<analysis::Count>(facts.depth);
+    table.add({callback.name, file.model.system.executors[callback.executor].name,
+               facts.execution == Provenance::unknown ? "-" : ms(callback.execution),
+               std::string(to_string(facts.execution)),
+               facts.period == Nanoseconds::zero() ? "-" : ms(facts.period.count()),
+               ms(bound.bound), bound.method.empty() ? "-" : bound.method,
+               bound.backlog >= kUnbounded
+                   ? "-"
+                   : std::to_string(bound.backlog) + (may_drop ? " may drop" : ""),
+               facts.depth == 0 ? "-" : std::to_string(facts.depth)});
+  }
+  table.print("callbacks: from the arrival that causes it in its executor to its end");
+}
+
+}  // namespace
+
+json analysis_json(const AnalyzedFile& file) {
+  json chains = json::array(), callbacks = json::array();
+  for (std::size_t i = 0; i < file.model.chains.size(); ++i) chains.push_back(chain_json(file, i));
+  for (std::size_t i = 0; i < file.model.callbacks.size(); ++i) {
+    callbacks.push_back(callback_json(file, i));
+  }
+  return {{"file", file.system.file},
+          {"model", file.measured ? json(file.measured->file) : json()},
+          {"guaranteed", file.is_guaranteed()},
+          {"chains", std::move(chains)},
+          {"callbacks", std::move(callbacks)},
+          {"assumptions", file.model.assumptions}};
+}
+
+void print_analysis(const AnalyzedFile& file) {
+  print_chains(file);
+  print_callbacks(file);
+  fmt::print("assumptions\n");
+  for (std::size_t i = 0; i < file.model.assumptions.size(); ++i) {
+    fmt::print("  {}  {}\n", i + 1, file.model.assumptions[i]);
+  }
+}
+
+void print_explanation(const AnalyzedFile& file, const std::string& name) {
+  std::vector<std::string> names;
+  for (const SystemModel::Chain& chain : file.model.chains) names.push_back(chain.name);
+  const auto index =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  if (index == names.size())
+    throw Error(fmt::format("no chain is called '{}'", name), suggest(name, names));
+  const ModelBounds::Chain& bound = file.bounds.chains[index];
+  fmt::print("chain '{}': {}\n", name,
+             bound.bound ? fmt::format("{} ms at most", ms(bound.bound->count()))
+                         : "no bound: " + bound.why_not);
+  const analysis::ChainBound* const details = found(file, index);
+  if (details == nullptr) return;
+  for (std::size_t i = 0; i < details->segments.size(); ++i) {
+    const analysis::SegmentBound& segment = details->segments[i];
+    const analysis::Executor& executor = file.model.system.executors[segment.executor];
+    std::vector<std::string> path;
+    for (const std::size_t callback : segment.callbacks) {
+      path.push_back(file.model.system.callbacks[callback].name);
+    }
+    fmt::print("\n{}. {} ms on '{}': {}\n", i + 1, ms(segment.bound), executor.name,
+               fmt::join(path, " → "));
+    for (const analysis::Term& term : segment.terms) {
+      fmt::print("   {:>10} ms  {}\n", ms(term.time), term.what);
+    }
+    if (segment.wait != 0) {
+      fmt::print("   then {} ms at most until the other inputs of the join have come\n",
+                 ms(segment.wait));
+    }
+    Table methods({"method", "bound_ms", "assumes, or why it does not apply", "source"});
+    for (const analysis::MethodBound& method : segment.methods) {
+      if (method.method.empty()) continue;
+      const auto traits = analysis::methods().traits(method.method);
+      methods.add({method.method, ms(method.bound),
+                   method.why_not.empty() ? traits.assumes : "not: " + method.why_not,
+                   traits.source});
+    }
+    methods.print("");
+  }
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,62 @@
+// A configuration file whose response times are bounded.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_ANALYZED_FILE_HPP_
+#define TAKT_TOOLS_TAKT_ANALYZED_FILE_HPP_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/containers/container.hpp"
+
+namespace takt::tools {
+
+/// A system with its model and its bounds. The components are constructed; nothing runs.
+struct AnalyzedFile {
+  SystemDescription system;
+  std::vector<std::unique_ptr<Container>> containers;
+  std::optional<MeasuredModel> measured;
+  std::vector<PlannedChain> chains;
+  std::vector<ModelledProcess> processes;
+  SystemModel model;
+  ModelBounds bounds;
+
+  /// Whether each chain with a deadline meets it for sure.
+  bool is_guaranteed() const;
+};
+
+struct AnalyzeOptions {
+  std::string model;             // a file; empty: the one that the system names
+  ContainerOverrides overrides;  // executor and scheduler
+  Settings settings;             // instead of what the file says
+};
+
+/// Throws Error for a bad file.
+AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options);
+
+/// guaranteed, not shown, no bound; without a deadline: "-".
+std::string_view verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
+/// What the bounds of these callbacks' executors rest on: "declared 5, measured 2".
+std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks);
+
+nlohmann::json analysis_json(const AnalyzedFile& file);
+void print_analysis(const AnalyzedFile& file);
+/// How the bound of a chain comes about. Throws Error if there is no such chain.
+void print_explanation(const AnalyzedFile& file, const std::string& chain);
+
+/// A change that makes the worst chain better.
+struct Suggestion {
+  std::string change;
+  std::string chain;                         // the one that gains most
+  std::optional<Nanoseconds> before, after;  // its bound
+};
+/// Tries other executors, schedulers, priorities and CPUs, one change at a time. The best first;
+/// `tried` is how many there were.
+std::vector<Suggestion> suggestions(const AnalyzedFile& file, std::size_t& tried);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_ANALYZED_FILE_HPP_

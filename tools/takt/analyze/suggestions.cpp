@@ -1,0 +1,158 @@
+// What would help: the system with one thing changed, analysed again.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "takt/base/available_cpus.hpp"
+
+#include "analyze/analyzed_file.hpp"
+
+namespace takt::tools {
+namespace {
+
+constexpr std::size_t kMostTried = 300, kMostShown = 3;
+
+/// How far the chains are from their deadlines: those that miss them, and the sum of bound ÷
+/// deadline. The smaller, the better.
+using Score = std::pair<std::size_t, double>;
+
+Score score(const SystemModel& model, const ModelBounds& bounds) {
+  Score result{0, 0};
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    const auto deadline = static_cast<double>(model.chains[i].deadline.count());
+    if (deadline == 0) continue;
+    const auto& bound = bounds.chains[i].bound;
+    // No bound counts as a very late one.
+    const double ratio = bound ? static_cast<double>(bound->count()) / deadline : 1000;
+    if (ratio > 1) ++result.first;
+    result.second += ratio;
+  }
+  return result;
+}
+
+class Search {
+ public:
+  explicit Search(const AnalyzedFile& file)
+      : file_(file), processes_(file.processes), before_(score(file.model, file.bounds)) {}
+
+  std::vector<Suggestion> run() {
+    for (ModelledProcess& process : processes_) {
+      for (ExecutorDescription& executor : process.executors) try_orders(executor);
+      for (ThreadAttributes& thread : process.threads) try_threads(thread);
+    }
+    std::stable_sort(found_.begin(), found_.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<Suggestion> result;
+    for (auto& [reached, suggestion] : found_) {
+      if (result.size() < kMostShown) result.push_back(std::move(suggestion));
+    }
+    return result;
+  }
+  std::size_t tried() const { return tried_; }
+
+ private:
+  void try_orders(ExecutorDescription& executor);
+  void try_threads(ThreadAttributes& thread);
+  /// Changes `target` to `value`, analyses, and changes it back.
+  template <class T>
+  void try_value(T& target, const T& value, const std::string& change) {
+    if (target == value || tried_ == kMostTried) return;
+    const T old = std::exchange(target, value);
+    analyse(change);
+    target = old;
+  }
+  void analyse(const std::string& change);
+
+  const AnalyzedFile& file_;
+  std::vector<ModelledProcess> processes_;
+  const Score before_;
+  std::size_t tried_ = 0;
+  std::vector<std::pair<Score, Suggestion>> found_;
+};
+
+void Search::analyse(const std::string& change) {
+  ++tried_;
+  const SystemModel model = make_system_model(file_.system, file_.chains, processes_,
+                                              file_.measured ? &*file_.measured : nullptr);
+  const ModelBounds bounds = analyze(model);
+  const Score reached = score(model, bounds);
+  // Five percent of a deadline are worth an edit.
+  if (reached.first > before_.first ||
+      (reached.first == before_.first && reached.second > before_.second - 0.05)) {
+    return;
+  }
+  Suggestion suggestion{.change = change};
+  double most = 0;
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    const auto ratio = [&](const ModelBounds& of) {
+      const auto& bound = of.chains[i].bound;
+      const auto deadline = static_cast<double>(model.chains[i].deadline.count());
+      return deadline == 0 ? 0 : bound ? static_cast<double>(bound->count()) / deadline : 1000;
+    };
+    const double gain = ratio(file_.bounds) - ratio(bounds);
+    if (gain <= most) continue;
+    most = gain;
+    suggestion.chain = model.chains[i].name;
+    suggestion.before = file_.bounds.chains[i].bound;
+    suggestion.after = bounds.chains[i].bound;
+  }
+  found_.emplace_back(reached, std::move(suggestion));
+}
+
+void Search::try_orders(ExecutorDescription& executor) {
+  const auto& system = file_.model.system;
+  const bool is_used =
+      std::any_of(system.executors.begin(), system.executors.end(),
+                  [&](const auto& used) { return used.name.ends_with(executor.name); });
+  if (!is_used) return;
+  for (const std::string& type : executors().names()) {
+    const ExecutorTraits traits = executors().traits(type);
+    if (traits.isolates || traits.triggered || traits.frozen ||
+        executor.threads.size() > traits.max_threads) {
+      continue;
+    }
+    for (const std::string& scheduler : schedulers().names()) {
+      if (schedulers().traits(scheduler).order == analysis::Order::arbitrary) continue;
+      ExecutorDescription changed = executor;
+      changed.type = type;
+      changed.scheduler = scheduler;
+      const ExecutorDescription old = executor;
+      if ((old.type == type && old.scheduler == scheduler) || tried_ == kMostTried) continue;
+      executor = changed;
+      analyse(
+          fmt::format("executors.{}: {{type: {}, scheduler: {}}}", executor.name, type, scheduler));
+      executor = old;
+    }
+  }
+}
+
+void Search::try_threads(ThreadAttributes& thread) {
+  int highest = 0;
+  for (const ModelledProcess& process : processes_) {
+    for (const ThreadAttributes& other : process.threads) {
+      highest = std::max(highest, other.priority);
+    }
+  }
+  if (thread.priority != 0 && highest < 99) {
+    try_value(thread.priority, highest + 1,
+              fmt::format("threads.{}.priority: {}", thread.name, highest + 1));
+  }
+  const auto& machine = file_.system.machine.cpus;
+  for (const int cpu : machine.empty() ? available_cpus() : machine) {
+    try_value(thread.affinity, {cpu}, fmt::format("threads.{}.affinity: [{}]", thread.name, cpu));
+  }
+}
+
+}  // namespace
+
+std::vector<Suggestion> suggestions(const AnalyzedFile& file, std::size_t& tried) {
+  Search search(file);
+  std::vector<Suggestion> result = search.run();
+  tried = search.tried();
+  return result;
+}
+
+}  // namespace takt::tools

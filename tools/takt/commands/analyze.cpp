@@ -1,0 +1,98 @@
+// takt analyze: upper bounds of the response times of a system.
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "takt/base/time.hpp"
+#include "takt/measuring/output.hpp"
+#include "takt/measuring/rounds.hpp"
+
+#include "analyze/analyzed_file.hpp"
+#include "analyze/sweep.hpp"
+#include "commands.hpp"
+#include "report.hpp"
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  std::string file, explained, sweep, report, json;
+  AnalyzeOptions how;
+};
+
+std::string ms(const std::optional<Nanoseconds>& bound) {
+  return bound ? fmt::format("{:.3f} ms", static_cast<double>(bound->count()) / 1e6) : "no bound";
+}
+
+json print_suggestions(const AnalyzedFile& file, bool prints) {
+  json result = json::array();
+  std::size_t tried = 0;
+  const std::vector<Suggestion> found = suggestions(file, tried);
+  if (prints && tried != 0) fmt::print("\nwhat would help ({} changes tried)\n", tried);
+  if (prints && tried != 0 && found.empty()) fmt::print("  none of them\n");
+  for (const Suggestion& suggestion : found) {
+    if (prints) {
+      fmt::print("  {}  ({}: {} → {})\n", suggestion.change, suggestion.chain,
+                 ms(suggestion.before), ms(suggestion.after));
+    }
+    const auto us = [](const auto& bound) { return bound ? json(rt::us(*bound)) : json(); };
+    result.push_back({{"change", suggestion.change},
+                      {"chain", suggestion.chain},
+                      {"before_us", us(suggestion.before)},
+                      {"after_us", us(suggestion.after)}});
+  }
+  return result;
+}
+
+void run(const Options& options) {
+  check_writable(options.json);
+  if (!options.report.empty()) check_report(options.report);
+  const bool prints = options.json != "-";
+  const AnalyzedFile file = analyze_file(options.file, options.how);
+  for (const std::string& note : file.system.notes) rt::to_stderr("note: {}\n", note);
+  json document = analysis_json(file);
+  if (!options.explained.empty()) {
+    print_explanation(file, options.explained);
+  } else if (!options.sweep.empty()) {
+    document["sweep"] = sweep(options.file, options.how, options.sweep, prints);
+  } else {
+    if (prints) print_analysis(file);
+    document["suggestions"] = print_suggestions(file, prints);
+  }
+  if (!options.report.empty()) write_report({{"analyses", {document}}}, options.report);
+  if (!options.json.empty()) write_json(document, options.json);
+  if (!file.is_guaranteed()) throw CLI::RuntimeError(1);
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("FILE", options->file,
+                   "A configuration file; its components are constructed, but do not run")
+      ->required();
+  command->add_option("--model", options->how.model,
+                      "Measured execution times, from `takt run --model`");
+  command->add_option("--executor", options->how.overrides.executor,
+                      "As for `takt run`: one executor of this type runs all components");
+  command->add_option("--scheduler", options->how.overrides.scheduler, "As for `takt run`");
+  command->add_option("--explain", options->explained,
+                      "Shows how the bound of this chain comes about");
+  command->add_option("--sweep", options->sweep,
+                      "KEY=A..B: the bounds for ten values of a key of the file");
+  command->add_option("--report", options->report, "Also write a page with a bar for each chain");
+  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
+  command->footer(
+      "Exit 0: each chain with a deadline meets it for sure.\n"
+      "Examples:\n"
+      "  takt analyze robot.yaml\n"
+      "  takt analyze robot.yaml --explain sense_to_act\n"
+      "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n");
+  command->callback([options] { run(*options); });
+}
+const Command registered("analyze", "Bounds the latency of each chain of a file, and says why",
+                         set_up);
+
+}  // namespace
+}  // namespace takt::tools
