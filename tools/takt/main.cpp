@@ -33,9 +33,9 @@ void add_commands(CLI::App& app) {
   for (const auto& [name, entry] : commands()) {
     CLI::App* const command = app.add_subcommand(name, entry.what);
     entry.set_up(command);
-    // Theirs are the examples of their command, not those of `takt`.
+    // Without examples of their own, theirs are those of their command, not those of `takt`.
     for (CLI::App* const each : command->get_subcommands({})) {
-      each->footer(command->get_footer());
+      if (each->get_footer() == app.get_footer()) each->footer(command->get_footer());
     }
   }
 }
