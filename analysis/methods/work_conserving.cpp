@@ -7,6 +7,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "takt/analysis/method.hpp"
 
 namespace takt::analysis {
@@ -50,10 +52,13 @@ class WorkConserving final : public Method {
     for (std::size_t source = 0; source < part.sources.size(); ++source) {
       const Source& from = part.sources[source];
       Term term = part.term(source, from.curve.most(window), part.costs[source]);
-      if (source == path.source) {  // later ones of the last callback come after this one
+      if (source == path.source) {
+        // Later instances of the last callback come after this one.
         const Time each = times(times(last, part.executions(source, path.last())), from.messages);
-        term.time -= times(each, from.curve.most(window) - from.curve.most(offset + 1));
-        term.what += ", its own included";
+        const Count later = from.curve.most(window) - from.curve.most(offset + 1);
+        term.time -= times(each, later);
+        if (later != 0)
+          term.what += fmt::format(", but {} × '{}'", later, part.at(path.last()).name);
       }
       terms.push_back(std::move(term));
     }
