@@ -270,6 +270,9 @@ def test_help():
         text = run(command, sub, "--help").stdout
         check("its example is of this command", f"\n  takt {command} " in text
               and "takt compare" not in text, text)
+    text = run("component", "load", "--help").stdout
+    check("load takes a package, perhaps, and a class", "CONTAINER [PACKAGE] CLASS\n" in text
+          and "COMPONENT" not in text, text)
 
 
 def test_interfaces():
