@@ -3,14 +3,59 @@
 
 #include <algorithm>
 #include <mutex>
+#include <utility>
 
 namespace takt {
 
+std::shared_ptr<SimulatedClock> SimulatedClock::as_simulated() noexcept {
+  if (auto shared = weak_from_this().lock()) return shared;
+  return {std::shared_ptr<void>(), this};
+}
+
+TimePoint SimulatedClock::on_timeline(TimePoint time) const noexcept {
+  if (time == kNever) return kNever;
+  const std::lock_guard lock(mutex_);  // so that all is of one moment
+  return simulates_.load() ? later(stands_.load(), time - now_.load()) : later(time, ahead_.load());
+}
+
 void SimulatedClock::set(TimePoint now) noexcept {
   const std::lock_guard lock(mutex_);
+  const TimePoint before = now_.exchange(now);
+  const bool is_first = !std::exchange(has_time_, true);
+  if (!simulates_.load()) return;
   last_set_.store(real_.now());
-  const Nanoseconds change = now - now_.exchange(now);
-  for (Listener* listener : listeners_) listener->time_set(change);
+  if (now > before && !is_first) stands_.store(stands_.load() + (now - before));
+  notify(false);
+}
+
+void SimulatedClock::simulate(bool simulates) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (simulates == simulates_.load()) return;
+  const TimePoint real = real_.now();
+  if (simulates) {
+    now_.store(TimePoint{});
+    has_time_ = false;
+    last_set_.store(real);
+    stands_.store(real + ahead_.load());
+  } else {
+    ahead_.store(stands_.load() - real);
+  }
+  simulates_.store(simulates);
+  notify(true);
+}
+
+TimePoint SimulatedClock::real_time_of(TimePoint release) const noexcept {
+  if (release == kNever) return kNever;
+  if (simulates_.load()) return release <= stands_.load() ? last_set_.load() : kNever;
+  return release - ahead_.load();
+}
+
+TimePoint SimulatedClock::timeline_at(TimePoint real) const noexcept {
+  return simulates_.load() ? stands_.load() : real + ahead_.load();
+}
+
+void SimulatedClock::notify(bool is_switched) noexcept {
+  for (Listener* listener : listeners_) listener->time_set(is_switched);
 }
 
 void SimulatedClock::add(Listener& listener) {

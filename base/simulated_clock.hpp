@@ -4,6 +4,7 @@
 #define TAKT_BASE_SIMULATED_CLOCK_HPP_
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "takt/base/clock.hpp"
@@ -11,41 +12,95 @@
 
 namespace takt {
 
-/// Stands still until it is set. Threads do not sleep on it: when it is set, it notifies threads
-/// that wait for a time, and they check the time.
+/// While it simulates, it stands still until it is set. Threads do not sleep on it: when it is set,
+/// it notifies threads that wait for a time, and they check the time. While it does not simulate,
+/// it is the real clock.
 ///
 /// Jumps: forward, a timer that has become due has one release, and the releases in between are
-/// missed. Back by d, every release moves back by d too, so what was due in 100 ms still is.
+/// missed. Back, and where it begins or ends to simulate, the timeline stands still: so what was
+/// due in 100 ms still is.
 ///
 /// Thread safety: every method from any thread; `set` by one at a time.
-/// Real-time: now is an atomic load. set calls each listener, under a lock with priority
-/// inheritance.
-class SimulatedClock final : public Clock {
+/// Real-time: now is two atomic loads, and perhaps that of the real clock. set, simulate and
+/// on_timeline take a lock with priority inheritance; the first two call each listener under it.
+class SimulatedClock final : public Clock, public std::enable_shared_from_this<SimulatedClock> {
  public:
   class Listener {
    public:
-    /// Time goes on; negative: it jumps back by so much. Neither blocks nor allocates.
-    virtual void time_set(Nanoseconds change) noexcept = 0;
+    /// Time goes on or jumps. `is_switched`: it has begun or ended to simulate, so real times of
+    /// releases are others. Neither blocks nor allocates.
+    virtual void time_set(bool is_switched) noexcept = 0;
 
    protected:
     ~Listener() = default;
   };
 
-  explicit SimulatedClock(Clock& real = Clock::steady()) : real_(real) {}
-  TimePoint now() const noexcept override { return now_.load(); }
-  SimulatedClock* as_simulated() noexcept override { return this; }
+  /// Sets clocks, for as long as they simulate.
+  /// Thread safety: every method from any thread. Real-time: no.
+  class Source {
+   public:
+    virtual ~Source() = default;
+    /// From now on sets the clock; at once if it knows the time. Throws Error when it cannot.
+    virtual void follow(const std::shared_ptr<SimulatedClock>& clock) = 0;
+    virtual void leave(const SimulatedClock& clock) noexcept = 0;
+  };
+
+  /// It simulates, and its time is 0.
+  explicit SimulatedClock(Clock& real = Clock::steady()) : SimulatedClock(real, true) {}
+  SimulatedClock(Clock& real, bool simulates)
+      : real_(real), simulates_(simulates), has_time_(simulates) {}
+
+  TimePoint now() const noexcept override { return simulates_.load() ? now_.load() : real_.now(); }
+  ManualClock* as_manual() noexcept override {
+    return simulates_.load() ? nullptr : real_.as_manual();
+  }
+  std::shared_ptr<SimulatedClock> as_simulated() noexcept override;
   Clock& real() noexcept override { return real_; }
+  Clock& timeline() noexcept override { return timeline_; }
+  TimePoint on_timeline(TimePoint time) const noexcept override;
+
   void set(TimePoint now) noexcept;
-  /// The time of the last set(), on the real clock.
-  TimePoint last_set() const noexcept { return last_set_.load(); }
+  /// Its time is 0 until it is set. The first time is no jump: there simulated time begins.
+  void simulate(bool simulates) noexcept;
+  bool simulates() const noexcept { return simulates_.load(); }
+
+  /// The real time of a release on the timeline; in simulated time that of the last set() if it is
+  /// due, else kNever.
+  TimePoint real_time_of(TimePoint release) const noexcept;
+  /// The timeline at a real time that has come.
+  TimePoint timeline_at(TimePoint real) const noexcept;
 
   void add(Listener& listener);
   void remove(Listener& listener) noexcept;
 
  private:
+  class Timeline final : public Clock {
+   public:
+    explicit Timeline(SimulatedClock& owner) : owner_(owner) {}
+    TimePoint now() const noexcept override { return owner_.timeline_at(owner_.real_.now()); }
+    ManualClock* as_manual() noexcept override { return owner_.as_manual(); }
+    std::shared_ptr<SimulatedClock> as_simulated() noexcept override {
+      return owner_.as_simulated();
+    }
+    Clock& real() noexcept override { return owner_.real_; }
+
+   private:
+    SimulatedClock& owner_;
+  };
+
+  void notify(bool is_switched) noexcept;
+
   Clock& real_;
-  std::atomic<TimePoint> now_{TimePoint{}}, last_set_{TimePoint{}};
-  PiMutex mutex_;
+  Timeline timeline_{*this};
+  std::atomic<bool> simulates_;
+  std::atomic<TimePoint> now_{TimePoint{}};
+  // The timeline: in simulated time `stands_`, in real time `ahead_` of the real clock. A switch
+  // changes the one that is not used yet, and then simulates_: so readers need no lock.
+  std::atomic<TimePoint> stands_{TimePoint{}};
+  std::atomic<Nanoseconds> ahead_{Nanoseconds{0}};
+  std::atomic<TimePoint> last_set_{TimePoint{}};  // on the real clock
+  mutable PiMutex mutex_;                         // guards what follows, and changes
+  bool has_time_;
   std::vector<Listener*> listeners_;
 };
 

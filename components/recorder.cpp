@@ -6,6 +6,7 @@
 
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/messages/described_types.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/local_topics.hpp"
 
@@ -46,7 +47,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
           declare_parameter("depth", 100, at_least("Messages of a topic that may wait", 1)))),
       flush_period_(
           milliseconds(declare_parameter("flush_ms", 1000, at_least("Until it is written", 1)))),
-      discovered_by_(clock().now() +
+      discovered_by_(clock().timeline().now() +
                      milliseconds(declare_parameter("discover_ms", 5000,
                                                     at_least("How long all topics are found", 0)))),
       writer_(file_,
@@ -58,6 +59,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
   looking_ = create_timer("look", kLookPeriod, [this] { look(); });
   flush_ = create_timer("flush", std::chrono::hours(1), [this] { writer_.flush(); });
   flush_->cancel();
+  if (participant() != nullptr) types_ = std::make_unique<TypeDescriptionClient>(*this);
   if (const std::string& why = writer_.why_no_ring(); !why.empty()) {
     log(LogLevel::warn, "{}: {}; a thread writes it", file_, why);
   }
@@ -65,6 +67,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
 }
 
 Recorder::~Recorder() {
+  types_.reset();
   looking_.reset();
   flush_.reset();
   subscriptions_.clear();
@@ -73,6 +76,7 @@ Recorder::~Recorder() {
 
 std::string Recorder::complete() {
   if (!std::exchange(is_complete_, true)) {
+    for (std::size_t i = 0; i < topics_.size(); ++i) record_waiting(i);
     if (!writer_.close()) report_end();
     log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
         topics_.size(), dropped());
@@ -88,7 +92,8 @@ void Recorder::look() {
   const auto is_wanted = [&](const std::string& topic) {
     const bool is_named = std::find(wanted_.begin(), wanted_.end(), topic) != wanted_.end();
     return topic.starts_with('/') && (wanted_.empty() || is_named) &&
-           std::find(topics_.begin(), topics_.end(), topic) == topics_.end();
+           std::none_of(topics_.begin(), topics_.end(),
+                        [&](const Topic& known) { return known.name == topic; });
   };
   for (const Endpoint& publisher : local_topics().publishers) {
     if (!is_wanted(publisher.topic)) continue;
@@ -98,18 +103,20 @@ void Recorder::look() {
   if (participant() != nullptr) {
     for (const GraphEndpoint& publisher : participant()->graph().publishers) {
       if (!is_wanted(publisher.name)) continue;
-      subscribe(publisher.name, publisher.type, publisher.qos,
-                definitions_ ? definitions_(publisher.type) : "");
+      const std::string definition = definitions_ ? definitions_(publisher.type) : "";
+      const std::size_t topic =
+          subscribe(publisher.name, publisher.type, publisher.qos, definition);
+      if (definition.empty()) ask_for_definition(topic, publisher.type);
     }
   }
-  const bool has_all =
-      wanted_.empty() ? clock().now() >= discovered_by_ : topics_.size() == wanted_.size();
+  const bool has_all = wanted_.empty() ? clock().timeline().now() >= discovered_by_
+                                       : topics_.size() == wanted_.size();
   if (has_all) looking_->cancel();
 }
 
-void Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,
-                         std::string definition) {
-  topics_.push_back(topic);
+std::size_t Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,
+                                std::string definition) {
+  topics_.push_back({.name = topic});
   const std::size_t number =
       writer_.add({topic, type, std::move(definition), to_recorded_qos(qos)});
   QoS own(depth_);
@@ -119,6 +126,41 @@ void Recorder::subscribe(const std::string& topic, const std::string& type, cons
       topic, type, own, [this, number](std::span<const std::byte> bytes, const MessageInfo& info) {
         record(number, bytes, info);
       }));
+  return number;
+}
+
+void Recorder::ask_for_definition(std::size_t topic, const std::string& type) {
+  topics_[topic].is_asked_for = true;
+  types_->ask(type, [this, topic, type](const TypeDescription* description) {
+    define(topic, type, description);
+  });
+}
+
+// The description is another process's.
+void Recorder::define(std::size_t topic, const std::string& type,
+                      const TypeDescription* description) {
+  if (!topics_[topic].is_asked_for) return;  // there were too many messages to wait for it
+  try {
+    if (description != nullptr) {
+      const DescribedTypes types(*description);
+      const MessageType* described = types.find(type);
+      if (described != nullptr) writer_.define(topic, message_definition(*described));
+    } else {
+      log(LogLevel::info, "{}: no node describes {}; its messages are recorded without",
+          topics_[topic].name, type);
+    }
+  } catch (const Error& error) {
+    log(LogLevel::warn, "{}: {} is described wrongly: {}", topics_[topic].name, type, error.what());
+  }
+  record_waiting(topic);
+  flush_later();
+}
+
+void Recorder::record_waiting(std::size_t topic) {
+  topics_[topic].is_asked_for = false;
+  for (const WaitingMessage& message : std::exchange(topics_[topic].waiting, {})) {
+    write(topic, message.received_ns, message.published_ns, message.bytes);
+  }
 }
 
 void Recorder::record(std::size_t topic, std::span<const std::byte> bytes,
@@ -128,12 +170,27 @@ void Recorder::record(std::size_t topic, std::span<const std::byte> bytes,
   if (info.publish_time != TimePoint{}) {
     published -= static_cast<std::uint64_t>((clock().real().now() - info.publish_time).count());
   }
-  if (!writer_.write(topic, now, published, bytes)) {
-    report_drop(bytes.size());
+  Topic& of = topics_[topic];
+  if (of.is_asked_for && of.waiting.size() < depth_) {
+    of.waiting.push_back({now, published, {bytes.begin(), bytes.end()}});
+    return;
+  }
+  if (of.is_asked_for) record_waiting(topic);
+  write(topic, now, published, bytes);
+  flush_later();
+}
+
+void Recorder::write(std::size_t topic, std::uint64_t received_ns, std::uint64_t published_ns,
+                     std::span<const std::byte> bytes) {
+  if (!writer_.write(topic, received_ns, published_ns, bytes)) report_drop(bytes.size());
+}
+
+void Recorder::flush_later() {
+  if (!writer_.is_pending()) {
+    flush_->cancel();
   } else if (flush_->is_canceled()) {
     flush_->release_at(flush_->clock().now() + flush_period_);
   }
-  if (!writer_.is_pending()) flush_->cancel();
 }
 
 void Recorder::report_drop(std::size_t bytes) {

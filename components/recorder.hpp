@@ -11,6 +11,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/recording/mcap.hpp"
+#include "takt/ros2/type_description_client.hpp"
 
 namespace takt {
 
@@ -24,6 +25,9 @@ namespace takt {
 /// - `flush_ms` (1000): a partly filled buffer is written after this time;
 /// - `compression` (none): `lz4` or `zstd`; the recorder's thread compresses buffer by buffer.
 ///
+/// The file contains the definitions of the types. Nodes of other processes are asked for those of
+/// their types; meanwhile messages wait, at most `depth` of a topic.
+///
 /// Publishers in the same process pass messages by pointer; the recorder's thread encodes them. So
 /// recording costs a publisher no more than another subscription does, and blocks no callback if
 /// the recorder has its own executor and thread. Messages from DDS are written without decoding.
@@ -34,7 +38,7 @@ namespace takt {
 /// Thread safety: as Node. Real-time: no.
 class Recorder : public Node, public Completing {
  public:
-  /// The definition of a type that only other processes publish; empty: unknown.
+  /// The definition of a type that only other processes publish; empty: their nodes are asked.
   using Definitions = std::function<std::string(const std::string& type)>;
 
   explicit Recorder(const NodeOptions& options, Definitions definitions = {});
@@ -49,11 +53,26 @@ class Recorder : public Node, public Completing {
   std::string complete() override;
 
  private:
-  struct Topic;
+  struct WaitingMessage {
+    std::uint64_t received_ns, published_ns;
+    std::vector<std::byte> bytes;
+  };
+  struct Topic {
+    std::string name;
+    bool is_asked_for = false;  // the definition of its type
+    std::vector<WaitingMessage> waiting;
+  };
+
   void look();
-  void subscribe(const std::string& topic, const std::string& type, const QoS& qos,
-                 std::string definition);
+  std::size_t subscribe(const std::string& topic, const std::string& type, const QoS& qos,
+                        std::string definition);
+  void ask_for_definition(std::size_t topic, const std::string& type);
+  void define(std::size_t topic, const std::string& type, const TypeDescription* description);
+  void record_waiting(std::size_t topic);
   void record(std::size_t topic, std::span<const std::byte> bytes, const MessageInfo& info);
+  void write(std::size_t topic, std::uint64_t received_ns, std::uint64_t published_ns,
+             std::span<const std::byte> bytes);
+  void flush_later();
   void report_drop(std::size_t bytes);
   void report_end();
 
@@ -66,9 +85,10 @@ class Recorder : public Node, public Completing {
   McapWriter writer_;
   std::uint64_t dropped_ = 0;
   bool has_reported_slow_ = false, has_reported_end_ = false, is_complete_ = false;
-  std::vector<std::string> topics_;
+  std::vector<Topic> topics_;
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;
   std::shared_ptr<Timer> looking_, flush_;
+  std::unique_ptr<TypeDescriptionClient> types_;  // of other processes
 };
 
 }  // namespace takt

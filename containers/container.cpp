@@ -33,6 +33,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
       dds_threads_.push_back({.asked = options.threads, .in_force = thread});
     }
   }
+  if (needs_manager()) time_source_ = std::make_shared<TimeSource>();
   make_components();
   make_chains();
   if (!errors_.empty()) throw ConfigurationError(errors_);
@@ -45,15 +46,8 @@ Container::Container(const SystemDescription& description, const ContainerOverri
   make_executors();
   place_components();
   if (!errors_.empty()) throw ConfigurationError(errors_);
-  const auto may_be_removed = [](const auto& loaded) {
-    return loaded->description.on_exception == OnException::remove_node;
-  };
   if (description_.lifecycle) make_lifecycle();
-  const auto uses_sim_time = [](const auto& loaded) { return loaded->uses_sim_time(); };
-  if ((participant_ != nullptr && !description_.is_split_off) || has_thread(kServiceThread) ||
-      description_.lifecycle ||
-      std::any_of(components_.begin(), components_.end(), may_be_removed) ||
-      std::any_of(components_.begin(), components_.end(), uses_sim_time)) {
+  if (needs_manager()) {
     make_manager();
     if (lifecycle_node_ != nullptr) lifecycle_services_ = manager_->serve(lifecycle_node_);
   }
@@ -69,6 +63,8 @@ Container::~Container() {
   unloading_threads_.reset();
   // Destroy components before their executors, in reverse order of construction.
   while (!components_.empty()) components_.pop_back();
+  // Executors and users may hold nodes, and so their time source.
+  if (time_source_ != nullptr) time_source_->set_host(nullptr);
 }
 
 bool Container::has_thread(const std::string& name) const {
@@ -187,9 +183,22 @@ void Container::make_own_executor(const char* name, const std::shared_ptr<Node>&
   running.executor->add_node(node);
 }
 
+// What requests, failed components and simulated time need: a node, and a thread.
+bool Container::needs_manager() const {
+  const auto needs_it = [](const ComponentDescription& component) {
+    const auto sim_time = component.parameters.find(kUseSimTime);
+    return component.on_exception == OnException::remove_node ||
+           (sim_time != component.parameters.end() && sim_time->second == ParameterValue(true));
+  };
+  return (participant_ != nullptr && !description_.is_split_off) || has_thread(kServiceThread) ||
+         description_.lifecycle ||
+         std::any_of(description_.components.begin(), description_.components.end(), needs_it);
+}
+
 void Container::make_manager() {
-  service_node_ = std::make_shared<Node>(
-      own_name(""), NodeOptions{.clock = overrides_.clock, .participant = participant_});
+  service_node_ = std::make_shared<Node>(own_name(""), NodeOptions{.clock = overrides_.clock,
+                                                                   .time_source = time_source_,
+                                                                   .participant = participant_});
   manager_ = std::make_unique<ComponentManager>(
       *this, service_node_, load_policy(description_),
       description_.dds && description_.dds->parameter_services && !description_.is_split_off);
@@ -198,6 +207,7 @@ void Container::make_manager() {
   }
   failed_ = service_node_->create_guard_condition("failed", [this] { displace_failed(); });
   make_own_executor(kServiceThread, service_node_);
+  time_source_->set_host(service_node_);
 }
 
 // Heartbeats need a thread that no transition callback can block: they show that the process is

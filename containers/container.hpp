@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/simulated_clock.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/configuration/system_description.hpp"
@@ -152,6 +151,7 @@ class Container {
   void make_executor(const ExecutorDescription& executor);
   bool needs_default_executor() const;
   void place_components();
+  bool needs_manager() const;
   void make_manager();
   void make_lifecycle();
   void make_own_executor(const char* name, const std::shared_ptr<Node>& node);
@@ -184,7 +184,6 @@ class Container {
   std::vector<std::string> failures_;  // guarded by mutex_
   bool has_checked_matches_ = false;
   std::shared_ptr<Participant> participant_;
-  mutable SimulatedClock simulated_clock_;  // of components with `use_sim_time`
   std::vector<ThreadStatistics> dds_threads_;
   std::shared_ptr<Watchdog> watchdog_;
   std::vector<std::unique_ptr<RunningExecutor>> executors_;
@@ -196,7 +195,7 @@ class Container {
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
   std::unique_ptr<Rosout> rosout_;
-  std::unique_ptr<TimeSource> time_source_;  // if a component uses simulated time
+  std::shared_ptr<TimeSource> time_source_;  // of the components, if the service node follows it
   std::shared_ptr<Node> lifecycle_node_;
   std::shared_ptr<void> lifecycle_services_;  // of that node
   std::unique_ptr<HeartbeatSender> heartbeats_;

@@ -127,7 +127,8 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   options.participant = participant_;
   auto loaded = std::make_shared<Loaded>();
   loaded->description = component;
-  options.clock = loaded->uses_sim_time() ? &simulated_clock_ : overrides_.clock;
+  options.clock = overrides_.clock;
+  options.time_source = time_source_;
   const std::size_t before = errors.size();
   const auto failed = [&](std::string_view why) {
     errors.push_back(Error(fmt::format("component '{}' could not be made: {}", component.type, why),
@@ -333,9 +334,6 @@ std::vector<LoadedComponent> Container::components() const {
 
 void Container::serve(Loaded& loaded) {
   if (manager_ != nullptr) loaded.services = manager_->serve(loaded.node());
-  if (loaded.uses_sim_time() && time_source_ == nullptr) {
-    time_source_ = std::make_unique<TimeSource>(*service_node_, simulated_clock_);
-  }
   const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
   if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->add(node);
 }

@@ -41,10 +41,6 @@ struct Container::Loaded {
   bool is_complete = false;
 
   const std::shared_ptr<Node>& node() const noexcept { return component->node; }
-  bool uses_sim_time() const {
-    const auto found = description.parameters.find(kUseSimTime);
-    return found != description.parameters.end() && found->second == ParameterValue(true);
-  }
   /// The executor that the description gives this group; empty: the component's executor.
   std::string own_executor(const CallbackGroup& group) const {
     const auto found = description.callback_groups.find(group.name());

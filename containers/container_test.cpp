@@ -4,12 +4,14 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/testing/peer_process.hpp"
+#include "takt/transport/local_topics.hpp"
 
 namespace takt::test {
 namespace {
@@ -67,30 +69,60 @@ ProcessResult run(const SystemDescription& system, const ContainerOverrides& ove
   return container.result();
 }
 
-// Its node has the parameter of ROS 2, and its timer the time that is published on /clock.
+/// A node of a container with an hourly timer, which publishes its own time on /clock.
+class Hourly : public Node {
+ public:
+  explicit Hourly(const NodeOptions& options) : Node("hourly", options) {}
+
+  /// Made by a container.
+  inline static std::shared_ptr<Hourly> last;
+  static SystemDescription in_a_container(Parameters parameters) {
+    [[maybe_unused]] static const bool is_registered = [] {
+      components().add("test::Hourly", {"hourly", [](const NodeOptions& options) {
+                                          last = std::make_shared<Hourly>(options);
+                                          return std::make_unique<Component>(Component{last});
+                                        }});
+      return true;
+    }();
+    SystemDescription system;
+    system.threads.push_back({.attributes = {.name = "container"}});
+    system.components.push_back({.type = "test::Hourly", .parameters = std::move(parameters)});
+    return system;
+  }
+
+  /// Until the node has this time.
+  bool set_clock(std::int32_t seconds) {
+    publisher_->publish(
+        rosgraph_msgs::msg::Clock().set__clock(builtin_interfaces::msg::Time().set__sec(seconds)));
+    return becomes([&] { return clock().now() == TimePoint(std::chrono::seconds(seconds)); });
+  }
+  bool is_called(int times) {
+    return becomes([&] { return calls_.load() == times; });
+  }
+
+ private:
+  static bool becomes(const std::function<bool()>& condition) {
+    for (int i = 0; i < 10'000 && !condition(); ++i) std::this_thread::sleep_for(1ms);
+    return condition();
+  }
+
+  std::atomic<int> calls_{0};
+  const std::shared_ptr<Publisher<rosgraph_msgs::msg::Clock>> publisher_ =
+      create_publisher<rosgraph_msgs::msg::Clock>("/clock", 1);
+  const std::shared_ptr<Timer> timer_ = create_timer("timer", 1h, [this] { ++calls_; });
+};
+
 TEST(Container, ComponentsMayUseSimulatedTime) {
-  SystemDescription system = one_ticker();
-  system.components[0].parameters = {{kUseSimTime, true}};
-  const auto simulator = std::make_shared<Node>("simulator");
-  const auto clock = simulator->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 1);
-  Container container(system);
-  const auto listener = simulator->create_subscription<Tick>("ticks", 10, [](const Tick&) {});
+  Container container(Hourly::in_a_container({{kUseSimTime, true}}));
+  const std::shared_ptr<Hourly> node = std::move(Hourly::last);
+  EXPECT_EQ(node->clock().now(), TimePoint{});
   container.start();
   container.release();
-  const auto ticks_at = [&](std::uint32_t milliseconds) {
-    clock->publish(rosgraph_msgs::msg::Clock().set__clock(
-        builtin_interfaces::msg::Time().set__sec(5).set__nanosec(milliseconds * 1'000'000)));
-    for (int i = 0; i < 10'000; ++i) {
-      if (listener->ready_count() != 0) break;
-      std::this_thread::sleep_for(1ms);
-    }
-    int count = 0;
-    for (Tick tick; listener->take(tick);) ++count;
-    return count;
-  };
-  EXPECT_EQ(ticks_at(10), 1);  // from 0 s to 5.01 s: one, and the others are missed
-  EXPECT_EQ(ticks_at(11), 1);
-  EXPECT_EQ(ticks_at(17), 1);
+  EXPECT_TRUE(node->set_clock(1'000'000));  // where its time begins
+  EXPECT_TRUE(node->set_clock(1'003'600));
+  EXPECT_TRUE(node->is_called(1));
+  EXPECT_TRUE(node->set_clock(1'014'400));  // three hours: one, and the others are missed
+  EXPECT_TRUE(node->is_called(2));
   container.hold();
   container.stop();
   const auto& callbacks = container.result().callbacks;
@@ -98,7 +130,33 @@ TEST(Container, ComponentsMayUseSimulatedTime) {
     return row.statistics.callback == "timer";
   });
   ASSERT_NE(timer, callbacks.end());
-  EXPECT_EQ(timer->statistics.received, 3u);  // in real time, it would have been more
+  EXPECT_EQ(timer->statistics.received, 2u);
+}
+
+TEST(Container, ComponentsMayBeginAndEndToUseSimulatedTime) {
+  Container container(Hourly::in_a_container({}));
+  const std::shared_ptr<Hourly> node = std::move(Hourly::last);
+  container.start();
+  container.release();
+  const TimePoint before = node->clock().now();
+  const auto is_followed = [] {
+    const std::vector<Endpoint> ends = local_topics().subscriptions;
+    return std::any_of(ends.begin(), ends.end(),
+                       [](const Endpoint& end) { return end.topic == "/clock"; });
+  };
+  for (const int round : {1, 2}) {
+    EXPECT_TRUE(node->set_parameters_atomically({{kUseSimTime, true}}).successful);
+    EXPECT_TRUE(is_followed());
+    EXPECT_EQ(node->clock().now(), TimePoint{});
+    EXPECT_TRUE(node->set_clock(1000));
+    EXPECT_TRUE(node->set_clock(4600));
+    EXPECT_TRUE(node->is_called(round));
+    EXPECT_TRUE(node->set_parameters_atomically({{kUseSimTime, false}}).successful);
+    EXPECT_GE(node->clock().now(), before);
+    EXPECT_FALSE(is_followed());
+  }
+  container.hold();
+  container.stop();
 }
 
 // `ros2 param list` asks each node of the graph, and waits for one that does not answer.

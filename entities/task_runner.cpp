@@ -226,7 +226,7 @@ void TaskRunner::resume_at(Waiting& waiting, TimePoint time) noexcept {
 void TaskRunner::set_alarm_clock() noexcept {
   TimePoint first = kNever;
   for (const Sleeper& sleeper : sleepers_) first = std::min(first, sleeper.until);
-  if (alarm_->next_release() != first) alarm_->release_at(first);
+  if (alarm_->due() != first) alarm_->release_at(first);
 }
 
 void TaskRunner::wake_sleepers() noexcept {
@@ -237,7 +237,7 @@ void TaskRunner::wake_sleepers() noexcept {
       const auto first =
           std::min_element(sleepers_.begin(), sleepers_.end(),
                            [](const Sleeper& a, const Sleeper& b) { return a.until < b.until; });
-      if (first != sleepers_.end() && first->until <= clock_.now()) {
+      if (first != sleepers_.end() && first->until <= clock_.timeline().now()) {
         awake = first->waiting;
         sleepers_.erase(first);
       } else {

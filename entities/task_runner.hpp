@@ -77,6 +77,7 @@ class TaskRunner : public Entity {
 
   /// What it has waited for is there.
   void resume_later(Waiting& waiting) noexcept;
+  /// `time` is on the clock's timeline.
   void resume_at(Waiting& waiting, TimePoint time) noexcept;
   /// It does not wait any more, for its frame is being destroyed.
   void forget(const Waiting& waiting) noexcept;
@@ -142,8 +143,9 @@ class Sleep {
   void await_suspend(std::coroutine_handle<Promise> coroutine) noexcept {
     waiting_.suspend(coroutine);
     TaskRunner& runner = *waiting_.runner;
-    runner.resume_at(waiting_,
-                     until_ == TimePoint{} ? later(runner.clock().now(), duration_) : until_);
+    Clock& clock = runner.clock();
+    runner.resume_at(waiting_, until_ == TimePoint{} ? later(clock.timeline().now(), duration_)
+                                                     : clock.on_timeline(until_));
   }
   void await_resume() const noexcept {}
 

@@ -10,11 +10,11 @@ namespace takt {
 Timer::Timer(std::string name, std::shared_ptr<CallbackGroup> group, Clock& clock,
              Nanoseconds period, std::function<void()> callback)
     : Entity(EntityKind::timer, std::move(name), std::move(group)),
-      clock_(clock),
+      clock_(clock.timeline()),
       simulated_(clock.as_simulated()),
       period_(period),
       callback_(std::move(callback)),
-      next_release_(later(clock.now(), period)) {
+      next_release_(later(clock_.now(), period)) {
   if (period <= Nanoseconds::zero()) {
     throw Error("a timer's period must be positive, not " + std::to_string(period.count()) + " ns");
   }
@@ -26,17 +26,12 @@ Timer::~Timer() {
   if (simulated_ != nullptr) simulated_->remove(*this);
 }
 
-TimePoint Timer::simulated_release() const noexcept {
-  return next_release_.load() <= simulated_->now() ? simulated_->last_set() : kNever;
+TimePoint Timer::real_time_of(TimePoint release) const noexcept {
+  return simulated_ == nullptr ? release : simulated_->real_time_of(release);
 }
 
-void Timer::time_set(Nanoseconds change) noexcept {
-  if (change < Nanoseconds::zero()) {
-    TimePoint release = next_release_.load();
-    while (release != kNever && !next_release_.compare_exchange_weak(release, release + change)) {
-    }
-  }
-  if (next_release_.load() <= simulated_->now()) notify_release_changed();
+void Timer::time_set(bool is_switched) noexcept {
+  if (is_switched || ready_count() != 0) notify_release_changed();
 }
 
 void Timer::notify_release_changed() noexcept {
@@ -88,7 +83,7 @@ bool Timer::take(Slot& slot) noexcept {
     const auto missed = (now - due) / period_;
     if (next_release_.compare_exchange_weak(due, later(due + missed * period_, period_))) {
       missed_.fetch_add(static_cast<std::uint64_t>(missed), std::memory_order_relaxed);
-      slot.ready_time = simulated_ == nullptr ? due : simulated_->last_set();
+      slot.ready_time = real_time_of(due);
       slot.expected_period = period_;
       return true;
     }
@@ -96,7 +91,7 @@ bool Timer::take(Slot& slot) noexcept {
 }
 
 void Timer::skip_releases(TimePoint until) noexcept {
-  if (simulated_ != nullptr) until = simulated_->now();  // releases are in its time
+  if (simulated_ != nullptr) until = simulated_->timeline_at(until);
   TimePoint due = next_release_.load();
   while (due < until) {
     const auto skipped = (until - due - Nanoseconds(1)) / period_;

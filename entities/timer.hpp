@@ -33,20 +33,23 @@ class Timer : public Entity, private SimulatedClock::Listener {
   void cancel() noexcept;
   /// Restarts: the next release is one period from now.
   void reset() noexcept;
-  /// Sets the next release; later ones follow it by the period. kNever cancels.
+  /// Sets the next release, by clock(); later ones follow it by the period. kNever cancels.
   void release_at(TimePoint release) noexcept;
+  /// The next release, by clock().
+  TimePoint due() const noexcept { return next_release_.load(); }
   /// Restarts, as reset, unless the timer was cancelled or a release was given to it: for
   /// callers that make timers one by one and let them begin together, as a Container does. A
   /// release that was set meanwhile, also by the library's own alarms and timeouts, stays as it is.
   void begin_phase() noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
+  /// What its releases are times of: the timeline of the clock that it was made with.
   Clock& clock() const noexcept { return clock_; }
   std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
   std::size_t ready_count() const noexcept override;
-  /// In the executor's time. On a simulated clock: when it has become due, or kNever.
+  /// In the executor's time. In simulated time: when it has become due, or kNever.
   std::optional<TimePoint> next_release() const noexcept override {
-    return simulated_ == nullptr ? next_release_.load() : simulated_release();
+    return real_time_of(next_release_.load());
   }
   Nanoseconds period() const noexcept override { return period_; }
   bool take(Slot& slot) noexcept override;
@@ -64,11 +67,11 @@ class Timer : public Entity, private SimulatedClock::Listener {
   void miss() noexcept { missed_.fetch_add(1, std::memory_order_relaxed); }
 
  private:
-  TimePoint simulated_release() const noexcept;
-  void time_set(Nanoseconds change) noexcept override;
+  TimePoint real_time_of(TimePoint release) const noexcept;
+  void time_set(bool is_switched) noexcept override;
 
   Clock& clock_;
-  SimulatedClock* const simulated_;  // the clock, or nullptr
+  const std::shared_ptr<SimulatedClock> simulated_;  // whose timeline this is; nullptr: no other's
   const Nanoseconds period_;
   const std::function<void()> callback_;
   std::atomic<TimePoint> next_release_;

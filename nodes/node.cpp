@@ -102,6 +102,10 @@ void check_node_name(std::string_view name) {
 
 Node::Node(std::string_view name, const NodeOptions& options)
     : options_(options),
+      own_clock_(options_.time_source == nullptr
+                     ? nullptr
+                     : std::make_shared<SimulatedClock>(options_.clock->real(), false)),
+      clock_(own_clock_ != nullptr ? *own_clock_ : *options_.clock),
       name_(options.name.empty() ? std::string(name) : options.name),
       name_space_(absolute_name_space(options.name_space)),
       fully_qualified_name_(name_space_ + "/" + name_),
@@ -117,24 +121,6 @@ Node::Node(std::string_view name, const NodeOptions& options)
         "another node has this name too; give each its own name or namespace, as parameters, "
         "services and results cannot tell them apart");
   }
-}
-
-// Not read-only: what `ros2 param dump` has written can be loaded.
-void Node::declare_use_sim_time() {
-  const bool uses_sim_time = declare_parameter(
-      kUseSimTime, false,
-      {.description = "Timers follow /clock.",
-       .additional_constraints = "Its value cannot change while the node exists."});
-  keep_clock_ = add_on_set_parameters_callback([this, uses_sim_time](const Parameters& values) {
-    const auto found = values.find(kUseSimTime);
-    if (found == values.end() || found->second == ParameterValue(uses_sim_time)) {
-      return SetParametersResult();
-    }
-    return SetParametersResult{
-        false, fmt::format("node '{}' got its clock when it was made, and keeps it; give {} in "
-                           "its configuration",
-                           name_, kUseSimTime)};
-  });
 }
 
 Node::~Node() {

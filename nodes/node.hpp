@@ -32,34 +32,16 @@
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
+#include "takt/nodes/node_options.hpp"
 #include "takt/nodes/node_parameters.hpp"
 
 namespace takt {
-
-/// Settings of a node that the system description gives. A component's constructor takes them and
-/// passes them to Node.
-struct NodeOptions {
-  std::string name;                                       // replaces the name in the code
-  std::string name_space;                                 // "/front"; empty: the root
-  Parameters parameters;                                  // replace the declared defaults
-  std::map<std::string, std::string, std::less<>> remap;  // topic in the code → topic to use
-  TopicQos qos;  // replaces the QoS in the code, by the topic's full name
-  Clock* clock = &Clock::steady();
-  std::optional<LogLevel> log_level;  // of Node::log; nullopt: that of the process
-  /// Connects the node to other processes; without it, messages stay in the process.
-  std::shared_ptr<Participant> participant;
-
-  ~NodeOptions();  // not in each program's main
-};
 
 /// The callbacks of a node that publish on a topic, as the options of its publishers say.
 struct PublishingCallbacks {
   std::vector<std::string> names;  // empty: any may
   bool joins = false;              // see PublisherOptions::joins
 };
-
-/// Each node's parameter of ROS 2 for a simulated clock: its container reads it, once.
-inline constexpr const char* kUseSimTime = "use_sim_time";
 
 class Node;
 
@@ -103,8 +85,8 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
   const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
-  /// The clock of its timers, possibly a SimulatedClock.
-  Clock& clock() const noexcept { return *options_.clock; }
+  /// The clock of its timers; with a time source, simulated while `use_sim_time` is true.
+  Clock& clock() const noexcept { return clock_; }
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
   template <class... Arguments>
@@ -454,6 +436,7 @@ class Node : public std::enable_shared_from_this<Node> {
 
  private:
   void declare_use_sim_time();
+  void simulate_time(bool simulated);
   std::shared_ptr<Entity> adopt_entity(std::shared_ptr<Entity> entity);
   QoS decide(const std::string& topic, const QoS& code);
   static void check_deadline(const std::string& topic, const QoS& qos);
@@ -483,10 +466,12 @@ class Node : public std::enable_shared_from_this<Node> {
                             const std::vector<std::shared_ptr<Entity>>& entities) const;
 
   const NodeOptions options_;
+  const std::shared_ptr<SimulatedClock> own_clock_;  // nullptr: none is needed
+  Clock& clock_;
   const std::string name_, name_space_, fully_qualified_name_;
   const std::shared_ptr<CallbackGroup> default_group_;
   NodeParameters parameters_;
-  OnSetParametersHandle keep_clock_;  // refuses another value of kUseSimTime
+  OnSetParametersHandle switch_clock_;  // when kUseSimTime changes
 
   mutable PiMutex mutex_;  // guards all below
   std::vector<std::weak_ptr<Entity>> entities_;

@@ -161,8 +161,8 @@ TEST(NodeParameters, AlwaysHaveUseSimTime) {
   const auto node = make_node("camera");
   EXPECT_FALSE(node->get_parameter<bool>(kUseSimTime));
   EXPECT_EQ(reason(*node, {{kUseSimTime, true}}),
-            "node 'camera' got its clock when it was made, and keeps it; give use_sim_time in its "
-            "configuration");
+            "nothing sets the time of node 'camera'; give it a time source, or load it into a "
+            "container that has `dds` or a thread called 'container'");
   EXPECT_EQ(reason(*node, {{kUseSimTime, false}}), "");
   EXPECT_FALSE(node->get_parameter<bool>(kUseSimTime));
   EXPECT_TRUE(

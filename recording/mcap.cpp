@@ -88,6 +88,10 @@ std::size_t McapWriter::add(RecordedTopic topic) {
   return topics_.size() - 1;
 }
 
+void McapWriter::define(std::size_t topic, std::string definition) {
+  topics_[topic].topic.definition = std::move(definition);
+}
+
 bool McapWriter::begin_chunk() noexcept {
   if (used_ != 0) return true;
   if (file_.error() != 0 || file_.buffer().empty()) return false;

@@ -52,6 +52,8 @@ class McapWriter {
 
   /// Adds a topic, and returns its number for write().
   std::size_t add(RecordedTopic topic);
+  /// Before the first message of the topic.
+  void define(std::size_t topic, std::string definition);
   /// Returns false if there was no space: the disk is slow or full, or the message exceeds a
   /// buffer.
   bool write(std::size_t topic, std::uint64_t log_time_ns, std::uint64_t publish_time_ns,

@@ -1,25 +1,43 @@
-// Sets a simulated clock from the topic /clock.
+// Sets simulated clocks from the topic /clock.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ROS2_TIME_SOURCE_HPP_
 #define TAKT_ROS2_TIME_SOURCE_HPP_
 
 #include <memory>
+#include <optional>
+#include <vector>
 
+#include "takt/base/pi_mutex.hpp"
 #include "takt/base/simulated_clock.hpp"
 #include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
 
-/// Follows `/clock`, by a subscription of the host, which outlives it as the clock does. The host's
-/// own clock must be a real one.
-/// Thread safety: as Node. Real-time: as SimulatedClock::set.
-class TimeSource {
+/// Follows `/clock` while a clock needs it: that of a node which has this as its time source, and
+/// whose `use_sim_time` is true. Several nodes may share one.
+/// Thread safety: every method from any thread.
+/// Real-time: no; clocks are set on the host's executor, as SimulatedClock::set.
+class TimeSource final : public SimulatedClock::Source {
  public:
-  TimeSource(Node& host, SimulatedClock& clock);
+  /// The node that gets the subscription, and is not kept; nullptr: none has it any more. Without a
+  /// host, simulated time stands still.
+  void set_host(const std::shared_ptr<Node>& host);
+
+  void follow(const std::shared_ptr<SimulatedClock>& clock) override;
+  void leave(const SimulatedClock& clock) noexcept override;
 
  private:
-  const std::shared_ptr<Subscription<rosgraph_msgs::msg::Clock>> subscription_;
+  using ClockMessage = rosgraph_msgs::msg::Clock;
+
+  void subscribe();
+  void set(TimePoint now) noexcept;
+
+  PiMutex mutex_;  // guards all below
+  std::weak_ptr<Node> host_;
+  std::vector<std::weak_ptr<SimulatedClock>> clocks_;
+  std::optional<TimePoint> now_;
+  std::shared_ptr<Subscription<ClockMessage>> subscription_;
 };
 
 }  // namespace takt

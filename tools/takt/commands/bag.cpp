@@ -66,15 +66,6 @@ void run(const std::shared_ptr<Node>& node, double duration_s, IsOver is_over) {
 
 // ---- record ----
 
-std::string definition_of(TypeFinder& finder, const std::string& type) {
-  try {
-    return message_definition(finder.require(type));
-  } catch (const Error&) {
-    rt::to_stderr("{}: nobody describes the type; its messages are recorded without\n", type);
-    return {};
-  }
-}
-
 std::string default_file() {
   return fmt::format("takt_{:%Y_%m_%d-%H_%M_%S}.mcap", fmt::localtime(std::time(nullptr)));
 }
@@ -92,8 +83,10 @@ void record(const Options& options) {
                      {"discover_ms", kForeverMs},
                      {"compression", options.compression}};
   TypeFinder finder(observer);
-  const auto recorder = std::make_shared<Recorder>(
-      node, [&](const std::string& type) { return definition_of(finder, type); });
+  const auto recorder = std::make_shared<Recorder>(node, [&](const std::string& type) {
+    const MessageType* known = finder.find_here(type);
+    return known != nullptr ? message_definition(*known) : "";
+  });
   if (options.prints()) {
     rt::to_stderr("recording to {}; Ctrl-C ends it\n", file);
   }

@@ -157,13 +157,32 @@ void unload(const Options& options) {
   if (!answer.success) throw Error(answer.error_message);
 }
 
+/// Shows the package and the class, which CLI11 would call COMPONENT(1x).
+class LoadFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    return is_component(*option) ? "[PACKAGE] CLASS"
+                                 : CLI::Formatter::make_option_name(option, is_positional);
+  }
+  std::string make_option_usage(const CLI::Option* option) const override {
+    return is_component(*option) ? make_option_name(option, true)
+                                 : CLI::Formatter::make_option_usage(option);
+  }
+
+ private:
+  static bool is_component(const CLI::Option& option) {
+    return option.get_positional() && option.get_expected_max() == 2;
+  }
+};
+
 void add_load_options(CLI::App* command, Options& options) {
   command->add_option("CONTAINER", options.container, "The container's name")->required();
   command
       ->add_option("COMPONENT", options.component,
-                   "[PACKAGE] CLASS (see: takt component types); only ROS 2's containers need the "
+                   "The component (see: takt component types); only ROS 2's containers need the "
                    "package")
       ->required()
+      ->type_name("")
       ->expected(1, 2);
   command->add_option("--name", options.request.node_name, "The node's name");
   command->add_option("--namespace", options.request.node_namespace, "The node's namespace");
@@ -211,6 +230,7 @@ void set_up(CLI::App* command) {
   CLI::App* load_command = add("load", "Loads a component; prints its ID and its node's name",
                                [](Options& o) { load(o); });
   add_load_options(load_command, *options);
+  load_command->formatter(std::make_shared<LoadFormatter>());
 
   CLI::App* unload_command = add("unload", "Unloads a component", [](Options& o) { unload(o); });
   unload_command->add_option("CONTAINER", options->container, "The container's name")->required();

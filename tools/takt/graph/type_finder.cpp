@@ -33,13 +33,15 @@ std::string interface_of(const std::string& name) {
 }  // namespace
 
 const MessageType& TypeFinder::require(const std::string& name) {
-  if (const MessageType* known = known_type(name)) return *known;
-  const std::string interface = interface_of(name);
-  if (const auto description = defined(interface)) {
-    if (const MessageType* type = described(*description, name)) return *type;
-  }
-  if (const MessageType* type = ask_nodes(name, interface)) return *type;
+  if (const MessageType* type = find_here(name)) return *type;
+  if (const MessageType* type = ask_nodes(name, interface_of(name))) return *type;
   throw_unknown_type(name);
+}
+
+const MessageType* TypeFinder::find_here(const std::string& name) {
+  if (const MessageType* known = known_type(name)) return known;
+  const auto description = defined(interface_of(name));
+  return description ? described(*description, name) : nullptr;
 }
 
 const MessageType* TypeFinder::described(const TypeDescription& description,

@@ -23,6 +23,8 @@ class TypeFinder {
   /// A message "std_msgs/msg/String", or one of a service or action, as
   /// "std_srvs/srv/Trigger_Request". Throws Error, which lists known types, if there is none.
   const MessageType& require(const std::string& name);
+  /// The same without asking nodes; nullptr if there is none.
+  const MessageType* find_here(const std::string& name);
 
  private:
   const MessageType* described(const TypeDescription& description, const std::string& name);

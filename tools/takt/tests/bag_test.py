@@ -31,6 +31,16 @@ container:
        parameters: {{publishers: {{topic: [scan], period_us: [10000], size_bytes: [320]}}}}}}
 """
 
+RECORDER = f"""
+dds: {{domain: {environment["ROS_DOMAIN_ID"]}, shared_memory: off}}
+executors: {{disk: {{type: events}}}}
+container:
+  name: black_box
+  components:
+    - {{component: takt::Recorder, name: recorder, executor: disk,
+       parameters: {{file: {folder}/container.mcap, topics: [/scan, /out]}}}}
+"""
+
 
 class System:
     def __enter__(self):
@@ -128,6 +138,19 @@ def test_recordings():
           "Topic: /out | Type: peer_msgs/msg/Leg | Count: " in text, text)
 
 
+# It had no definitions of types that it got from other processes.
+def test_a_containers_recorder_asks_for_definitions():
+    (folder / "recorder.yaml").write_text(RECORDER)
+    with System():
+        run("run", str(folder / "recorder.yaml"), "--duration", "2s")
+    info = as_json("bag", "info", str(folder / "container.mcap"))
+    check("both have definitions", [row["has_definition"] for row in info["topics"]] == [True, True], info)
+    counts = {row["topic"]: row["count"] for row in info["topics"]}
+    check("no message is lost meanwhile", 50 < counts["/scan"] < 260 and
+          0.7 < counts["/scan"] / (2 * counts["/out"]) < 1.4, counts)
+    check_format(folder / "container.mcap")
+
+
 def test_playing():
     count = {row["topic"]: row["count"]
              for row in as_json("bag", "info", str(folder / "zstd.mcap"))["topics"]}["/out"]
@@ -165,6 +188,7 @@ def test_what_is_wrong():
 
 
 test_recordings()
+test_a_containers_recorder_asks_for_definitions()
 test_playing()
 test_what_is_wrong()
 finish()

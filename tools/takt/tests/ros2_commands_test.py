@@ -104,7 +104,7 @@ def test_values_are_set():
                 ("word", "hello", "hello"), ("word", "'5'", "5"), ("word", "", ""),
                 ("counts", "[]", []), ("counts", "[4]", [4]),
                 ("bytes", "[1, 2]", [1, 2]), ("any", "text", "text"), ("any", "[0.5]", [0.5]),
-                ("use_sim_time", "false", False), ("words", "['5', b]", ["5", "b"])]:
+                ("use_sim_time", "true", True), ("use_sim_time", "false", False), ("words", "['5', b]", ["5", "b"])]:
             done = run("param", "set", "/other", name, text)
             check("and says so", done.stdout == "Set parameter successful\n", done.stdout)
             check(f"{name} is {expected}", value(name) == expected, value(name))
@@ -112,7 +112,6 @@ def test_values_are_set():
                 ("count", "high", "count"), ("count", "[1", "the value"), ("count", "11", "10"),
                 ("count", "{a: 1}", "count"), ("flags", "[1, true]", "flags"),
                 ("bytes", "[256]", "give a byte array"),
-                ("use_sim_time", "true", "got its clock when it was made"),
                 ("fixed", "off", "fixed"), ("no_such", "1", "no_such")]:
             wrong = run("param", "set", "/other", name, text, status=2)
             check(f"{name} {text}: the reason", reason in wrong.stderr and not wrong.stdout,
@@ -271,6 +270,9 @@ def test_help():
         text = run(command, sub, "--help").stdout
         check("its example is of this command", f"\n  takt {command} " in text
               and "takt compare" not in text, text)
+    text = run("component", "load", "--help").stdout
+    check("load takes a package, perhaps, and a class", "CONTAINER [PACKAGE] CLASS\n" in text
+          and "COMPONENT" not in text, text)
 
 
 def test_interfaces():

@@ -1,0 +1,45 @@
+// Settings of nodes.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_NODES_NODE_OPTIONS_HPP_
+#define TAKT_NODES_NODE_OPTIONS_HPP_
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/logger.hpp"
+#include "takt/base/simulated_clock.hpp"
+#include "takt/nodes/parameter.hpp"
+#include "takt/transport/dds/participant.hpp"
+#include "takt/transport/qos.hpp"
+
+namespace takt {
+
+/// Settings of a node that the system description gives. A component's constructor takes them and
+/// passes them to Node.
+struct NodeOptions {
+  std::string name;                                       // replaces the name in the code
+  std::string name_space;                                 // "/front"; empty: the root
+  Parameters parameters;                                  // replace the declared defaults
+  std::map<std::string, std::string, std::less<>> remap;  // topic in the code → topic to use
+  TopicQos qos;  // replaces the QoS in the code, by the topic's full name
+  Clock* clock = &Clock::steady();
+  /// Sets the node's time while its parameter `use_sim_time` is true: see TimeSource. Without one,
+  /// the parameter's value cannot change.
+  std::shared_ptr<SimulatedClock::Source> time_source;
+  std::optional<LogLevel> log_level;  // of Node::log; nullopt: that of the process
+  /// Connects the node to other processes; without it, messages stay in the process.
+  std::shared_ptr<Participant> participant;
+
+  ~NodeOptions();  // not in each program's main
+};
+
+/// Each node's parameter of ROS 2 for simulated time.
+inline constexpr const char* kUseSimTime = "use_sim_time";
+
+}  // namespace takt
+
+#endif  // TAKT_NODES_NODE_OPTIONS_HPP_
