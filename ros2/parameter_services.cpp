@@ -171,7 +171,7 @@ void ParameterServices::publish(const ParameterChanges& changes) const {
 ParameterServices::ParameterServices(Node& node, Node& host)
     : node_(node),
       events_(host.create_publisher<wire::ParameterEvent>(
-          "/parameter_events", qos_profile("parameter_events")->keep_last(10),
+          "/parameter_events", qos_profile("parameter_events")->keep_last(100),
           {.graph_node = node.fully_qualified_name()})),
       get_(serve<srv::GetParameters>(node, host, "get_parameters",
                                      [&node](const auto& request, auto& response) {

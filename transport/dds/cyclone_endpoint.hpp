@@ -19,11 +19,6 @@
 
 namespace takt {
 
-/// A reliable writer keeps what a reader has not confirmed yet: as many as the QoS says, or so
-/// many. They cost memory only while a reader is behind, and the reader's own depth is kept by its
-/// ring.
-inline constexpr std::size_t kUnconfirmed = 100;
-
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
 class CycloneParticipant;

@@ -54,8 +54,9 @@ QoS qos_of(const dds_qos_t& wire) {
   QoS qos(1);
   dds_history_kind_t history;
   std::int32_t depth = 0;
-  if (dds_qget_history(&wire, &history, &depth) && history == DDS_HISTORY_KEEP_LAST) {
-    qos.depth = static_cast<std::size_t>(depth);
+  if (dds_qget_history(&wire, &history, &depth)) {
+    qos.keep_all();
+    if (history == DDS_HISTORY_KEEP_LAST) qos.keep_last(static_cast<std::size_t>(depth));
   }
   dds_reliability_kind_t reliability;
   if (dds_qget_reliability(&wire, &reliability, nullptr)) {

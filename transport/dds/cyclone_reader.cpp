@@ -54,10 +54,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     dds_lset_data_available(listener.get(), [](dds_entity_t handle, void* self) {
       static_cast<CycloneReader*>(self)->receive(handle);
     });
-    make(&dds_create_reader,
-         is_shared() ? shared_queue_depth(endpoint_.qos.depth, endpoint_.type->size)
-                     : std::max(endpoint_.qos.depth, kUnconfirmed),
-         listener);
+    make(&dds_create_reader, queue_depth(), listener);
     if (is_shared()) register_reader();
   }
   ~CycloneReader() override { unregister_reader(); }
@@ -73,6 +70,15 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   }
 
  private:
+  // Of Cyclone's queue. Its one receiving thread takes each message before it stores the next one;
+  // publishers of this process do so on their own threads, several at a time.
+  std::size_t queue_depth() const noexcept {
+    constexpr std::size_t kMostAtATime = 100;
+    const std::size_t depth = endpoint_.qos.depth;
+    if (is_shared()) return shared_queue_depth(depth, endpoint_.type->size);
+    return participant_->serves_own_process() ? std::max(depth, kMostAtATime) : depth;
+  }
+
   // On a thread of Cyclone's or iceoryx's, or of a publisher of this process.
   void receive(dds_entity_t handle) noexcept {
     const ForeignCode cyclone;

@@ -60,7 +60,7 @@ class CycloneWriter final : public CycloneEndpoint {
           static_cast<CycloneWriter*>(self)->events_->incompatible(
               policy_name(status.last_policy_id));
         });
-    make(&dds_create_writer, std::max(endpoint_.qos.depth, kUnconfirmed), listener);
+    make(&dds_create_writer, endpoint_.qos.depth, listener);
     if (is_shared()) is_known_at_ = Clock::steady().now() + kHearsayTime;
   }
 
