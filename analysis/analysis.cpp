@@ -31,6 +31,7 @@ void refuse_unless(bool is_right, const std::string& of, const char* what) {
 void check(const System& system) {
   for (const Executor& executor : system.executors) {
     refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
+    refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
     if (!executor.reservation) continue;
     const auto& [budget, period] = *executor.reservation;
     refuse_unless(budget > 0 && budget <= period, executor.name,
@@ -63,11 +64,14 @@ class Solver {
  public:
   Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
     for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
-      methods_.emplace_back(name, methods().make(name));
+      methods_.push_back({name, methods().make(name), methods().traits(name).is_for_let});
     }
     order_callbacks();
-    make_parts();
+    for (const Executor& executor : system_.executors) {
+      parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
+    }
     make_supplies();
+    make_sources();
     for (Part& part : parts_) make_paths(part);
     for (int round = 0; improve(round); ++round) {
     }
@@ -82,7 +86,7 @@ class Solver {
 
  private:
   void order_callbacks();
-  void make_parts();
+  void make_sources();
   void add_source(Source source);
   void make_supplies();
   void make_paths(Part& part);
@@ -96,11 +100,19 @@ class Solver {
   bool is_inside(std::size_t from, const Output& output) const {
     return parts_[system_.callbacks[from].executor].is_inside(from, output);
   }
+  template <class Function>
+  void for_each_sender(const Output& output, const Function& function) const;
+  Time sent_after(std::size_t from, const Output& output) const;
   Time longest_gap(std::size_t from, const Output& output) const;
 
   const System& system_;
   const Time limit_;
-  std::vector<std::pair<std::string, std::unique_ptr<Method>>> methods_;
+  struct Applied {
+    std::string name;
+    std::unique_ptr<Method> method;
+    bool is_for_let;
+  };
+  std::vector<Applied> methods_;
   std::vector<std::size_t> ordered_;  // callbacks, senders first
   std::vector<Part> parts_;           // by executor; supplies and paths refer to them
   std::vector<AnalysedPath> paths_;   // of all, shorter ones before what they begin
@@ -127,10 +139,7 @@ void Solver::order_callbacks() {
               "there is no bound for what may go on for ever; state which messages do not go on");
 }
 
-void Solver::make_parts() {
-  for (const Executor& executor : system_.executors) {
-    parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
-  }
+void Solver::make_sources() {
   for (std::size_t i = 0; i < system_.callbacks.size(); ++i) {
     parts_[system_.callbacks[i].executor].callbacks.push_back(i);
     if (const auto& arrivals = system_.callbacks[i].arrivals) {
@@ -171,7 +180,8 @@ void Solver::add_source(Source source) {
       const bool is_first = !caused.contains(output.to);
       caused[output.to] = plus(caused[output.to], times(found->second, output.messages));
       Time& earliest = spans[output.to].earliest_release;
-      earliest = is_first ? span.earliest_end : std::min(earliest, span.earliest_end);
+      const Time sent = part.earliest_sent(span);
+      earliest = is_first ? sent : std::min(earliest, sent);
     }
   }
   Time cost = 0;
@@ -224,20 +234,46 @@ void Solver::update_curves() {
       const Part& before = parts_[sender.executor];
       const Span& span = before.spans[source.from->source].at(source.from->callback);
       const Source& root = before.sources[source.from->source];
-      Time delay = 0, least_delay = kUnbounded;
+      Time held = 0, delay = 0, least_delay = kUnbounded;
+      bool waits = false;
       source.longest_gap = 0;
       for (const Output& output : sender.outputs) {
         if (output.to != to) continue;
+        waits = waits || output.waits;
         // What waits for other inputs is sent before the next message of this one has been served.
-        delay = std::max(delay, plus(output.delay, output.waits ? root.longest_gap : 0));
+        const Time waiting = output.waits ? root.longest_gap : 0;
+        held = std::max(held, plus(waiting, sent_after(source.from->callback, output)));
+        delay = std::max(delay, output.delay);
         least_delay = std::min(least_delay, output.least_delay);
         source.longest_gap =
             std::max(source.longest_gap, longest_gap(source.from->callback, output));
       }
-      source.curve =
-          root.curve.with_jitter(plus(span.latest_end - span.earliest_end, delay - least_delay));
+      const Time earliest = waits ? span.earliest_end : before.earliest_sent(span);
+      ArrivalCurve sent = root.curve.with_jitter(plus(span.latest_end, held) - earliest);
+      if (!waits) sent = sent.with_least_distance(before.least_distance_of_outputs());
+      source.curve = sent.with_jitter(delay - least_delay);
     }
   }
+}
+
+// All that it waits for.
+template <class Function>
+void Solver::for_each_sender(const Output& output, const Function& function) const {
+  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
+    for (const Output& other : system_.callbacks[sender].outputs) {
+      if (other.waits && other.to == output.to) function(sender, other);
+    }
+  }
+}
+
+// How long after the end of its sender a message is sent: a join's with the last of its inputs.
+Time Solver::sent_after(std::size_t from, const Output& output) const {
+  Time longest = parts_[system_.callbacks[from].executor].sent_after(from);
+  if (!output.waits) return longest;
+  for_each_sender(output, [&](std::size_t sender, const Output&) {
+    longest = std::max(longest, parts_[system_.callbacks[sender].executor].longest_held());
+  });
+  return longest;
 }
 
 // From one message to the next. A join waits for the slowest of its inputs.
@@ -248,21 +284,22 @@ Time Solver::longest_gap(std::size_t from, const Output& output) const {
     for (std::size_t source = 0; source < part.sources.size(); ++source) {
       if (part.executions(source, sender) == 0) continue;
       const Span& span = part.spans[source].at(sender);
-      least = std::min(
-          least, plus(part.sources[source].longest_gap,
-                      plus(span.latest_end - span.earliest_end, sent.delay - sent.least_delay)));
+      const Time earliest = sent.waits ? span.earliest_end : part.earliest_sent(span);
+      least =
+          std::min(least, plus(part.sources[source].longest_gap,
+                               plus(span.latest_end - earliest, sent.delay - sent.least_delay)));
     }
     return least;
   };
-  if (!output.waits) return of_sender(from, output);
   Time longest = 0;
-  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
-    for (const Output& other : system_.callbacks[sender].outputs) {
-      if (other.waits && other.to == output.to)
-        longest = std::max(longest, of_sender(sender, other));
-    }
+  if (output.waits) {
+    for_each_sender(output, [&](std::size_t sender, const Output& other) {
+      longest = std::max(longest, of_sender(sender, other));
+    });
+  } else {
+    longest = of_sender(from, output);
   }
-  return longest;
+  return plus(longest, sent_after(from, output));
 }
 
 void Solver::make_supplies() {
@@ -295,12 +332,15 @@ void Solver::analyse(AnalysedPath& analysed) const {
   const Executor& executor = analysed.path.part.executor;
   analysed.answers.clear();
   Time least = kUnbounded;
-  for (const auto& [name, method] : methods_) {
+  for (const auto& [name, method, is_for_let] : methods_) {
     Answer answer;
     if (!executor.unknown.empty()) {
       answer = Answer::none(executor.unknown);
     } else if (executor.threads > 1 && (executor.reservation || executor.share)) {
       answer = Answer::none("its threads have no CPUs of their own");
+    } else if (is_for_let != (executor.let_period > 0)) {
+      answer = Answer::none(is_for_let ? "it does not run by logical execution time"
+                                       : "it runs by logical execution time");
     } else {
       answer = method->bound(analysed.path);
     }
@@ -328,10 +368,11 @@ bool Solver::improve(int round) {
     auto& spans = part.spans[analysed.path.source];
     Time& end = spans[analysed.path.last()].latest_end;
     end = std::max(end, analysed.bound);
+    const Time sent = plus(analysed.bound, part.sent_after(analysed.path.last()));
     for (const Output& output : system_.callbacks[analysed.path.last()].outputs) {
       if (!is_inside(analysed.path.last(), output)) continue;
       Time& release = spans[output.to].latest_release;
-      release = std::max(release, analysed.bound);
+      release = std::max(release, sent);
     }
   }
   return has_changed;
@@ -385,11 +426,11 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
 }
 
 /// The reason that says most of the system: that of a method that applies to every order.
-std::string reason(const std::vector<MethodBound>& answers) {
+std::string reason(const Executor& executor, const std::vector<MethodBound>& answers) {
   for (const MethodBound& answer : answers) {
-    if (!answer.method.empty() && methods().traits(answer.method).is_general) {
-      return answer.why_not;
-    }
+    if (answer.method.empty()) continue;
+    const MethodTraits traits = methods().traits(answer.method);
+    if (executor.let_period > 0 ? traits.is_for_let : traits.is_general) return answer.why_not;
   }
   return answers.front().why_not;
 }
@@ -414,7 +455,7 @@ ChainBound Solver::bound(const Chain& chain) const {
     if (i > 0) {
       predecessor = &chain.callbacks[i - 1];
       const Output& output = link(chain, i);
-      result.bound = plus(result.bound, output.delay);
+      result.bound = plus(result.bound, plus(sent_after(*predecessor, output), output.delay));
       // At the latest when the next message of this input has been served; what has not been sent
       // by then is left out for that.
       if (output.waits) {
@@ -430,8 +471,8 @@ ChainBound Solver::bound(const Chain& chain) const {
     const SegmentBound& found = result.segments.back();
     result.bound = plus(result.bound, found.bound);
     if (found.bound >= kUnbounded && result.why_not.empty()) {
-      result.why_not =
-          fmt::format("{}: {}", system_.executors[found.executor].name, reason(found.methods));
+      result.why_not = fmt::format("{}: {}", system_.executors[found.executor].name,
+                                   reason(system_.executors[found.executor], found.methods));
     }
   }
   if (result.bound >= kUnbounded && result.why_not.empty()) {
@@ -448,7 +489,8 @@ CallbackBound Solver::bound(std::size_t callback) const {
     const Part& part = parts_[system_.callbacks[callback].executor];
     result.backlog = most(part.inner_arrivals(callback), found.bound);
   }
-  if (found.bound >= kUnbounded) result.why_not = reason(found.methods);
+  if (found.bound >= kUnbounded)
+    result.why_not = reason(system_.executors[found.executor], found.methods);
   for (const MethodBound& answer : found.methods) {
     if (answer.bound == found.bound && found.bound < kUnbounded) result.method = answer.method;
   }

@@ -119,6 +119,44 @@ TEST(Analysis, AnOverloadedSnapshotIsStillBounded) {
   EXPECT_THAT(bounds(system, "snapshots"), ElementsAre(14 + 7, 14 + 14));
 }
 
+// An input waits for the end of a period, an output for that of the next.
+TEST(Analysis, LogicalExecutionTimeTakesAPeriodForEachStep) {
+  System system = a_chain_and_two_tasks();
+  system.executors[0].let_period = 20;
+  constexpr Time kAll = 1 + 3 + 3 + 2 + 3;
+  EXPECT_EQ(analyze(system).callbacks[0].bound, 20 + kAll);
+  EXPECT_EQ(analyze(system).chains[0].bound, 3 * 20 + kAll);
+  // To another executor they come no closer than a period, whatever the jitter of the inputs.
+  system.executors.push_back({.name = "next"});
+  system.callbacks[4].executor = 1;
+  EXPECT_EQ(analyze(system).callbacks[4].bound, 3);
+  EXPECT_EQ(analyze(system).chains[0].bound, 2 * 20 + 20 + 3);
+  system.executors[0].let_period = 8;
+  EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("longer than the period"));
+}
+
+TEST(Analysis, SeveralMessagesWaitForSeveralPeriods) {
+  System system = tasks({{1, 20}}, Order::arbitrary);
+  system.callbacks[0].is_timer = false;
+  system.executors[0].let_period = 10;
+  EXPECT_EQ(bounds(system, "periods")[0], 10 + 1);
+  system.callbacks[0].arrivals = ArrivalCurve::by_distances({0, 40});  // two at once
+  EXPECT_EQ(bounds(system, "periods")[0], 20 + 1);
+  system.callbacks[0].arrivals = ArrivalCurve::periodic(9);
+  EXPECT_EQ(bounds(system, "periods")[0], kUnbounded);
+}
+
+TEST(Analysis, SeveralThreadsShareASnapshot) {
+  System system = tasks({{7, 100}, {7, 100}}, Order::in_windows);
+  system.executors[0].is_wait_set = true;
+  system.executors[0].threads = 2;
+  EXPECT_THAT(bounds(system, "pools"), ElementsAre(14 + 14, 14 + 14));
+  system.callbacks[1].group = system.callbacks[0].group;
+  EXPECT_THAT(bounds(system, "pools"), ElementsAre(28 + 14 + 7, 28 + 14 + 7));
+  system.callbacks[0].arrivals = ArrivalCurve::periodic(48);
+  EXPECT_EQ(bounds(system, "pools")[0], kUnbounded);
+}
+
 TEST(Analysis, RefusesWhatIsNoSystem) {
   System circle = a_chain_and_two_tasks();
   circle.callbacks[4].outputs = {{.to = 3}};
@@ -186,16 +224,21 @@ System scaled(System system, Time by) {
   return system;
 }
 
-// All times in another unit; only the blocking of one unit less than an execution is not scaled.
+// All times in another unit; only the blocking of one unit less than an execution is not scaled,
+// and the work that several threads share is divided.
 TEST(Analysis, TheUnitOfTimeDoesNotMatter) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const testing::RandomSystem random(seed, {});
+    const bool has_threads =
+        std::any_of(random.system.executors.begin(), random.system.executors.end(),
+                    [](const Executor& executor) { return executor.threads > 1; });
     const Bounds once = analyze(random.system, {.limit = 100'000});
     const Bounds thousandfold = analyze(scaled(random.system, 1000), {.limit = 100'000'000});
     for (std::size_t i = 0; i < once.callbacks.size(); ++i) {
       const Time bound = once.callbacks[i].bound, more = thousandfold.callbacks[i].bound;
       if (bound >= kUnbounded || more >= kUnbounded) continue;
-      EXPECT_GE(more, bound * 1000) << "seed " << seed;
+      const std::size_t divisions = has_threads ? random.system.callbacks.size() : 0;
+      EXPECT_GE(more, (bound - static_cast<Time>(divisions)) * 1000) << "seed " << seed;
       EXPECT_LE(more, (bound + static_cast<Time>(random.system.callbacks.size()) * 40) * 1000)
           << "seed " << seed;
     }

@@ -25,6 +25,9 @@ Time Part::longest() const {
 
 Time Part::demand(Time window) const {
   Time result = 0;
+  if (executor.let_period > 0) {
+    return times(snapshot(), (window + executor.let_period - 1) / executor.let_period);
+  }
   for (std::size_t source = 0; source < sources.size(); ++source) {
     result = plus(result, times(costs[source], sources[source].curve.most(window)));
   }
@@ -71,11 +74,63 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
     const Count count = executions(source, callback);
     if (count == 0) continue;
     const Span& span = spans[source].at(callback);
-    result.push_back(
-        {sources[source].curve.with_jitter(span.latest_release - span.earliest_release),
-         times(count, sources[source].messages)});
+    ArrivalCurve curve =
+        sources[source].curve.with_jitter(span.latest_release - span.earliest_release);
+    if (sources[source].callback != callback) {
+      curve = curve.with_least_distance(least_distance_of_outputs());
+    }
+    result.push_back({std::move(curve), times(count, sources[source].messages)});
   }
   return result;
+}
+
+Time Part::snapshot() const {
+  Time result = 0;
+  for (const std::size_t callback : callbacks) result = plus(result, at(callback).execution);
+  return result;
+}
+
+Time Part::snapshot_until(std::size_t last) const {
+  const auto is_served = [&](const Callback& callback) {
+    if (executor.order == Order::in_windows) return callback.place <= at(last).place;
+    if (executor.order == Order::by_urgency) return callback.urgency >= at(last).urgency;
+    return true;
+  };
+  Time result = 0;
+  for (const std::size_t callback : callbacks) {
+    if (is_served(at(callback))) result = plus(result, at(callback).execution);
+  }
+  return result;
+}
+
+bool Part::fits_into_period() const {
+  return supply.holds_in_any_window() && supply.time_for(snapshot(), limit) <= executor.let_period;
+}
+
+Time Part::lateness() const {
+  return fits_into_period() ? supply.time_for(1, limit) - 1 : kUnbounded;
+}
+
+Time Part::least_distance_of_outputs() const {
+  return std::max(Time{0}, executor.let_period - lateness());
+}
+
+Time Part::earliest_sent(const Span& span) const {
+  return std::max(span.earliest_end, span.earliest_release + least_distance_of_outputs());
+}
+
+Time Part::sent_after(std::size_t callback) const {
+  if (executor.let_period == 0) return 0;
+  const Time ended = supply.time_for(snapshot_until(callback), limit);
+  return std::max(Time{0}, plus(executor.let_period, lateness()) - ended);
+}
+
+Time Part::longest_held() const {
+  return executor.let_period > 0 ? plus(executor.let_period, lateness()) : 0;
+}
+
+Time Part::latest_sent(const Span& span, std::size_t callback) const {
+  return plus(span.latest_end, sent_after(callback));
 }
 
 bool Path::is_alone() const {
@@ -97,7 +152,7 @@ Answer with_what_precedes(const Path& path, Time response, std::vector<Term> ter
   if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
   if (path.callbacks.size() == 1) return {response, "", std::move(terms)};
   const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-  const Time earlier = path.part.spans[path.source].at(before).latest_end;
+  const Time earlier = path.part.latest_sent(path.part.spans[path.source].at(before), before);
   terms.insert(terms.begin(),
                {fmt::format("until '{}' has ended", path.part.at(before).name), earlier});
   return {plus(earlier, response), "", std::move(terms)};

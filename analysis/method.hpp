@@ -55,7 +55,8 @@ struct Part {
   Count executions(std::size_t source, std::size_t callback) const;
   /// The longest execution of all.
   Time longest() const;
-  /// What arrives in a window wants at most.
+  /// What is done in a window wants at most: what arrives in it, or periods of logical execution
+  /// time.
   Time demand(Time window) const;
   /// So many arrivals of a source, each with this cost.
   Term term(std::size_t source, Count count, Time cost) const;
@@ -72,6 +73,27 @@ struct Part {
     Count messages;
   };
   std::vector<Inner> inner_arrivals(std::size_t callback) const;
+
+  /// What a snapshot has at most: each callback once.
+  Time snapshot() const;
+  /// What of it is served up to the callback and with it.
+  Time snapshot_until(std::size_t callback) const;
+  /// When messages are sent, counted from the arrival: at the callback's end, or at that of a
+  /// period of logical execution time.
+  Time earliest_sent(const Span& span) const;
+  Time latest_sent(const Span& span, std::size_t callback) const;
+  /// How long after the bound of its end.
+  Time sent_after(std::size_t callback) const;
+  /// How long after an end, whenever that is.
+  Time longest_held() const;
+  /// Whether all callbacks together need no longer than a period.
+  bool fits_into_period() const;
+  /// How close to each other executions of one callback may send.
+  Time least_distance_of_outputs() const;
+
+ private:
+  // After the end of a period, until its thread has a CPU. Unbounded if it may be busy yet.
+  Time lateness() const;
 };
 
 /// Most arrivals in a window, of all together.
@@ -116,6 +138,8 @@ struct MethodTraits {
   std::string assumes, source;  // for people
   /// Applies to every executor and order: if it finds no bound, that lies in the system.
   bool is_general = false;
+  /// It is for logical execution time; the others are not.
+  bool is_for_let = false;
 };
 using MethodRegistry = Registry<Method, MethodTraits>;
 /// All methods of this process by name.

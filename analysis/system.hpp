@@ -49,6 +49,9 @@ struct Executor {
   /// Callbacks become ready at polling points; otherwise at once.
   bool is_wait_set = false;
   std::size_t threads = 1;
+  /// Logical execution time: at the end of every such period it takes one input of each callback,
+  /// runs these, and sends what they publish at the end of the next. 0: it does not.
+  Time let_period = 0;
   /// One of these places for its threads, or else a processor for each.
   std::optional<Reservation> reservation;
   struct Share {

@@ -31,7 +31,8 @@ struct Shape {
   std::size_t most_executors = 4;
   bool has_threads = true;  // several for an executor
   bool has_joins = true;
-  bool shares_cpus = true;                                          // and reservations
+  bool has_periods = false;  // of logical execution time, in every other executor
+  bool shares_cpus = true;   // and reservations
   std::vector<double> utilisations{0.3, 0.5, 0.7, 0.9, 0.97, 1.3};  // of an executor's CPU
 };
 
@@ -86,6 +87,10 @@ class RandomSystem {
           executor.reservation = {.budget = std::max<Time>(1, period * between(2, 9) / 10),
                                   .period = period};
         }
+      }
+      if (shape_.has_periods && executor.threads == 1 && is_one_of(2)) {
+        executor.is_wait_set = true;
+        executor.let_period = 10 * static_cast<Time>(between(2, 16));
       }
       system.executors.push_back(executor);
     }
@@ -210,6 +215,7 @@ inline std::string described(const analysis::System& system) {
     text +=
         fmt::format("{}: order {}, {}, {} threads", executor.name, static_cast<int>(executor.order),
                     executor.is_wait_set ? "wait set" : "events", executor.threads);
+    if (executor.let_period > 0) text += fmt::format(", periods of {}", executor.let_period);
     if (const auto& share = executor.share) {
       text += fmt::format(", CPU {} priority {}", share->cpu, share->priority);
     }
