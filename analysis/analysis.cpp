@@ -23,43 +23,6 @@ struct AnalysedPath {
   std::vector<Term> terms;
 };
 
-void refuse_unless(bool is_right, const std::string& of, const char* what) {
-  if (!is_right) throw Error(fmt::format("'{}': {}", of, what));
-}
-
-// What would make the analyses divide by zero, read outside, or answer a question that is none.
-void check(const System& system) {
-  for (const Executor& executor : system.executors) {
-    refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
-    refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
-    if (!executor.reservation) continue;
-    const auto& [budget, period] = *executor.reservation;
-    refuse_unless(budget > 0 && budget <= period, executor.name,
-                  "a reservation's budget is positive, and at most its period");
-  }
-  for (const Callback& callback : system.callbacks) {
-    refuse_unless(callback.executor < system.executors.size(), callback.name,
-                  "its executor is not in the system");
-    refuse_unless(callback.least_execution >= 0 && callback.least_execution <= callback.execution,
-                  callback.name, "its least execution time is negative, or above the longest");
-    for (const Output& output : callback.outputs) {
-      refuse_unless(output.to < system.callbacks.size(), callback.name,
-                    "it sends to a callback that is not in the system");
-      refuse_unless(output.messages > 0 || (output.messages == 0 && output.waits), callback.name,
-                    "an output has one message at least");
-      refuse_unless(output.least_delay >= 0 && output.least_delay <= output.delay, callback.name,
-                    "an output has a delay that is not negative, and not below the least");
-    }
-  }
-  for (const Chain& chain : system.chains) {
-    refuse_unless(!chain.callbacks.empty(), chain.name, "a chain has one callback at least");
-    for (const std::size_t callback : chain.callbacks) {
-      refuse_unless(callback < system.callbacks.size(), chain.name,
-                    "the chain has a callback that is not in the system");
-    }
-  }
-}
-
 class Solver {
  public:
   Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
@@ -143,8 +106,9 @@ void Solver::make_sources() {
   for (std::size_t i = 0; i < system_.callbacks.size(); ++i) {
     parts_[system_.callbacks[i].executor].callbacks.push_back(i);
     if (const auto& arrivals = system_.callbacks[i].arrivals) {
-      add_source(
-          {.callback = i, .curve = *arrivals, .longest_gap = system_.callbacks[i].longest_gap});
+      add_source({.callback = i,
+                  .curve = arrivals->with_jitter(system_.overheads.wake),
+                  .longest_gap = system_.callbacks[i].longest_gap});
     }
   }
   for (const std::size_t from : ordered_) {
@@ -185,10 +149,13 @@ void Solver::add_source(Source source) {
     }
   }
   Time cost = 0;
+  Count executions = 0;
   for (const auto& [callback, count] : caused) {
     cost = plus(cost, times(system_.callbacks[callback].execution, count));
+    executions = plus(executions, count);
   }
   part.costs.push_back(times(cost, source.messages));
+  part.counts.push_back(times(executions, source.messages));
   part.sources.push_back(std::move(source));
 }
 
@@ -251,7 +218,7 @@ void Solver::update_curves() {
       const Time earliest = waits ? span.earliest_end : before.earliest_sent(span);
       ArrivalCurve sent = root.curve.with_jitter(plus(span.latest_end, held) - earliest);
       if (!waits) sent = sent.with_least_distance(before.least_distance_of_outputs());
-      source.curve = sent.with_jitter(delay - least_delay);
+      source.curve = sent.with_jitter(plus(delay - least_delay, system_.overheads.wake));
     }
   }
 }
@@ -319,9 +286,11 @@ void Solver::make_supplies() {
     const bool has_equals = std::any_of(above.begin(), above.end(), [&](const Part* other) {
       return other->executor.share->priority == executor.share->priority;
     });
-    const auto demand = [above](Time window) {
+    // To each of their executions, and back.
+    const Time switches = times(2, system_.overheads.context_switch);
+    const auto demand = [above, switches](Time window) {
       Time result = 0;
-      for (const Part* other : above) result = plus(result, other->demand(window));
+      for (const Part* other : above) result = plus(result, other->demand(window, switches));
       return result;
     };
     part.supply = Supply(demand, has_equals);
@@ -343,6 +312,10 @@ void Solver::analyse(AnalysedPath& analysed) const {
                                        : "it runs by logical execution time");
     } else {
       answer = method->bound(analysed.path);
+    }
+    answer.bound = plus(answer.bound, system_.overheads.wake);
+    if (analysed.path.part.explains && system_.overheads.wake > 0) {
+      answer.terms.push_back({"until the thread is awake", system_.overheads.wake});
     }
     if (answer.bound > limit_) answer.bound = kUnbounded;
     if (answer.bound < least) analysed.terms = std::move(answer.terms);
@@ -499,8 +472,12 @@ CallbackBound Solver::bound(std::size_t callback) const {
 
 }  // namespace
 
-Bounds analyze(const System& system, const Options& options) {
-  check(system);
+Bounds analyze(const System& given, const Options& options) {
+  check(given);
+  System system = given;
+  for (Callback& callback : system.callbacks) {
+    callback.execution = plus(callback.execution, given.overheads.dispatch);
+  }
   const Solver solver(system, options);
   Bounds result;
   for (const Chain& chain : system.chains) result.chains.push_back(solver.bound(chain));

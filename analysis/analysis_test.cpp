@@ -266,5 +266,39 @@ TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
   }
 }
 
+// Of one timer of 3 every 20: each execution takes 1 longer, and the thread wakes up after 5.
+TEST(Analysis, OverheadsAreCharged) {
+  System system = tasks({{3, 20}}, Order::by_urgency);
+  system.overheads = {.dispatch = 1, .wake = 5};
+  EXPECT_EQ(analyze(system).callbacks[0].bound, 5 + 4);
+  // Two switches for each execution of a more urgent thread of the CPU.
+  system = tasks({{3, 20}, {4, 40}}, Order::by_urgency);
+  system.executors = {{.name = "high", .share = Executor::Share{0, 2}},
+                      {.name = "low", .share = Executor::Share{0, 1}}};
+  system.callbacks[1].executor = 1;
+  EXPECT_EQ(analyze(system).callbacks[1].bound, 4 + 3);
+  system.overheads.context_switch = 2;
+  EXPECT_EQ(analyze(system).callbacks[1].bound, 4 + 3 + 2 * 2);
+}
+
+TEST(Analysis, MoreOverheadLowersNoBound) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
+    Bounds before = analyze(random.system, {.limit = 100'000});
+    for (Time Overheads::*const overhead :
+         {&Overheads::dispatch, &Overheads::wake, &Overheads::context_switch}) {
+      random.system.overheads.*overhead += 2;
+      const Bounds after = analyze(random.system, {.limit = 100'000});
+      for (std::size_t i = 0; i < after.callbacks.size(); ++i) {
+        EXPECT_GE(after.callbacks[i].bound, before.callbacks[i].bound) << "seed " << seed;
+      }
+      for (std::size_t i = 0; i < after.chains.size(); ++i) {
+        EXPECT_GE(after.chains[i].bound, before.chains[i].bound) << "seed " << seed;
+      }
+      before = after;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace takt::analysis

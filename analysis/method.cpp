@@ -23,13 +23,15 @@ Time Part::longest() const {
   return result;
 }
 
-Time Part::demand(Time window) const {
+Time Part::demand(Time window, Time more) const {
   Time result = 0;
   if (executor.let_period > 0) {
-    return times(snapshot(), (window + executor.let_period - 1) / executor.let_period);
+    const Time each = plus(snapshot(), times(more, static_cast<Count>(callbacks.size())));
+    return times(each, (window + executor.let_period - 1) / executor.let_period);
   }
   for (std::size_t source = 0; source < sources.size(); ++source) {
-    result = plus(result, times(costs[source], sources[source].curve.most(window)));
+    const Time each = plus(costs[source], times(more, counts[source]));
+    result = plus(result, times(each, sources[source].curve.most(window)));
   }
   return result;
 }
@@ -104,11 +106,13 @@ Time Part::snapshot_until(std::size_t last) const {
 }
 
 bool Part::fits_into_period() const {
-  return supply.holds_in_any_window() && supply.time_for(snapshot(), limit) <= executor.let_period;
+  return supply.holds_in_any_window() &&
+         plus(supply.time_for(snapshot(), limit), system.overheads.wake) <= executor.let_period;
 }
 
 Time Part::lateness() const {
-  return fits_into_period() ? supply.time_for(1, limit) - 1 : kUnbounded;
+  return fits_into_period() ? plus(supply.time_for(1, limit) - 1, system.overheads.wake)
+                            : kUnbounded;
 }
 
 Time Part::least_distance_of_outputs() const {
@@ -121,7 +125,7 @@ Time Part::earliest_sent(const Span& span) const {
 
 Time Part::sent_after(std::size_t callback) const {
   if (executor.let_period == 0) return 0;
-  const Time ended = supply.time_for(snapshot_until(callback), limit);
+  const Time ended = plus(supply.time_for(snapshot_until(callback), limit), system.overheads.wake);
   return std::max(Time{0}, plus(executor.let_period, lateness()) - ended);
 }
 
@@ -152,7 +156,9 @@ Answer with_what_precedes(const Path& path, Time response, std::vector<Term> ter
   if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
   if (path.callbacks.size() == 1) return {response, "", std::move(terms)};
   const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-  const Time earlier = path.part.latest_sent(path.part.spans[path.source].at(before), before);
+  // The thread is awake when it sends to itself; every bound has one wake-up already.
+  const Time earlier = path.part.latest_sent(path.part.spans[path.source].at(before), before) -
+                       path.part.system.overheads.wake;
   terms.insert(terms.begin(),
                {fmt::format("until '{}' has ended", path.part.at(before).name), earlier});
   return {plus(earlier, response), "", std::move(terms)};

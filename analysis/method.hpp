@@ -42,7 +42,9 @@ struct Part {
   std::vector<Source> sources;
   std::vector<std::map<std::size_t, Count>> caused;  // by source: executions of each callback
   std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
-  std::vector<Time> costs;  // by source: of one arrival, all that it causes here
+  // By source, of one arrival: the time of all that it causes here, and how many executions.
+  std::vector<Time> costs;
+  std::vector<Count> counts;
   Supply supply;
   Time limit = 0;         // larger bounds are not of interest
   bool explains = false;  // answers have terms
@@ -57,7 +59,9 @@ struct Part {
   Time longest() const;
   /// What is done in a window wants at most: what arrives in it, or periods of logical execution
   /// time.
-  Time demand(Time window) const;
+  Time demand(Time window) const { return demand(window, 0); }
+  /// The same if each execution takes so much more.
+  Time demand(Time window, Time more) const;
   /// So many arrivals of a source, each with this cost.
   Term term(std::size_t source, Count count, Time cost) const;
   /// Adds what the CPU does meanwhile for others, and what has passed before the arrival.
@@ -115,7 +119,8 @@ struct Path {
 
 /// What a method finds.
 struct Answer {
-  Time bound = kUnbounded;  // from the arrival to the end of the last callback
+  // From the arrival to the end of the last callback, if the thread needs no time to wake up.
+  Time bound = kUnbounded;
   std::string why_not;      // the first assumption that does not hold; empty: all do
   std::vector<Term> terms;  // if the part explains
 

@@ -107,6 +107,7 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   for (std::uint64_t seed = 1; seed <= count; ++seed) {
     Shape shape;
     shape.has_periods = seed % 2 == 0;
+    shape.has_overheads = seed % 4 == 1;
     systems.emplace_back(seed, shape);
   }
   // Each has refuted a bound of an earlier form: a message that came at the instant at which a less

@@ -107,7 +107,7 @@ class Oracle {
   };
   struct Worker {
     std::size_t part = 0;
-    bool awake = false, sleeping = false, woken = false;
+    bool awake = false, sleeping = false;
     Time wake_time = 0, remaining = 0, awake_since = 0;
     std::unique_ptr<Job> job;
     Time budget = 0, deadline = 0;  // of a reservation
@@ -141,7 +141,7 @@ class Oracle {
   Time next_event(std::size_t index) const {
     const Worker& worker = workers_[index];
     if (worker.throttled) return worker.deadline;
-    if (!worker.awake) return worker.woken ? now_ : worker.wake_time;
+    if (!worker.awake) return worker.wake_time;
     if (!has_cpu(index)) return kNever;
     const Time end = now_ + worker.remaining;
     return is_reserved(worker) ? std::min(end, now_ + worker.budget) : end;
@@ -244,12 +244,12 @@ class Oracle {
   void block(Worker& worker, Time deadline) {
     worker.awake = false;
     worker.sleeping = true;
-    worker.wake_time = deadline;
+    worker.wake_time = analysis::plus(deadline, system_.overheads.wake);
   }
   void end_sleep(std::size_t index) {
     Worker& worker = workers_[index];
     Part& part = parts_[worker.part];
-    worker.sleeping = worker.woken = false;
+    worker.sleeping = false;
     if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
   }
   void wake(std::size_t part) {
@@ -258,7 +258,7 @@ class Oracle {
     });
     if (sleeper == workers_.end()) return;
     sleeper->sleeping = false;
-    sleeper->woken = true;
+    sleeper->wake_time = std::min(sleeper->wake_time, now_ + system_.overheads.wake);
   }
   void pass_on(Part& part) {
     if (!is_shared(part)) return;
@@ -305,7 +305,7 @@ class Oracle {
   }
   void begin(Worker& worker, std::unique_ptr<Job> job) {
     job->start = now_;
-    worker.remaining = run_.execution(job->callback);
+    worker.remaining = run_.execution(job->callback) + system_.overheads.dispatch;
     worker.job = std::move(job);
   }
   std::unique_ptr<Job> take(const Waiting::Entry& entry) {

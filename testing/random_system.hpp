@@ -31,6 +31,7 @@ struct Shape {
   std::size_t most_executors = 4;
   bool has_threads = true;  // several for an executor
   bool has_joins = true;
+  bool has_overheads = false;
   bool has_periods = false;  // of logical execution time, in every other executor
   bool shares_cpus = true;   // and reservations
   std::vector<double> utilisations{0.3, 0.5, 0.7, 0.9, 0.97, 1.3};  // of an executor's CPU
@@ -47,6 +48,9 @@ class RandomSystem {
     for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
       if (system.callbacks[i].is_timer) find_chains({i});
     }
+    if (!shape_.has_overheads) return;
+    system.overheads.dispatch = static_cast<Time>(between(0, 2));
+    system.overheads.wake = static_cast<Time>(between(0, 9));
   }
 
   /// A number from first to last.

@@ -16,6 +16,9 @@ class Pools final : public Method {
     if (part.executor.threads == 1) return Answer::none("one thread");
     if (!part.executor.is_wait_set) return Answer::none("no polling points");
     if (part.executor.order != Order::in_windows) return Answer::none("not the order of ROS 2");
+    if (part.system.overheads.wake > 0) {
+      return Answer::none("its threads do not work at once when there is work");
+    }
     if (!path.is_alone()) return Answer::none("something else sends to a callback of the path");
     if (part.executions(path.source, path.last()) > 1) {
       return Answer::none("a callback of the path gets several messages at once");
@@ -55,10 +58,11 @@ class Pools final : public Method {
 };
 
 }  // namespace
-TAKT_REGISTER_METHOD("pools", "snapshots that several threads share", Pools,
-                     .assumes =
-                         "several threads with a CPU each; polling points; the order ros; each "
-                         "callback of the path has one sender; what begins it is served before the "
-                         "next arrives",
-                     .source = "our own")
+TAKT_REGISTER_METHOD(
+    "pools", "snapshots that several threads share", Pools,
+    .assumes =
+        "several threads with a CPU each that wake up at once; polling points; the order ros; each "
+        "callback of the path has one sender; what begins it is served before the "
+        "next arrives",
+    .source = "our own")
 }  // namespace takt::analysis
