@@ -206,6 +206,25 @@ TEST(Analysis, WhatAnotherCpuDelaysComesWithJitter) {
   EXPECT_EQ((*low)->end - (*low)->ready, 9);
 }
 
+// Teper et al., "Thread Carefully", 2024: two threads, of four callbacks the last two in a group;
+// in rclcpp the last one may never run, though there is time for all. Nothing is known of such a
+// pool, but here a callback whose group works is parked, and has its turn.
+TEST(Analysis, APoolInWhichRclcppStarvesACallback) {
+  System system = tasks({{50, 100}, {50, 100}, {50, 100}, {1, 100}}, Order::in_windows);
+  system.executors[0].is_wait_set = true;
+  system.executors[0].threads = 2;
+  system.callbacks[3].group = system.callbacks[2].group;
+  for (const CallbackBound& bound : analyze(system).callbacks) {
+    EXPECT_EQ(bound.bound, kUnbounded);
+    EXPECT_THAT(bound.why_not, HasSubstr("more work than time"));
+  }
+  const auto worst = [&](std::size_t callback) { return system.callbacks[callback].execution; };
+  const testing::Oracle run(system, {{0, 0, 0, 0}, worst, 10'000});
+  const auto runs = std::count_if(run.jobs().begin(), run.jobs().end(),
+                                  [](const auto& job) { return job->callback == 3; });
+  EXPECT_GE(runs, 99);
+}
+
 System scaled(System system, Time by) {
   for (Executor& executor : system.executors) {
     if (!executor.reservation) continue;
@@ -221,7 +240,29 @@ System scaled(System system, Time by) {
       callback.arrivals = ArrivalCurve::periodic(callback.arrivals->least_distance(2) * by);
     }
   }
+  for (Executor& executor : system.executors) executor.let_period *= by;
+  for (Time* const overhead :
+       {&system.overheads.dispatch, &system.overheads.wake, &system.overheads.context_switch}) {
+    *overhead *= by;
+  }
   return system;
+}
+
+// Methods that count no unit less than an execution, and divide nothing.
+TEST(Analysis, TimesScaleExactly) {
+  const std::vector<std::string> exact{"periods", "snapshots", "work_conserving"};
+  std::size_t bounds = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
+    const Bounds once = analyze(random.system, {.methods = exact, .limit = 100'000});
+    const Bounds more = analyze(scaled(random.system, 7), {.methods = exact, .limit = 7 * 100'000});
+    for (std::size_t i = 0; i < once.chains.size(); ++i) {
+      if (once.chains[i].bound >= kUnbounded) continue;
+      EXPECT_EQ(more.chains[i].bound, 7 * once.chains[i].bound) << "seed " << seed;
+      ++bounds;
+    }
+  }
+  EXPECT_GE(bounds, 300U);
 }
 
 // All times in another unit; only the blocking of one unit less than an execution is not scaled,
@@ -247,10 +288,12 @@ TEST(Analysis, TheUnitOfTimeDoesNotMatter) {
 
 TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
-    testing::RandomSystem random(seed, {});
+    testing::RandomSystem random(seed, {.has_outside = true, .has_periods = true});
     System more = random.system;
     Callback& one = more.callbacks[random.between(0, more.callbacks.size() - 1)];
-    if (one.arrivals && random.is_one_of(2)) {
+    if (!one.outputs.empty() && !one.outputs[0].waits && random.is_one_of(3)) {
+      ++one.outputs[0].messages;
+    } else if (one.arrivals && random.is_one_of(2)) {
       one.arrivals = one.arrivals->with_jitter(7);
     } else {
       one.execution += 3;
@@ -262,6 +305,21 @@ TEST(Analysis, MoreWorkOrJitterLowersNoBound) {
     }
     for (std::size_t i = 0; i < more.chains.size(); ++i) {
       EXPECT_GE(after.chains[i].bound, before.chains[i].bound) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Analysis, TermsAddUpToTheBound) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const testing::RandomSystem random(seed, {.has_overheads = true, .has_periods = true});
+    const Options options{.limit = 100'000, .explains = true};
+    for (const ChainBound& chain : analyze(random.system, options).chains) {
+      for (const SegmentBound& segment : chain.segments) {
+        if (segment.bound >= kUnbounded) continue;
+        Time sum = 0;
+        for (const Term& term : segment.terms) sum += term.time;
+        EXPECT_EQ(sum, segment.bound) << "seed " << seed;
+      }
     }
   }
 }

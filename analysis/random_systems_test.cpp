@@ -35,12 +35,21 @@ std::vector<Oracle::Run> runs(RandomSystem& random) {
   std::vector<Oracle::Run> result{{std::vector<Time>(count), worst, kEnd},
                                   {std::vector<Time>(count), worst, kEnd},
                                   {std::vector<Time>(count), any, kEnd}};
+  result[1].messages_first = true;
   for (std::size_t i = 0; i < count; ++i) {
-    if (!random.system.callbacks[i].is_timer) continue;
+    const Callback& callback = random.system.callbacks[i];
+    for (std::size_t run = 0; callback.arrivals && !callback.is_timer && run < result.size();
+         ++run) {
+      for (const Time time : random.arrivals(i, kEnd, run != 2)) {
+        result[run].messages.emplace_back(time, i);
+      }
+    }
+    if (!callback.is_timer) continue;
     // All but some are released just before these: what runs then, blocks them.
     result[1].phases[i] = random.is_one_of(3) ? 1 : 0;
     result[2].phases[i] = static_cast<Time>(random.between(0, random.period(i)));
   }
+  for (Oracle::Run& run : result) std::sort(run.messages.begin(), run.messages.end());
   return result;
 }
 
@@ -108,6 +117,8 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
     Shape shape;
     shape.has_periods = seed % 2 == 0;
     shape.has_overheads = seed % 4 == 1;
+    shape.has_outside = seed % 3 == 0;
+    if (seed % 5 == 0) shape.utilisations = {0.95, 0.98, 0.99, 1.0};
     systems.emplace_back(seed, shape);
   }
   // Each has refuted a bound of an earlier form: a message that came at the instant at which a less

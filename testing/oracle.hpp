@@ -26,17 +26,21 @@ struct Job {
   std::size_t callback = 0;
   Time ready = 0, start = 0, end = 0;
   Time arrival = 0;                // of what caused it, in its executor
-  const Job* cause = nullptr;      // nullptr: a timer's release
+  const Job* cause = nullptr;      // nullptr: a timer's release, or a message from outside
   std::vector<const Job*> joined;  // the other inputs of a join, whose last one is the cause
 };
 
-/// Simulates a system whose arrivals are all of timers.
+/// Simulates a system.
 class Oracle {
  public:
   struct Run {
     std::vector<Time> phases;  // of the timers: their first releases, by callback
     std::function<Time(std::size_t callback)> execution;
     Time end = 0;
+    /// From outside the system: time and callback, sorted. At the same instant they come before all
+    /// else happens, or after it.
+    std::vector<std::pair<Time, std::size_t>> messages{};
+    bool messages_first = false;
   };
 
   Oracle(const analysis::System& system, Run run)
@@ -57,7 +61,7 @@ class Oracle {
       }
     }
     for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (!system.callbacks[i].arrivals) continue;
+      if (!system.callbacks[i].is_timer) continue;
       states_[i].due = run_.phases[i];
       parts_[system.callbacks[i].executor].timers.insert({states_[i].due, i});
     }
@@ -163,8 +167,12 @@ class Oracle {
         first_time = time;
       }
     }
-    if (first == SIZE_MAX || first_time.first > run_.end) return false;
-    const Time elapsed = std::max<Time>(0, first_time.first - now_);
+    const Time message = messages_ < run_.messages.size() ? run_.messages[messages_].first : kNever;
+    const bool is_message =
+        message < first_time.first || (message == first_time.first && run_.messages_first);
+    const Time time = std::min(message, first_time.first);
+    if (time >= kNever || time > run_.end) return false;
+    const Time elapsed = std::max<Time>(0, time - now_);
     for (std::size_t i = 0; i < workers_.size(); ++i) {
       Worker& worker = workers_[i];
       if (!worker.awake || !has_cpu(i)) continue;
@@ -172,7 +180,11 @@ class Oracle {
       if (is_reserved(worker)) worker.budget -= elapsed;
     }
     now_ += elapsed;
-    happens(first);
+    if (is_message) {
+      deliver({nullptr, run_.messages[messages_++].second, false, {}});
+    } else {
+      happens(first);
+    }
     return true;
   }
   void happens(std::size_t index) {
@@ -372,7 +384,8 @@ class Oracle {
     const std::size_t to = sent.to;
     State& state = states_[to];
     Part& part = parts_[at(to).executor];
-    const bool is_from_here = at(sent.from->callback).executor == at(to).executor;
+    const bool is_from_here =
+        sent.from != nullptr && at(sent.from->callback).executor == at(to).executor;
     const std::uint64_t sequence = ++sequence_;
     const Time arrival = sent.is_inside ? sent.from->arrival : now_;
     state.messages.push_back({now_, sequence, sent.from, arrival, std::move(sent.joined)});
@@ -444,6 +457,7 @@ class Oracle {
   const Run run_;
   Time now_ = 0;
   std::uint64_t sequence_ = 0;
+  std::size_t messages_ = 0;  // from outside: how many have come
   std::vector<State> states_;
   std::vector<Part> parts_;
   std::vector<Worker> workers_;  // by rank
