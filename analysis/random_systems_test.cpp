@@ -126,6 +126,8 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   // that begin while a thread of the same priority waits; a timer that misses releases before a
   // join.
   for (const std::uint64_t seed : {7842, 12972, 18799, 33828}) systems.emplace_back(seed, Shape{});
+  // A later message that overtakes by a shorter way.
+  systems.emplace_back(249903, Shape{.has_outside = true});
   // A join whose other input is sent at the end of a period; callbacks that exceed their period.
   for (const std::uint64_t seed : {1098, 2154}) {
     systems.emplace_back(seed, Shape{.has_periods = true});
