@@ -460,7 +460,7 @@ CallbackBound Solver::bound(std::size_t callback) const {
   CallbackBound result{.bound = found.bound};
   if (found.bound < kUnbounded) {
     const Part& part = parts_[system_.callbacks[callback].executor];
-    result.backlog = most(part.inner_arrivals(callback), found.bound);
+    result.backlog = part.backlog(callback);
   }
   if (found.bound >= kUnbounded)
     result.why_not = reason(system_.executors[found.executor], found.methods);

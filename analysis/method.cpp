@@ -86,6 +86,17 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
   return result;
 }
 
+Count Part::backlog(std::size_t callback) const {
+  Count result = 0;
+  for (std::size_t source = 0; source < sources.size(); ++source) {
+    const Count count = times(executions(source, callback), sources[source].messages);
+    if (count == 0) continue;
+    const Time latest = spans[source].at(callback).latest_end;
+    result = plus(result, times(count, sources[source].curve.most(latest)));
+  }
+  return result;
+}
+
 Time Part::snapshot() const {
   Time result = 0;
   for (const std::size_t callback : callbacks) result = plus(result, at(callback).execution);

@@ -77,6 +77,9 @@ struct Part {
     Count messages;
   };
   std::vector<Inner> inner_arrivals(std::size_t callback) const;
+  /// The most messages that wait for it or are served, when the spans are final: an arrival at a
+  /// source is done with when its span has ended.
+  Count backlog(std::size_t callback) const;
 
   /// What a snapshot has at most: each callback once.
   Time snapshot() const;

@@ -7,6 +7,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "takt/analysis/method.hpp"
 
 namespace takt::analysis {
@@ -65,10 +67,12 @@ class WorkConserving final : public Method {
     for (std::size_t source = 0; source < part.sources.size(); ++source) {
       const Source& from = part.sources[source];
       Term term = part.term(source, from.curve.most(window), part.costs[source]);
-      if (source == path.source) {  // later ones of the last callback come after this one
-        term.time -=
-            times(each_of_last(path), from.curve.most(window) - from.curve.most(offset + 1));
-        term.what += ", its own included";
+      if (source == path.source) {
+        // Later instances of the last callback come after this one.
+        const Count later = from.curve.most(window) - from.curve.most(offset + 1);
+        term.time -= times(each_of_last(path), later);
+        if (later != 0)
+          term.what += fmt::format(", but {} × '{}'", later, part.at(path.last()).name);
       }
       terms.push_back(std::move(term));
     }

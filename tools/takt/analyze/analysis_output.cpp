@@ -204,15 +204,18 @@ void print_explanation(const AnalyzedFile& file, const std::string& name) {
       fmt::print("   then {} ms at most until the other inputs of the join have come\n",
                  ms(segment.wait));
     }
-    Table methods({"method", "bound_ms", "assumes, or why it does not apply", "source"});
     for (const analysis::MethodBound& method : segment.methods) {
       if (method.method.empty()) continue;
       const auto traits = analysis::methods().traits(method.method);
-      methods.add({method.method, ms(method.bound),
-                   method.why_not.empty() ? traits.assumes : "not: " + method.why_not,
-                   traits.source});
+      if (method.bound < kUnbounded && method.bound == segment.bound) {
+        fmt::print("   by {}: {}; assumes: {}. Source: {}\n", method.method,
+                   analysis::methods().description(method.method), traits.assumes, traits.source);
+      } else if (method.bound < kUnbounded) {
+        fmt::print("   by {}: {} ms\n", method.method, ms(method.bound));
+      } else {
+        fmt::print("   not by {}: {}\n", method.method, method.why_not);
+      }
     }
-    methods.print("");
   }
 }
 

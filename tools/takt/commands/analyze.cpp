@@ -50,13 +50,15 @@ void run(const Options& options) {
   check_writable(options.json);
   if (!options.report.empty()) check_report(options.report);
   const bool prints = options.json != "-";
+  json swept;  // before the file itself is analysed: nodes of one name must not exist twice
+  if (!options.sweep.empty()) swept = sweep(options.file, options.how, options.sweep, prints);
   const AnalyzedFile file = analyze_file(options.file, options.how);
   for (const std::string& note : file.system.notes) rt::to_stderr("note: {}\n", note);
   json document = analysis_json(file);
   if (!options.explained.empty()) {
     print_explanation(file, options.explained);
-  } else if (!options.sweep.empty()) {
-    document["sweep"] = sweep(options.file, options.how, options.sweep, prints);
+  } else if (!swept.is_null()) {
+    document["sweep"] = std::move(swept);
   } else {
     if (prints) print_analysis(file);
     document["suggestions"] = print_suggestions(file, prints);
