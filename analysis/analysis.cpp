@@ -23,51 +23,18 @@ struct AnalysedPath {
   std::vector<Term> terms;
 };
 
-void refuse_unless(bool is_right, const std::string& of, const char* what) {
-  if (!is_right) throw Error(fmt::format("'{}': {}", of, what));
-}
-
-// What would make the analyses divide by zero, read outside, or answer a question that is none.
-void check(const System& system) {
-  for (const Executor& executor : system.executors) {
-    refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
-    if (!executor.reservation) continue;
-    const auto& [budget, period] = *executor.reservation;
-    refuse_unless(budget > 0 && budget <= period, executor.name,
-                  "a reservation's budget is positive, and at most its period");
-  }
-  for (const Callback& callback : system.callbacks) {
-    refuse_unless(callback.executor < system.executors.size(), callback.name,
-                  "its executor is not in the system");
-    refuse_unless(callback.least_execution >= 0 && callback.least_execution <= callback.execution,
-                  callback.name, "its least execution time is negative, or above the longest");
-    for (const Output& output : callback.outputs) {
-      refuse_unless(output.to < system.callbacks.size(), callback.name,
-                    "it sends to a callback that is not in the system");
-      refuse_unless(output.messages > 0 || (output.messages == 0 && output.waits), callback.name,
-                    "an output has one message at least");
-      refuse_unless(output.least_delay >= 0 && output.least_delay <= output.delay, callback.name,
-                    "an output has a delay that is not negative, and not below the least");
-    }
-  }
-  for (const Chain& chain : system.chains) {
-    refuse_unless(!chain.callbacks.empty(), chain.name, "a chain has one callback at least");
-    for (const std::size_t callback : chain.callbacks) {
-      refuse_unless(callback < system.callbacks.size(), chain.name,
-                    "the chain has a callback that is not in the system");
-    }
-  }
-}
-
 class Solver {
  public:
   Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
     for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
-      methods_.emplace_back(name, methods().make(name));
+      methods_.push_back({name, methods().make(name), methods().traits(name).is_for_let});
     }
     order_callbacks();
-    make_parts();
+    for (const Executor& executor : system_.executors) {
+      parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
+    }
     make_supplies();
+    make_sources();
     for (Part& part : parts_) make_paths(part);
     for (int round = 0; improve(round); ++round) {
     }
@@ -82,7 +49,7 @@ class Solver {
 
  private:
   void order_callbacks();
-  void make_parts();
+  void make_sources();
   void add_source(Source source);
   void make_supplies();
   void make_paths(Part& part);
@@ -96,11 +63,19 @@ class Solver {
   bool is_inside(std::size_t from, const Output& output) const {
     return parts_[system_.callbacks[from].executor].is_inside(from, output);
   }
+  template <class Function>
+  void for_each_sender(const Output& output, const Function& function) const;
+  Time sent_after(std::size_t from, const Output& output) const;
   Time longest_gap(std::size_t from, const Output& output) const;
 
   const System& system_;
   const Time limit_;
-  std::vector<std::pair<std::string, std::unique_ptr<Method>>> methods_;
+  struct Applied {
+    std::string name;
+    std::unique_ptr<Method> method;
+    bool is_for_let;
+  };
+  std::vector<Applied> methods_;
   std::vector<std::size_t> ordered_;  // callbacks, senders first
   std::vector<Part> parts_;           // by executor; supplies and paths refer to them
   std::vector<AnalysedPath> paths_;   // of all, shorter ones before what they begin
@@ -127,15 +102,13 @@ void Solver::order_callbacks() {
               "there is no bound for what may go on for ever; state which messages do not go on");
 }
 
-void Solver::make_parts() {
-  for (const Executor& executor : system_.executors) {
-    parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
-  }
+void Solver::make_sources() {
   for (std::size_t i = 0; i < system_.callbacks.size(); ++i) {
     parts_[system_.callbacks[i].executor].callbacks.push_back(i);
     if (const auto& arrivals = system_.callbacks[i].arrivals) {
-      add_source(
-          {.callback = i, .curve = *arrivals, .longest_gap = system_.callbacks[i].longest_gap});
+      add_source({.callback = i,
+                  .curve = arrivals->with_jitter(system_.overheads.wake),
+                  .longest_gap = system_.callbacks[i].longest_gap});
     }
   }
   for (const std::size_t from : ordered_) {
@@ -171,14 +144,18 @@ void Solver::add_source(Source source) {
       const bool is_first = !caused.contains(output.to);
       caused[output.to] = plus(caused[output.to], times(found->second, output.messages));
       Time& earliest = spans[output.to].earliest_release;
-      earliest = is_first ? span.earliest_end : std::min(earliest, span.earliest_end);
+      const Time sent = part.earliest_sent(span);
+      earliest = is_first ? sent : std::min(earliest, sent);
     }
   }
   Time cost = 0;
+  Count executions = 0;
   for (const auto& [callback, count] : caused) {
     cost = plus(cost, times(system_.callbacks[callback].execution, count));
+    executions = plus(executions, count);
   }
   part.costs.push_back(times(cost, source.messages));
+  part.counts.push_back(times(executions, source.messages));
   part.sources.push_back(std::move(source));
 }
 
@@ -224,20 +201,46 @@ void Solver::update_curves() {
       const Part& before = parts_[sender.executor];
       const Span& span = before.spans[source.from->source].at(source.from->callback);
       const Source& root = before.sources[source.from->source];
-      Time delay = 0, least_delay = kUnbounded;
+      Time held = 0, delay = 0, least_delay = kUnbounded;
+      bool waits = false;
       source.longest_gap = 0;
       for (const Output& output : sender.outputs) {
         if (output.to != to) continue;
+        waits = waits || output.waits;
         // What waits for other inputs is sent before the next message of this one has been served.
-        delay = std::max(delay, plus(output.delay, output.waits ? root.longest_gap : 0));
+        const Time waiting = output.waits ? root.longest_gap : 0;
+        held = std::max(held, plus(waiting, sent_after(source.from->callback, output)));
+        delay = std::max(delay, output.delay);
         least_delay = std::min(least_delay, output.least_delay);
         source.longest_gap =
             std::max(source.longest_gap, longest_gap(source.from->callback, output));
       }
-      source.curve =
-          root.curve.with_jitter(plus(span.latest_end - span.earliest_end, delay - least_delay));
+      const Time earliest = waits ? span.earliest_end : before.earliest_sent(span);
+      ArrivalCurve sent = root.curve.with_jitter(plus(span.latest_end, held) - earliest);
+      if (!waits) sent = sent.with_least_distance(before.least_distance_of_outputs());
+      source.curve = sent.with_jitter(plus(delay - least_delay, system_.overheads.wake));
     }
   }
+}
+
+// All that it waits for.
+template <class Function>
+void Solver::for_each_sender(const Output& output, const Function& function) const {
+  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
+    for (const Output& other : system_.callbacks[sender].outputs) {
+      if (other.waits && other.to == output.to) function(sender, other);
+    }
+  }
+}
+
+// How long after the end of its sender a message is sent: a join's with the last of its inputs.
+Time Solver::sent_after(std::size_t from, const Output& output) const {
+  Time longest = parts_[system_.callbacks[from].executor].sent_after(from);
+  if (!output.waits) return longest;
+  for_each_sender(output, [&](std::size_t sender, const Output&) {
+    longest = std::max(longest, parts_[system_.callbacks[sender].executor].longest_held());
+  });
+  return longest;
 }
 
 // From one message to the next. A join waits for the slowest of its inputs.
@@ -248,21 +251,22 @@ Time Solver::longest_gap(std::size_t from, const Output& output) const {
     for (std::size_t source = 0; source < part.sources.size(); ++source) {
       if (part.executions(source, sender) == 0) continue;
       const Span& span = part.spans[source].at(sender);
-      least = std::min(
-          least, plus(part.sources[source].longest_gap,
-                      plus(span.latest_end - span.earliest_end, sent.delay - sent.least_delay)));
+      const Time earliest = sent.waits ? span.earliest_end : part.earliest_sent(span);
+      least =
+          std::min(least, plus(part.sources[source].longest_gap,
+                               plus(span.latest_end - earliest, sent.delay - sent.least_delay)));
     }
     return least;
   };
-  if (!output.waits) return of_sender(from, output);
   Time longest = 0;
-  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
-    for (const Output& other : system_.callbacks[sender].outputs) {
-      if (other.waits && other.to == output.to)
-        longest = std::max(longest, of_sender(sender, other));
-    }
+  if (output.waits) {
+    for_each_sender(output, [&](std::size_t sender, const Output& other) {
+      longest = std::max(longest, of_sender(sender, other));
+    });
+  } else {
+    longest = of_sender(from, output);
   }
-  return longest;
+  return plus(longest, sent_after(from, output));
 }
 
 void Solver::make_supplies() {
@@ -282,9 +286,11 @@ void Solver::make_supplies() {
     const bool has_equals = std::any_of(above.begin(), above.end(), [&](const Part* other) {
       return other->executor.share->priority == executor.share->priority;
     });
-    const auto demand = [above](Time window) {
+    // To each of their executions, and back.
+    const Time switches = times(2, system_.overheads.context_switch);
+    const auto demand = [above, switches](Time window) {
       Time result = 0;
-      for (const Part* other : above) result = plus(result, other->demand(window));
+      for (const Part* other : above) result = plus(result, other->demand(window, switches));
       return result;
     };
     part.supply = Supply(demand, has_equals);
@@ -295,14 +301,21 @@ void Solver::analyse(AnalysedPath& analysed) const {
   const Executor& executor = analysed.path.part.executor;
   analysed.answers.clear();
   Time least = kUnbounded;
-  for (const auto& [name, method] : methods_) {
+  for (const auto& [name, method, is_for_let] : methods_) {
     Answer answer;
     if (!executor.unknown.empty()) {
       answer = Answer::none(executor.unknown);
     } else if (executor.threads > 1 && (executor.reservation || executor.share)) {
       answer = Answer::none("its threads have no CPUs of their own");
+    } else if (is_for_let != (executor.let_period > 0)) {
+      answer = Answer::none(is_for_let ? "it does not run by logical execution time"
+                                       : "it runs by logical execution time");
     } else {
       answer = method->bound(analysed.path);
+    }
+    answer.bound = plus(answer.bound, system_.overheads.wake);
+    if (analysed.path.part.explains && system_.overheads.wake > 0) {
+      answer.terms.push_back({"until the thread is awake", system_.overheads.wake});
     }
     if (answer.bound > limit_) answer.bound = kUnbounded;
     if (answer.bound < least) analysed.terms = std::move(answer.terms);
@@ -328,10 +341,11 @@ bool Solver::improve(int round) {
     auto& spans = part.spans[analysed.path.source];
     Time& end = spans[analysed.path.last()].latest_end;
     end = std::max(end, analysed.bound);
+    const Time sent = plus(analysed.bound, part.sent_after(analysed.path.last()));
     for (const Output& output : system_.callbacks[analysed.path.last()].outputs) {
       if (!is_inside(analysed.path.last(), output)) continue;
       Time& release = spans[output.to].latest_release;
-      release = std::max(release, analysed.bound);
+      release = std::max(release, sent);
     }
   }
   return has_changed;
@@ -385,11 +399,11 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
 }
 
 /// The reason that says most of the system: that of a method that applies to every order.
-std::string reason(const std::vector<MethodBound>& answers) {
+std::string reason(const Executor& executor, const std::vector<MethodBound>& answers) {
   for (const MethodBound& answer : answers) {
-    if (!answer.method.empty() && methods().traits(answer.method).is_general) {
-      return answer.why_not;
-    }
+    if (answer.method.empty()) continue;
+    const MethodTraits traits = methods().traits(answer.method);
+    if (executor.let_period > 0 ? traits.is_for_let : traits.is_general) return answer.why_not;
   }
   return answers.front().why_not;
 }
@@ -414,7 +428,7 @@ ChainBound Solver::bound(const Chain& chain) const {
     if (i > 0) {
       predecessor = &chain.callbacks[i - 1];
       const Output& output = link(chain, i);
-      result.bound = plus(result.bound, output.delay);
+      result.bound = plus(result.bound, plus(sent_after(*predecessor, output), output.delay));
       // At the latest when the next message of this input has been served; what has not been sent
       // by then is left out for that.
       if (output.waits) {
@@ -430,8 +444,8 @@ ChainBound Solver::bound(const Chain& chain) const {
     const SegmentBound& found = result.segments.back();
     result.bound = plus(result.bound, found.bound);
     if (found.bound >= kUnbounded && result.why_not.empty()) {
-      result.why_not =
-          fmt::format("{}: {}", system_.executors[found.executor].name, reason(found.methods));
+      result.why_not = fmt::format("{}: {}", system_.executors[found.executor].name,
+                                   reason(system_.executors[found.executor], found.methods));
     }
   }
   if (result.bound >= kUnbounded && result.why_not.empty()) {
@@ -448,7 +462,8 @@ CallbackBound Solver::bound(std::size_t callback) const {
     const Part& part = parts_[system_.callbacks[callback].executor];
     result.backlog = part.backlog(callback);
   }
-  if (found.bound >= kUnbounded) result.why_not = reason(found.methods);
+  if (found.bound >= kUnbounded)
+    result.why_not = reason(system_.executors[found.executor], found.methods);
   for (const MethodBound& answer : found.methods) {
     if (answer.bound == found.bound && found.bound < kUnbounded) result.method = answer.method;
   }
@@ -457,8 +472,12 @@ CallbackBound Solver::bound(std::size_t callback) const {
 
 }  // namespace
 
-Bounds analyze(const System& system, const Options& options) {
-  check(system);
+Bounds analyze(const System& given, const Options& options) {
+  check(given);
+  System system = given;
+  for (Callback& callback : system.callbacks) {
+    callback.execution = plus(callback.execution, given.overheads.dispatch);
+  }
   const Solver solver(system, options);
   Bounds result;
   for (const Chain& chain : system.chains) result.chains.push_back(solver.bound(chain));

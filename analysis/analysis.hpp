@@ -55,6 +55,8 @@ struct Bounds {
 /// next with jitter, so all are solved together: from no jitter upwards until nothing changes,
 /// which is the least solution, since no bound falls when jitter grows.
 ///
+/// Times are those of the callbacks, and what `overheads` adds.
+///
 /// Throws Error, with the name, for numbers that are no system: indices and times out of range, a
 /// chain of which no output leads from one callback to the next, callbacks that send to each other
 /// in a circle; and for an unknown method.

@@ -47,6 +47,12 @@ ArrivalCurve ArrivalCurve::with_jitter(Time jitter) const {
   return result;
 }
 
+ArrivalCurve ArrivalCurve::with_least_distance(Time distance) const {
+  ArrivalCurve result = *this;
+  result.closest_ = std::max(closest_, distance);
+  return result;
+}
+
 // Whole rounds of the distances, and what is left.
 Time ArrivalCurve::without_jitter(Count count) const noexcept {
   if (count < 2) return 0;

@@ -36,6 +36,8 @@ class ArrivalCurve {
 
   /// The same after something that delays each by up to `jitter` more than the least.
   ArrivalCurve with_jitter(Time jitter) const;
+  /// The same where, in addition, no two are closer.
+  ArrivalCurve with_least_distance(Time distance) const;
 
   /// η(window): most arrivals in [t, t + window). 0 for an empty one.
   Count most(Time window) const noexcept;

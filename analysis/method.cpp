@@ -23,10 +23,15 @@ Time Part::longest() const {
   return result;
 }
 
-Time Part::demand(Time window) const {
+Time Part::demand(Time window, Time more) const {
   Time result = 0;
+  if (executor.let_period > 0) {
+    const Time each = plus(snapshot(), times(more, static_cast<Count>(callbacks.size())));
+    return times(each, (window + executor.let_period - 1) / executor.let_period);
+  }
   for (std::size_t source = 0; source < sources.size(); ++source) {
-    result = plus(result, times(costs[source], sources[source].curve.most(window)));
+    const Time each = plus(costs[source], times(more, counts[source]));
+    result = plus(result, times(each, sources[source].curve.most(window)));
   }
   return result;
 }
@@ -71,9 +76,12 @@ std::vector<Part::Inner> Part::inner_arrivals(std::size_t callback) const {
     const Count count = executions(source, callback);
     if (count == 0) continue;
     const Span& span = spans[source].at(callback);
-    result.push_back(
-        {sources[source].curve.with_jitter(span.latest_release - span.earliest_release),
-         times(count, sources[source].messages)});
+    ArrivalCurve curve =
+        sources[source].curve.with_jitter(span.latest_release - span.earliest_release);
+    if (sources[source].callback != callback) {
+      curve = curve.with_least_distance(least_distance_of_outputs());
+    }
+    result.push_back({std::move(curve), times(count, sources[source].messages)});
   }
   return result;
 }
@@ -87,6 +95,57 @@ Count Part::backlog(std::size_t callback) const {
     result = plus(result, times(count, sources[source].curve.most(latest)));
   }
   return result;
+}
+
+Time Part::snapshot() const {
+  Time result = 0;
+  for (const std::size_t callback : callbacks) result = plus(result, at(callback).execution);
+  return result;
+}
+
+Time Part::snapshot_until(std::size_t last) const {
+  const auto is_served = [&](const Callback& callback) {
+    if (executor.order == Order::in_windows) return callback.place <= at(last).place;
+    if (executor.order == Order::by_urgency) return callback.urgency >= at(last).urgency;
+    return true;
+  };
+  Time result = 0;
+  for (const std::size_t callback : callbacks) {
+    if (is_served(at(callback))) result = plus(result, at(callback).execution);
+  }
+  return result;
+}
+
+bool Part::fits_into_period() const {
+  return supply.holds_in_any_window() &&
+         plus(supply.time_for(snapshot(), limit), system.overheads.wake) <= executor.let_period;
+}
+
+Time Part::lateness() const {
+  return fits_into_period() ? plus(supply.time_for(1, limit) - 1, system.overheads.wake)
+                            : kUnbounded;
+}
+
+Time Part::least_distance_of_outputs() const {
+  return std::max(Time{0}, executor.let_period - lateness());
+}
+
+Time Part::earliest_sent(const Span& span) const {
+  return std::max(span.earliest_end, span.earliest_release + least_distance_of_outputs());
+}
+
+Time Part::sent_after(std::size_t callback) const {
+  if (executor.let_period == 0) return 0;
+  const Time ended = plus(supply.time_for(snapshot_until(callback), limit), system.overheads.wake);
+  return std::max(Time{0}, plus(executor.let_period, lateness()) - ended);
+}
+
+Time Part::longest_held() const {
+  return executor.let_period > 0 ? plus(executor.let_period, lateness()) : 0;
+}
+
+Time Part::latest_sent(const Span& span, std::size_t callback) const {
+  return plus(span.latest_end, sent_after(callback));
 }
 
 bool Path::is_alone() const {
@@ -108,7 +167,9 @@ Answer with_what_precedes(const Path& path, Time response, std::vector<Term> ter
   if (response >= kUnbounded) return Answer::none("there is more work than time, or nearly so");
   if (path.callbacks.size() == 1) return {response, "", std::move(terms)};
   const std::size_t before = path.callbacks[path.callbacks.size() - 2];
-  const Time earlier = path.part.spans[path.source].at(before).latest_end;
+  // The thread is awake when it sends to itself; every bound has one wake-up already.
+  const Time earlier = path.part.latest_sent(path.part.spans[path.source].at(before), before) -
+                       path.part.system.overheads.wake;
   terms.insert(terms.begin(),
                {fmt::format("until '{}' has ended", path.part.at(before).name), earlier});
   return {plus(earlier, response), "", std::move(terms)};

@@ -42,7 +42,9 @@ struct Part {
   std::vector<Source> sources;
   std::vector<std::map<std::size_t, Count>> caused;  // by source: executions of each callback
   std::vector<std::map<std::size_t, Span>> spans;    // by source: as far as known already
-  std::vector<Time> costs;  // by source: of one arrival, all that it causes here
+  // By source, of one arrival: the time of all that it causes here, and how many executions.
+  std::vector<Time> costs;
+  std::vector<Count> counts;
   Supply supply;
   Time limit = 0;         // larger bounds are not of interest
   bool explains = false;  // answers have terms
@@ -55,8 +57,11 @@ struct Part {
   Count executions(std::size_t source, std::size_t callback) const;
   /// The longest execution of all.
   Time longest() const;
-  /// What arrives in a window wants at most.
-  Time demand(Time window) const;
+  /// What is done in a window wants at most: what arrives in it, or periods of logical execution
+  /// time.
+  Time demand(Time window) const { return demand(window, 0); }
+  /// The same if each execution takes so much more.
+  Time demand(Time window, Time more) const;
   /// So many arrivals of a source, each with this cost.
   Term term(std::size_t source, Count count, Time cost) const;
   /// Adds what the CPU does meanwhile for others, and what has passed before the arrival.
@@ -75,6 +80,27 @@ struct Part {
   /// The most messages that wait for it or are served, when the spans are final: an arrival at a
   /// source is done with when its span has ended.
   Count backlog(std::size_t callback) const;
+
+  /// What a snapshot has at most: each callback once.
+  Time snapshot() const;
+  /// What of it is served up to the callback and with it.
+  Time snapshot_until(std::size_t callback) const;
+  /// When messages are sent, counted from the arrival: at the callback's end, or at that of a
+  /// period of logical execution time.
+  Time earliest_sent(const Span& span) const;
+  Time latest_sent(const Span& span, std::size_t callback) const;
+  /// How long after the bound of its end.
+  Time sent_after(std::size_t callback) const;
+  /// How long after an end, whenever that is.
+  Time longest_held() const;
+  /// Whether all callbacks together need no longer than a period.
+  bool fits_into_period() const;
+  /// How close to each other executions of one callback may send.
+  Time least_distance_of_outputs() const;
+
+ private:
+  // After the end of a period, until its thread has a CPU. Unbounded if it may be busy yet.
+  Time lateness() const;
 };
 
 /// Most arrivals in a window, of all together.
@@ -96,7 +122,8 @@ struct Path {
 
 /// What a method finds.
 struct Answer {
-  Time bound = kUnbounded;  // from the arrival to the end of the last callback
+  // From the arrival to the end of the last callback, if the thread needs no time to wake up.
+  Time bound = kUnbounded;
   std::string why_not;      // the first assumption that does not hold; empty: all do
   std::vector<Term> terms;  // if the part explains
 
@@ -119,6 +146,8 @@ struct MethodTraits {
   std::string assumes, source;  // for people
   /// Applies to every executor and order: if it finds no bound, that lies in the system.
   bool is_general = false;
+  /// It is for logical execution time; the others are not.
+  bool is_for_let = false;
 };
 using MethodRegistry = Registry<Method, MethodTraits>;
 /// All methods of this process by name.

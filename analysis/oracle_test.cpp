@@ -31,7 +31,8 @@ using Executions = std::vector<std::tuple<std::size_t, Time, Time>>;
 /// One executor with what it runs, from a system of one.
 class Real {
  public:
-  Real(RandomSystem& random, const std::string& scheduler, const std::vector<Time>& phases)
+  Real(RandomSystem& random, const std::string& type, const std::string& scheduler,
+       const std::vector<Time>& phases)
       : random_(random) {
     const System& system = random.system;
     const Executor& described = system.executors.front();
@@ -40,9 +41,8 @@ class Real {
     options.clock = &clock_;
     options.statistics = StatisticsLevel::full;  // it looks at its timers before each dispatch
     options.threads.resize(described.threads);
-    const char* type = !described.is_wait_set  ? "events"
-                       : described.threads > 1 ? "multi_threaded"
-                                               : "single_threaded";
+    options.trigger.let_period = Nanoseconds(described.let_period);
+    options.trigger.most_outputs = 10'000;
     const auto executor = executors().make(type, options);
     executor->add_node(node_);  // first: callbacks count in the order in which they are made
     std::map<std::size_t, std::shared_ptr<CallbackGroup>> groups;
@@ -80,7 +80,8 @@ class Real {
       entities_.push_back(entity);
     }
     node_->set_callback_parameters(parameters_of_all);
-    const ManualSpin spin(*executor, clock_, described.threads);
+    // That which isolates has one more, which runs no callbacks.
+    const ManualSpin spin(*executor, clock_, described.threads + (type == "isolated" ? 1 : 0));
     clock_.advance(Nanoseconds(kEnd));
     result = executions_;
   }
@@ -134,12 +135,24 @@ void give_order(System& system, const std::string& scheduler) {
   for (std::size_t i = 0; i < system.callbacks.size(); ++i) system.callbacks[i].place = i;
 }
 
-// Overload, shared groups, forks, subscriptions of several publishers, one to three threads.
+/// One that does what is described; of those that do the same, each in turn.
+std::string type_of(const Executor& executor, std::uint64_t seed) {
+  if (!executor.is_wait_set) return "events";
+  if (executor.threads > 1) return "multi_threaded";
+  if (executor.let_period > 0) return "triggered";
+  constexpr const char* kTypes[] = {"single_threaded", "static_single_threaded", "triggered",
+                                    "isolated"};
+  return kTypes[seed % std::size(kTypes)];
+}
+
+// Overload, shared groups, forks, subscriptions of several publishers, one to three threads,
+// logical execution time.
 TEST(Oracle, TheExecutorsDoWhatItSays) {
   Shape shape;
   shape.most_executors = 1;
   shape.shares_cpus = false;
-  std::size_t executions = 0, pools = 0;
+  shape.has_periods = true;
+  std::map<std::string, std::size_t> executions;
   const auto names = schedulers().names();
   const std::uint64_t systems_of_each = testing::random_systems(320) / names.size();
   for (const std::string& scheduler : names) {
@@ -152,7 +165,8 @@ TEST(Oracle, TheExecutorsDoWhatItSays) {
         const bool is_timer = random.system.callbacks[i].is_timer;
         phases[i] = is_timer ? static_cast<Time>(random.between(1, random.period(i))) : 0;
       }
-      const Real real(random, scheduler, phases);
+      const std::string type = type_of(random.system.executors.front(), seed);
+      const Real real(random, type, scheduler, phases);
       Executions expected;
       const auto worst = [&random](std::size_t callback) {
         return random.system.callbacks[callback].execution;
@@ -165,14 +179,15 @@ TEST(Oracle, TheExecutorsDoWhatItSays) {
           std::mismatch(real.result.begin(), real.result.end(), expected.begin(), expected.end());
       ASSERT_EQ(::testing::PrintToString(Executions(first, real.result.end())),
                 ::testing::PrintToString(Executions(other, expected.end())))
-          << scheduler << ", seed " << seed << ", from execution " << first - real.result.begin()
-          << " on:\n"
+          << type << ", " << scheduler << ", seed " << seed << ", from execution "
+          << first - real.result.begin() << " on:\n"
           << testing::described(random.system);
-      executions += expected.size();
-      if (random.system.executors.front().threads > 1) ++pools;
+      executions[type] += expected.size();
     }
   }
-  std::printf("%zu executions, %zu systems with several threads\n", executions, pools);
+  for (const auto& [type, count] : executions) {
+    std::printf("%-22s %7zu executions are the same\n", type.c_str(), count);
+  }
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 // there is one that is as long.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
-#include <numeric>
 
 #include <gtest/gtest.h>
 
@@ -36,12 +35,21 @@ std::vector<Oracle::Run> runs(RandomSystem& random) {
   std::vector<Oracle::Run> result{{std::vector<Time>(count), worst, kEnd},
                                   {std::vector<Time>(count), worst, kEnd},
                                   {std::vector<Time>(count), any, kEnd}};
+  result[1].messages_first = true;
   for (std::size_t i = 0; i < count; ++i) {
-    if (!random.system.callbacks[i].is_timer) continue;
+    const Callback& callback = random.system.callbacks[i];
+    for (std::size_t run = 0; callback.arrivals && !callback.is_timer && run < result.size();
+         ++run) {
+      for (const Time time : random.arrivals(i, kEnd, run != 2)) {
+        result[run].messages.emplace_back(time, i);
+      }
+    }
+    if (!callback.is_timer) continue;
     // All but some are released just before these: what runs then, blocks them.
     result[1].phases[i] = random.is_one_of(3) ? 1 : 0;
     result[2].phases[i] = static_cast<Time>(random.between(0, random.period(i)));
   }
+  for (Oracle::Run& run : result) std::sort(run.messages.begin(), run.messages.end());
   return result;
 }
 
@@ -103,15 +111,29 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   std::vector<std::vector<std::string>> sets{{}};
   for (const std::string& name : methods().names()) sets.push_back({name});
   std::map<std::string, Tightness> tightness;
-  std::vector<std::uint64_t> seeds(testing::random_systems(kSystems));
-  std::iota(seeds.begin(), seeds.end(), 1);
+  std::vector<std::pair<std::uint64_t, Shape>> systems;
+  const std::uint64_t count = testing::random_systems(kSystems);
+  for (std::uint64_t seed = 1; seed <= count; ++seed) {
+    Shape shape;
+    shape.has_periods = seed % 2 == 0;
+    shape.has_overheads = seed % 4 == 1;
+    shape.has_outside = seed % 3 == 0;
+    if (seed % 5 == 0) shape.utilisations = {0.95, 0.98, 0.99, 1.0};
+    systems.emplace_back(seed, shape);
+  }
   // Each has refuted a bound of an earlier form: a message that came at the instant at which a less
   // urgent callback began; a snapshot on a CPU whose other thread was behind; less urgent callbacks
   // that begin while a thread of the same priority waits; a timer that misses releases before a
   // join.
-  seeds.insert(seeds.end(), {7842, 12972, 18799, 33828});
-  for (const std::uint64_t seed : seeds) {
-    RandomSystem random(seed, Shape{});
+  for (const std::uint64_t seed : {7842, 12972, 18799, 33828}) systems.emplace_back(seed, Shape{});
+  // A later message that overtakes by a shorter way.
+  systems.emplace_back(249903, Shape{.has_outside = true});
+  // A join whose other input is sent at the end of a period; callbacks that exceed their period.
+  for (const std::uint64_t seed : {1098, 2154}) {
+    systems.emplace_back(seed, Shape{.has_periods = true});
+  }
+  for (const auto& [seed, shape] : systems) {
+    RandomSystem random(seed, shape);
     std::vector<Observed> observed;
     for (Oracle::Run& run : runs(random)) {
       observed.push_back(observe(random.system, Oracle(random.system, std::move(run))));
@@ -129,8 +151,9 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
     std::printf(
         "%-16s %9zu bounds, largest observed ÷ bound: %.3f of a callback, %.3f of a chain\n",
         name.c_str(), found.bounds, found.callbacks, found.chains);
-    if (seeds.size() < 2000) continue;
-    EXPECT_GE(found.callbacks, 0.95) << name;
+    if (count < 2000) continue;
+    // Of threads that share a snapshot nothing better is known.
+    EXPECT_GE(found.callbacks, name == "pools" ? 0.3 : 0.95) << name;
   }
 }
 

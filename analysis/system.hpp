@@ -49,6 +49,9 @@ struct Executor {
   /// Callbacks become ready at polling points; otherwise at once.
   bool is_wait_set = false;
   std::size_t threads = 1;
+  /// Logical execution time: at the end of every such period it takes one input of each callback,
+  /// runs these, and sends what they publish at the end of the next. 0: it does not.
+  Time let_period = 0;
   /// One of these places for its threads, or else a processor for each.
   std::optional<Reservation> reservation;
   struct Share {
@@ -71,11 +74,24 @@ struct Term {
   Time time = 0;
 };
 
+/// What the machine adds to the callbacks' own time.
+struct Overheads {
+  Time dispatch = 0;        // to each execution
+  Time wake = 0;            // until a thread that sleeps runs
+  Time context_switch = 0;  // from one thread of a CPU to another
+};
+
 struct System {
   std::vector<Executor> executors;
   std::vector<Callback> callbacks;
   std::vector<Chain> chains;
+  Overheads overheads{};
 };
+
+/// Throws Error for what would make the analyses divide by zero, read outside, or answer a question
+/// that is none.
+/// Thread safety: a pure function. Real-time: no.
+void check(const System& system);
 
 }  // namespace takt::analysis
 

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "takt/analysis/system.hpp"
+#include "takt/testing/oracle_order.hpp"
 
 namespace takt::testing {
 
-using analysis::Order;
 using analysis::Time;
 
 /// One execution, and what caused it.
@@ -26,24 +26,31 @@ struct Job {
   std::size_t callback = 0;
   Time ready = 0, start = 0, end = 0;
   Time arrival = 0;                // of what caused it, in its executor
-  const Job* cause = nullptr;      // nullptr: a timer's release
+  const Job* cause = nullptr;      // nullptr: a timer's release, or a message from outside
   std::vector<const Job*> joined;  // the other inputs of a join, whose last one is the cause
 };
 
-/// Simulates a system whose arrivals are all of timers.
+/// Simulates a system.
 class Oracle {
  public:
   struct Run {
     std::vector<Time> phases;  // of the timers: their first releases, by callback
     std::function<Time(std::size_t callback)> execution;
     Time end = 0;
+    /// From outside the system: time and callback, sorted. At the same instant they come before all
+    /// else happens, or after it.
+    std::vector<std::pair<Time, std::size_t>> messages{};
+    bool messages_first = false;
   };
 
-  Oracle(const analysis::System& system, Run run) : system_(system), run_(std::move(run)) {
-    states_.resize(system.callbacks.size());
-    parts_.resize(system.executors.size());
+  Oracle(const analysis::System& system, Run run)
+      : system_(system),
+        run_(std::move(run)),
+        states_(system.callbacks.size()),
+        parts_(system.executors.size()) {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       parts_[i].executor = &system.executors[i];
+      parts_[i].waiting = Waiting(system, system.executors[i].order);
       for (std::size_t thread = 0; thread < system.executors[i].threads; ++thread) {
         workers_.push_back({.part = i});
         workers_.back().awake = true;
@@ -54,7 +61,7 @@ class Oracle {
       }
     }
     for (std::size_t i = 0; i < states_.size(); ++i) {
-      if (!system.callbacks[i].arrivals) continue;
+      if (!system.callbacks[i].is_timer) continue;
       states_[i].due = run_.phases[i];
       parts_[system.callbacks[i].executor].timers.insert({states_[i].due, i});
     }
@@ -73,12 +80,6 @@ class Oracle {
     Time arrival;
     std::vector<const Job*> joined;
   };
-  /// A callback that waits in the scheduler, or for its group.
-  struct Entry {
-    std::size_t callback;
-    Time ready;
-    std::uint64_t sequence, window;
-  };
   struct State {  // of a callback
     Time due = 0;
     std::deque<Message> messages;
@@ -87,19 +88,30 @@ class Oracle {
     std::uint64_t announced = 0;
     std::map<std::size_t, const Job*> inputs;  // of a join that sends to it, since the last message
   };
+  struct Sent {
+    const Job* from;
+    std::size_t to;
+    bool is_inside;
+    std::vector<const Job*> joined;
+  };
   struct Part {  // an executor
     const analysis::Executor* executor = nullptr;
     std::set<std::pair<Time, std::size_t>> timers;
     std::vector<std::size_t> inbox;
-    std::vector<Entry> waiting, parked;
-    std::vector<std::size_t> turns, busy;  // groups
+    Waiting waiting;
+    std::vector<std::size_t> busy;  // groups
     std::uint64_t window = 0;
     std::size_t timekeeper = SIZE_MAX;
     Time timekeeper_deadline = 0;
+    // Of logical execution time: the next end of a period, what is sent then, and of what was taken
+    // at the last one, what has not begun.
+    Time next_period = 0;
+    std::vector<Sent> outputs;
+    std::deque<std::unique_ptr<Job>> taken;
   };
   struct Worker {
     std::size_t part = 0;
-    bool awake = false, sleeping = false, woken = false;
+    bool awake = false, sleeping = false;
     Time wake_time = 0, remaining = 0, awake_since = 0;
     std::unique_ptr<Job> job;
     Time budget = 0, deadline = 0;  // of a reservation
@@ -109,6 +121,7 @@ class Oracle {
   static constexpr Time kNever = analysis::kUnbounded;
 
   const analysis::Callback& at(std::size_t callback) const { return system_.callbacks[callback]; }
+  bool has_periods(const Part& part) const { return part.executor->let_period > 0; }
   bool is_shared(const Part& part) const { return part.executor->threads > 1; }
 
   // ---- Processors ----
@@ -132,7 +145,7 @@ class Oracle {
   Time next_event(std::size_t index) const {
     const Worker& worker = workers_[index];
     if (worker.throttled) return worker.deadline;
-    if (!worker.awake) return worker.woken ? now_ : worker.wake_time;
+    if (!worker.awake) return worker.wake_time;
     if (!has_cpu(index)) return kNever;
     const Time end = now_ + worker.remaining;
     return is_reserved(worker) ? std::min(end, now_ + worker.budget) : end;
@@ -154,8 +167,12 @@ class Oracle {
         first_time = time;
       }
     }
-    if (first == SIZE_MAX || first_time.first > run_.end) return false;
-    const Time elapsed = std::max<Time>(0, first_time.first - now_);
+    const Time message = messages_ < run_.messages.size() ? run_.messages[messages_].first : kNever;
+    const bool is_message =
+        message < first_time.first || (message == first_time.first && run_.messages_first);
+    const Time time = std::min(message, first_time.first);
+    if (time >= kNever || time > run_.end) return false;
+    const Time elapsed = std::max<Time>(0, time - now_);
     for (std::size_t i = 0; i < workers_.size(); ++i) {
       Worker& worker = workers_[i];
       if (!worker.awake || !has_cpu(i)) continue;
@@ -163,7 +180,11 @@ class Oracle {
       if (is_reserved(worker)) worker.budget -= elapsed;
     }
     now_ += elapsed;
-    happens(first);
+    if (is_message) {
+      deliver({nullptr, run_.messages[messages_++].second, false, {}});
+    } else {
+      happens(first);
+    }
     return true;
   }
   void happens(std::size_t index) {
@@ -215,6 +236,10 @@ class Oracle {
     Worker& worker = workers_[index];
     Part& part = parts_[worker.part];
     Time deadline = kNever;
+    if (has_periods(part)) {
+      block(worker, part.next_period);
+      return false;
+    }
     const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
     if (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline) {
       part.timekeeper = index;
@@ -231,12 +256,12 @@ class Oracle {
   void block(Worker& worker, Time deadline) {
     worker.awake = false;
     worker.sleeping = true;
-    worker.wake_time = deadline;
+    worker.wake_time = analysis::plus(deadline, system_.overheads.wake);
   }
   void end_sleep(std::size_t index) {
     Worker& worker = workers_[index];
     Part& part = parts_[worker.part];
-    worker.sleeping = worker.woken = false;
+    worker.sleeping = false;
     if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
   }
   void wake(std::size_t part) {
@@ -245,37 +270,61 @@ class Oracle {
     });
     if (sleeper == workers_.end()) return;
     sleeper->sleeping = false;
-    sleeper->woken = true;
+    sleeper->wake_time = std::min(sleeper->wake_time, now_ + system_.overheads.wake);
   }
   void pass_on(Part& part) {
     if (!is_shared(part)) return;
     const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
     const bool needs_timekeeper =
         release != kNever && (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline);
-    if (!part.waiting.empty() || !part.inbox.empty() || needs_timekeeper) {
+    if (!part.waiting.is_empty() || !part.inbox.empty() || needs_timekeeper) {
       wake(static_cast<std::size_t>(&part - parts_.data()));
     }
   }
   bool run_next(Worker& worker, Part& part) {
-    Entry entry{};
+    if (has_periods(part)) return run_period(worker, part);
+    Waiting::Entry entry{};
     for (;;) {
-      if (!part.executor->is_wait_set || part.waiting.empty()) poll(part);
-      if (part.waiting.empty()) return false;
-      entry = pop(part);
+      if (!part.executor->is_wait_set || part.waiting.is_empty()) poll(part);
+      if (part.waiting.is_empty()) return false;
+      entry = part.waiting.pop();
       part.window = std::max(part.window, entry.window);
       const std::size_t group = at(entry.callback).group;
       if (std::find(part.busy.begin(), part.busy.end(), group) == part.busy.end()) {
         part.busy.push_back(group);
         break;
       }
-      part.parked.push_back(entry);
+      part.waiting.park(entry);
     }
     pass_on(part);
+    begin(worker, take(entry));
+    return true;
+  }
+  bool run_period(Worker& worker, Part& part) {
+    const Time period = part.executor->let_period;
+    if (part.taken.empty()) {
+      if (part.next_period == 0) part.next_period = now_ + period;
+      if (now_ < part.next_period) return false;
+      for (Sent& sent : std::exchange(part.outputs, {})) deliver(std::move(sent));
+      part.next_period += ((now_ - part.next_period) / period + 1) * period;
+      poll(part);
+      while (!part.waiting.is_empty()) part.taken.push_back(take(part.waiting.pop()));
+      if (part.taken.empty()) return false;
+    }
+    begin(worker, std::move(part.taken.front()));
+    part.taken.pop_front();
+    return true;
+  }
+  void begin(Worker& worker, std::unique_ptr<Job> job) {
+    job->start = now_;
+    worker.remaining = run_.execution(job->callback) + system_.overheads.dispatch;
+    worker.job = std::move(job);
+  }
+  std::unique_ptr<Job> take(const Waiting::Entry& entry) {
     State& state = states_[entry.callback];
-    worker.job = std::make_unique<Job>();
-    Job& job = *worker.job;
+    auto taken = std::make_unique<Job>();
+    Job& job = *taken;
     job.callback = entry.callback;
-    job.start = now_;
     if (at(entry.callback).is_timer) {
       job.ready = job.arrival = state.due;
       const Time period = at(entry.callback).arrivals->least_distance(2);
@@ -288,8 +337,7 @@ class Oracle {
       job.arrival = message.arrival;
       job.joined = message.joined;
     }
-    worker.remaining = run_.execution(entry.callback);
-    return true;
+    return taken;
   }
   void finish(Worker& worker, Part& part) {
     const std::size_t callback = worker.job->callback;
@@ -302,14 +350,12 @@ class Oracle {
         continue;
       }
       const bool is_inside = at(callback).executor == at(output.to).executor;
-      for (analysis::Count i = 0; i < output.messages; ++i) {
-        send(job, output.to, is_inside ? job.arrival : now_);
-      }
+      for (analysis::Count i = 0; i < output.messages; ++i) send({&job, output.to, is_inside, {}});
     }
     settle(part, callback);
     const std::size_t group = at(callback).group;
     std::erase(part.busy, group);
-    unpark(part, group);
+    part.waiting.unpark(group);
   }
   void join(const Job& job, std::size_t to) {
     auto& inputs = states_[to].inputs;
@@ -324,16 +370,27 @@ class Oracle {
     inputs.erase(job.callback);
     std::vector<const Job*> others;
     for (const auto& [sender, input] : std::exchange(inputs, {})) others.push_back(input);
-    send(job, to, now_, std::move(others));
+    send({&job, to, false, std::move(others)});
   }
-  void send(const Job& from, std::size_t to, Time arrival, std::vector<const Job*> joined = {}) {
+  void send(Sent sent) {
+    Part& part = parts_[at(sent.from->callback).executor];
+    if (has_periods(part)) {
+      part.outputs.push_back(std::move(sent));
+    } else {
+      deliver(std::move(sent));
+    }
+  }
+  void deliver(Sent sent) {
+    const std::size_t to = sent.to;
     State& state = states_[to];
     Part& part = parts_[at(to).executor];
-    const bool is_inside = at(from.callback).executor == at(to).executor;
+    const bool is_from_here =
+        sent.from != nullptr && at(sent.from->callback).executor == at(to).executor;
     const std::uint64_t sequence = ++sequence_;
-    state.messages.push_back({now_, sequence, &from, arrival, std::move(joined)});
-    if (!is_inside || is_shared(part)) {
-      if (announce(part, to, now_, sequence)) wake(at(to).executor);
+    const Time arrival = sent.is_inside ? sent.from->arrival : now_;
+    state.messages.push_back({now_, sequence, sent.from, arrival, std::move(sent.joined)});
+    if (!is_from_here || is_shared(part)) {
+      if (announce(part, to, now_, sequence) && !has_periods(part)) wake(at(to).executor);
     } else if (part.executor->is_wait_set) {
       announce(part, to, now_, sequence);
     } else if (!state.held && !state.queued) {
@@ -354,7 +411,7 @@ class Oracle {
   void hold(Part& part, std::size_t callback, Time ready, std::uint64_t sequence) {
     states_[callback].held = true;
     const std::uint64_t ahead = part.executor->is_wait_set ? 0 : 1;
-    push(part, {callback, ready, sequence, part.window + ahead});
+    part.waiting.push({callback, ready, sequence, part.window + ahead});
   }
   void poll(Part& part) {
     if (part.executor->is_wait_set) ++part.window;
@@ -383,7 +440,7 @@ class Oracle {
     }
     const Message& front = state.messages.front();
     if (!part.executor->is_wait_set) {
-      push(part, {callback, front.ready, front.sequence, part.window + 1});
+      part.waiting.push({callback, front.ready, front.sequence, part.window + 1});
       return;
     }
     state.held = false;
@@ -396,71 +453,11 @@ class Oracle {
     }
   }
 
-  // ---- The order ----
-
-  bool is_before(const Part& part, const Entry& a, const Entry& b) const {
-    const analysis::Callback& first = at(a.callback);
-    const analysis::Callback& second = at(b.callback);
-    const auto point = [](const Entry& entry, const analysis::Callback& callback) {
-      return callback.point >= kNever ? kNever : entry.ready + callback.point;
-    };
-    switch (part.executor->order) {
-      case Order::by_urgency:
-        return std::tuple(-first.urgency, a.sequence) < std::tuple(-second.urgency, b.sequence);
-      case Order::by_point:
-        return std::tuple(point(a, first), a.sequence) < std::tuple(point(b, second), b.sequence);
-      case Order::in_windows:
-        return std::tuple(a.window, first.place) < std::tuple(b.window, second.place);
-      case Order::by_arrival:
-      case Order::in_turns:
-      case Order::arbitrary:
-        break;
-    }
-    return a.sequence < b.sequence;
-  }
-  void push(Part& part, const Entry& entry) {
-    const std::size_t group = at(entry.callback).group;
-    if (std::find(part.turns.begin(), part.turns.end(), group) == part.turns.end()) {
-      part.turns.push_back(group);
-    }
-    part.waiting.push_back(entry);
-  }
-  Entry pop(Part& part) {
-    const bool takes_turns = part.executor->order == Order::in_turns;
-    const auto is_meant = [&](const Entry& entry) {
-      return !takes_turns || at(entry.callback).group == part.turns.front();
-    };
-    auto first = part.waiting.end();
-    for (auto entry = part.waiting.begin(); entry != part.waiting.end(); ++entry) {
-      if (!is_meant(*entry)) continue;
-      if (first == part.waiting.end() || is_before(part, *entry, *first)) first = entry;
-    }
-    const Entry result = *first;
-    part.waiting.erase(first);
-    const std::size_t group = at(result.callback).group;
-    std::erase(part.turns, group);
-    const bool has_more =
-        std::any_of(part.waiting.begin(), part.waiting.end(),
-                    [&](const Entry& entry) { return at(entry.callback).group == group; });
-    if (has_more) part.turns.push_back(group);
-    return result;
-  }
-  // A free group hands one of its waiting callbacks back to the scheduler.
-  void unpark(Part& part, std::size_t group) {
-    auto first = part.parked.end();
-    for (auto entry = part.parked.begin(); entry != part.parked.end(); ++entry) {
-      if (at(entry->callback).group != group) continue;
-      if (first == part.parked.end() || is_before(part, *entry, *first)) first = entry;
-    }
-    if (first == part.parked.end()) return;
-    push(part, *first);
-    part.parked.erase(first);
-  }
-
   const analysis::System& system_;
   const Run run_;
   Time now_ = 0;
   std::uint64_t sequence_ = 0;
+  std::size_t messages_ = 0;  // from outside: how many have come
   std::vector<State> states_;
   std::vector<Part> parts_;
   std::vector<Worker> workers_;  // by rank

@@ -31,7 +31,10 @@ struct Shape {
   std::size_t most_executors = 4;
   bool has_threads = true;  // several for an executor
   bool has_joins = true;
-  bool shares_cpus = true;                                          // and reservations
+  bool has_overheads = false;
+  bool has_outside = false;  // messages from outside, also several at once
+  bool has_periods = false;  // of logical execution time, in every other executor
+  bool shares_cpus = true;   // and reservations
   std::vector<double> utilisations{0.3, 0.5, 0.7, 0.9, 0.97, 1.3};  // of an executor's CPU
 };
 
@@ -44,8 +47,11 @@ class RandomSystem {
     set_executions();
     set_orders();
     for (std::size_t i = 0; i < system.callbacks.size(); ++i) {
-      if (system.callbacks[i].is_timer) find_chains({i});
+      if (system.callbacks[i].arrivals) find_chains({i});
     }
+    if (!shape_.has_overheads) return;
+    system.overheads.dispatch = static_cast<Time>(between(0, 2));
+    system.overheads.wake = static_cast<Time>(between(0, 9));
   }
 
   /// A number from first to last.
@@ -61,6 +67,22 @@ class RandomSystem {
   }
   Time period(std::size_t timer) const {
     return system.callbacks[timer].arrivals->least_distance(2);
+  }
+
+  /// Messages from outside at a callback, as close as they may come, or some of them later.
+  std::vector<Time> arrivals(std::size_t callback, Time end, bool are_closest) {
+    const analysis::ArrivalCurve& curve = *system.callbacks[callback].arrivals;
+    std::vector<Time> result{are_closest ? 0 : static_cast<Time>(between(0, 100))};
+    for (;;) {
+      Time next =
+          are_closest || !is_one_of(3) ? 0 : result.back() + static_cast<Time>(between(0, 99));
+      for (std::size_t i = 0; i < result.size(); ++i) {
+        const auto count = static_cast<analysis::Count>(result.size() - i + 1);
+        next = std::max(next, result[i] + curve.least_distance(count));
+      }
+      if (next > end) return result;
+      result.push_back(next);
+    }
   }
 
   analysis::System system;
@@ -87,6 +109,10 @@ class RandomSystem {
                                   .period = period};
         }
       }
+      if (shape_.has_periods && executor.threads == 1 && is_one_of(2)) {
+        executor.is_wait_set = true;
+        executor.let_period = 10 * static_cast<Time>(between(2, 16));
+      }
       system.executors.push_back(executor);
     }
   }
@@ -97,6 +123,7 @@ class RandomSystem {
     system.callbacks[last].is_timer = true;
     system.callbacks[last].arrivals = analysis::ArrivalCurve::periodic(periods_[last]);
     system.callbacks[last].longest_gap = periods_[last];
+    if (shape_.has_outside && is_one_of(2)) come_from_outside(last);
     const std::size_t first = last;
     for (std::size_t more = between(0, 3); more > 0; --more) {
       if (is_one_of(5)) last = between(first, system.callbacks.size() - 1);  // a fork
@@ -121,9 +148,29 @@ class RandomSystem {
         system.callbacks[other].outputs.push_back({.to = next, .messages = !paces, .waits = true});
       } else {
         system.callbacks[last].outputs.push_back({.to = next});
+        if (shape_.has_outside && is_one_of(4)) system.callbacks[last].outputs.back().messages = 2;
       }
       last = next;
     }
+  }
+  void come_from_outside(std::size_t callback) {
+    analysis::Callback& described = system.callbacks[callback];
+    described.is_timer = false;
+    described.longest_gap = analysis::kUnbounded;
+    const Time period = periods_[callback];
+    if (is_one_of(2)) {
+      const auto most = static_cast<std::size_t>(period) * 3;
+      described.arrivals = analysis::ArrivalCurve::periodic(
+          period, static_cast<Time>(between(0, most)), static_cast<Time>(between(0, 5)));
+      return;
+    }
+    std::vector<Time> distances;
+    for (std::size_t more = between(1, 3); more > 0; --more) {
+      distances.push_back(static_cast<Time>(between(0, static_cast<std::size_t>(period))));
+    }
+    std::sort(distances.begin(), distances.end());
+    distances.push_back(period * static_cast<Time>(distances.size() + 1));
+    described.arrivals = analysis::ArrivalCurve::by_distances(distances);
   }
   bool reaches(std::size_t from, std::size_t to) const {
     const auto& outputs = system.callbacks[from].outputs;
@@ -210,6 +257,7 @@ inline std::string described(const analysis::System& system) {
     text +=
         fmt::format("{}: order {}, {}, {} threads", executor.name, static_cast<int>(executor.order),
                     executor.is_wait_set ? "wait set" : "events", executor.threads);
+    if (executor.let_period > 0) text += fmt::format(", periods of {}", executor.let_period);
     if (const auto& share = executor.share) {
       text += fmt::format(", CPU {} priority {}", share->cpu, share->priority);
     }

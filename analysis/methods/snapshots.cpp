@@ -27,14 +27,8 @@ class Snapshots final : public Method {
       return Answer::none("a callback of the path gets several messages at once");
     }
 
-    Time snapshot = 0, until_last = 0;
-    for (const std::size_t callback : part.callbacks) {
-      snapshot = plus(snapshot, part.at(callback).execution);
-      if (is_served_until(part, callback, path.last())) {
-        until_last = plus(until_last, part.at(callback).execution);
-      }
-    }
     const Time steps = static_cast<Time>(path.callbacks.size());
+    const Time snapshot = part.snapshot(), until_last = part.snapshot_until(path.last());
     const Time bound = part.supply.time_for(plus(times(steps, snapshot), until_last), part.limit);
     const Source& source = part.sources[path.source];
     // A timer has one release outstanding at most, messages may queue.
@@ -49,17 +43,6 @@ class Snapshots final : public Method {
         {"the last snapshot, up to its last callback", until_last}};
     part.finish(terms, bound, 0);
     return {bound, "", std::move(terms)};
-  }
-
- private:
-  static bool is_served_until(const Part& part, std::size_t callback, std::size_t last) {
-    if (part.executor.order == Order::in_windows) {
-      return part.at(callback).place <= part.at(last).place;
-    }
-    if (part.executor.order == Order::by_urgency) {
-      return part.at(callback).urgency >= part.at(last).urgency;
-    }
-    return true;
   }
 };
 

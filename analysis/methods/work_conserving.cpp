@@ -20,8 +20,7 @@ class WorkConserving final : public Method {
     const Part& part = path.part;
     const Source& own = part.sources[path.source];
     const Callback& last = part.at(path.last());
-    const Time each =
-        times(times(last.execution, part.executions(path.source, path.last())), own.messages);
+    const Time each = each_of_last(path);
     const auto last_of = [&](Time window) { return times(each, own.curve.most(window)); };
     const auto others = [&](Time window) { return part.demand(window) - last_of(window); };
     const auto time_for = [&](Time work) { return part.supply.time_for(work, part.limit); };
@@ -44,6 +43,22 @@ class WorkConserving final : public Method {
   }
 
  private:
+  // Of one arrival, the executions of the last callback by way of the path. Those keep their order;
+  // a later arrival may overtake by another way.
+  static Time each_of_last(const Path& path) {
+    Count count = path.part.sources[path.source].messages;
+    for (std::size_t i = 0; i + 1 < path.callbacks.size(); ++i) {
+      Count messages = 0;
+      for (const Output& output : path.part.at(path.callbacks[i]).outputs) {
+        const bool is_next =
+            output.to == path.callbacks[i + 1] && path.part.is_inside(path.callbacks[i], output);
+        if (is_next) messages = plus(messages, output.messages);
+      }
+      count = times(count, messages);
+    }
+    return times(path.part.at(path.last()).execution, count);
+  }
+
   static std::vector<Term> explain(const Path& path, Time bound, Time offset) {
     const Part& part = path.part;
     const Time last = part.at(path.last()).execution;
@@ -54,9 +69,8 @@ class WorkConserving final : public Method {
       Term term = part.term(source, from.curve.most(window), part.costs[source]);
       if (source == path.source) {
         // Later instances of the last callback come after this one.
-        const Time each = times(times(last, part.executions(source, path.last())), from.messages);
         const Count later = from.curve.most(window) - from.curve.most(offset + 1);
-        term.time -= times(each, later);
+        term.time -= times(each_of_last(path), later);
         if (later != 0)
           term.what += fmt::format(", but {} × '{}'", later, part.at(path.last()).name);
       }

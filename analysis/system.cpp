@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/analysis/system.hpp"
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt::analysis {
+namespace {
+
+void refuse_unless(bool is_right, const std::string& of, const char* what) {
+  if (!is_right) throw Error(fmt::format("'{}': {}", of, what));
+}
+
+}  // namespace
+
+void check(const System& system) {
+  for (const Executor& executor : system.executors) {
+    refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
+    refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
+    if (!executor.reservation) continue;
+    const auto& [budget, period] = *executor.reservation;
+    refuse_unless(budget > 0 && budget <= period, executor.name,
+                  "a reservation's budget is positive, and at most its period");
+  }
+  for (const Callback& callback : system.callbacks) {
+    refuse_unless(callback.executor < system.executors.size(), callback.name,
+                  "its executor is not in the system");
+    refuse_unless(callback.least_execution >= 0 && callback.least_execution <= callback.execution,
+                  callback.name, "its least execution time is negative, or above the longest");
+    for (const Output& output : callback.outputs) {
+      refuse_unless(output.to < system.callbacks.size(), callback.name,
+                    "it sends to a callback that is not in the system");
+      refuse_unless(output.messages > 0 || (output.messages == 0 && output.waits), callback.name,
+                    "an output has one message at least");
+      refuse_unless(output.least_delay >= 0 && output.least_delay <= output.delay, callback.name,
+                    "an output has a delay that is not negative, and not below the least");
+    }
+  }
+  const auto& [dispatch, wake, context_switch] = system.overheads;
+  refuse_unless(dispatch >= 0 && wake >= 0 && context_switch >= 0, "overheads", "none is negative");
+  for (const Chain& chain : system.chains) {
+    refuse_unless(!chain.callbacks.empty(), chain.name, "a chain has one callback at least");
+    for (const std::size_t callback : chain.callbacks) {
+      refuse_unless(callback < system.callbacks.size(), chain.name,
+                    "the chain has a callback that is not in the system");
+    }
+  }
+}
+
+}  // namespace takt::analysis
