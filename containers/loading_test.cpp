@@ -294,9 +294,11 @@ TEST_F(Loading, IsRefusedWhenAChainCouldMissItsDeadline) {
   container_->release();
   ComponentDescription other = guest_;
   other.callback_groups["loop"] = {.parameters = {.priority = 5, .budget = 250us}};
-  EXPECT_THAT(error_of([&] { container_->load(other); }),
-              HasSubstr("with '/guest', chain 'tick' could take 549999ns, and its deadline is "
-                        "500us; without it, the chain takes 300us at most; give the component another executor"));
+  EXPECT_THAT(
+      error_of([&] { container_->load(other); }),
+      HasSubstr(
+          "with '/guest', chain 'tick' could take 549999ns, and its deadline is "
+          "500us; without it, the chain takes 300us at most; give the component another executor"));
   other.callback_groups["loop"].parameters.budget = 100us;
   EXPECT_NO_THROW(container_->load(other));
 }

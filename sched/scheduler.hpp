@@ -118,9 +118,9 @@ struct SchedulerTraits {
   /// Looks at `ready_time` and `deadline`, or overrides `done`. Without, executors that count only
   /// spare two clock readings a message.
   bool uses_time = true;
-  /// What it does, for `takt analyze`: a scheduler that fits none of the words has an arbitrary
-  /// order, for which there are bounds, too. Who is more urgent, or has the earlier place, is asked
-  /// of the scheduler itself.
+  /// What it does, for `takt analyze`. A scheduler that fits none of the words has an arbitrary
+  /// order, for which there are bounds, too. Which callback is more urgent, or has the earlier
+  /// place, is asked of the scheduler itself.
   analysis::Order order = analysis::Order::arbitrary;
   /// Order::by_point: what it adds to the ready time; no value: the callback comes after all
   /// others.

@@ -32,8 +32,27 @@ class Points final : public Method {
   }
 
  private:
+  struct Other {
+    Time execution, point, overtaking;
+    std::vector<Part::Inner> arrivals;
+  };
+
   static Time point(const Part& part, std::size_t callback) {
     return part.executor.order == Order::by_arrival ? 0 : part.at(callback).point;
+  }
+
+  static std::vector<Other> others_of(const Part& part, std::size_t callback) {
+    std::vector<Other> others;
+    for (const std::size_t other : part.callbacks) {
+      if (other == callback) continue;
+      // Where arrivals are numbered, a message that is sent before the executor has looked at its
+      // timers overtakes one that is due already.
+      const bool overtakes = part.executor.order == Order::by_arrival &&
+                             part.at(callback).is_timer && !part.at(other).is_timer;
+      others.push_back({part.at(other).execution, point(part, other),
+                        overtakes ? part.longest() - 1 : 0, part.inner_arrivals(other)});
+    }
+    return others;
   }
 
   // Of one callback, from its own arrival.
@@ -41,16 +60,7 @@ class Points final : public Method {
     const Callback& own = part.at(callback);
     const Time own_point = point(part, callback);
     const Time longest = part.longest();
-    std::vector<Other> others;
-    for (const std::size_t other : part.callbacks) {
-      if (other == callback) continue;
-      // Where arrivals are numbered, a message that is sent before the executor has looked at its
-      // timers overtakes one that is due already.
-      const bool overtakes =
-          part.executor.order == Order::by_arrival && own.is_timer && !part.at(other).is_timer;
-      others.push_back({part.at(other).execution, point(part, other), overtakes ? longest - 1 : 0,
-                        part.inner_arrivals(other)});
-    }
+    const std::vector<Other> others = others_of(part, callback);
     const auto arrivals = part.inner_arrivals(callback);
     const Time busy = least_fixed_point(
         [&](Time window) {
@@ -109,11 +119,6 @@ class Points final : public Method {
     }
     return worst;
   }
-
-  struct Other {
-    Time execution, point, overtaking;
-    std::vector<Part::Inner> arrivals;
-  };
 };
 
 }  // namespace

@@ -53,9 +53,7 @@ class Urgency final : public Method {
               plus(plus(before, times(whole, own.curve.most(window))), level.interference(window)));
         },
         part.limit);
-    if (busy >= kUnbounded) {
-      return Answer::none("more urgent callbacks leave no time, or nearly none");
-    }
+    if (busy >= kUnbounded) return Answer::none("more urgent callbacks leave nearly no time");
     Time longest = 0, worst = 0;
     for (const Time offset : own.curve.steps(busy)) {
       const Time begins = least_fixed_point(
@@ -68,13 +66,8 @@ class Urgency final : public Method {
     }
     std::vector<Term> terms;
     if (part.explains) {
-      const Time begins = least_fixed_point(
-          [&](Time window) { return time_for(pending(worst, window) - (last.execution - 1)); },
-          part.limit);
-      const Time mine = pending(worst, begins) - before - level.interference(begins);
-      terms = {{"something less urgent that has begun, and what it causes", before},
-               {"the callbacks of the path, also of its other instances", mine}};
-      level.explain(begins, terms);
+      const Time begins = longest + worst - last.execution + 1;
+      terms = level.explained(begins, pending(worst, begins), before);
       part.finish(terms, longest, worst);
     }
     return {longest, "", std::move(terms)};
@@ -118,11 +111,15 @@ class Urgency final : public Method {
       return result;
     }
 
-    void explain(Time window, std::vector<Term>& terms) const {
+    std::vector<Term> explained(Time window, Time pending, Time before) const {
+      std::vector<Term> terms{{"something less urgent that has begun, and what it causes", before},
+                              {"the callbacks of the path, also of its other instances",
+                               pending - before - interference(window)}};
       for (std::size_t source = 0; source < part_.sources.size(); ++source) {
         const Count count = part_.sources[source].curve.most(window);
         terms.push_back(part_.term(source, count, costs_[source]));
       }
+      return terms;
     }
 
    private:

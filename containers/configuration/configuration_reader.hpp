@@ -56,6 +56,7 @@ class ConfigurationReader : private SystemReader {
   // Topics
   void read_topic(const Value& value);
   Read into_delay(DelayDescription& delay);
+  Read into_profile(std::optional<QoS>& profile);
 
   // Machine
   void read_machine(const Value& value);

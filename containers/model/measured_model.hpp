@@ -39,7 +39,7 @@ struct MeasuredModel {
   std::string file_hash;  // of its text
   std::string machine;    // for people: processors, kernel, clock
   Nanoseconds duration{0};
-  /// Added to the longest execution times by those who use them: 0.2 is a fifth.
+  /// Added to the longest execution times where they are used: 0.2 is a fifth.
   double margin = 0.2;
   /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one.
   /// Zero: the trace does not tell.

@@ -44,6 +44,10 @@ class ModelBuilder {
   }
 
   SystemModel build() {
+    const MachineDescription& machine = description_.machine;
+    model_.system.overheads = {.dispatch = machine.dispatch.count(),
+                               .wake = machine.wake.count(),
+                               .context_switch = machine.change.count()};
     add_callbacks();
     place_threads();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);

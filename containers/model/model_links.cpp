@@ -1,4 +1,4 @@
-// Who sends to whom in a model.
+// Which callback sends to which in a model.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>

@@ -61,7 +61,7 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
   executor.is_wait_set = traits.readiness == Readiness::wait_set;
   const TriggerOptions& trigger = description->trigger;
   if (trigger.let_period > Nanoseconds::zero()) {
-    executor.unknown = "it runs by logical execution time, for which no analysis is built";
+    executor.let_period = trigger.let_period.count();
   } else if (trigger.own || trigger.kind != TriggerOptions::Kind::any) {
     executor.unknown = "its trigger may wait for ever; there are bounds for `any` only";
   }

@@ -18,7 +18,7 @@ std::vector<std::size_t> ranks_of(std::span<const CallbackInfo> infos,
     asked->pop();
     return result;
   };
-  // Whoever has arrived first.
+  // Whichever has arrived first.
   const auto is_before = [&](std::size_t a, std::size_t b) {
     return is_first(a, b) && !is_first(b, a);
   };

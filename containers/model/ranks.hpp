@@ -1,4 +1,4 @@
-// Who comes before whom, asked of a scheduler.
+// Which callback comes before which, as a scheduler decides.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_RANKS_HPP_
 #define TAKT_CONTAINERS_MODEL_RANKS_HPP_

@@ -27,7 +27,9 @@ namespace {
 // speed.
 bool is_periodic(const Entity& entity) {
   const auto* timer = dynamic_cast<const Timer*>(&entity);
-  if (timer == nullptr || timer->clock().as_simulated() != nullptr) return false;
+  if (timer == nullptr) return false;
+  const auto simulated = timer->clock().as_simulated();
+  if (simulated != nullptr && simulated->simulates()) return false;
   const bool is_alarm = entity.name().find('/') != std::string::npos;
   const bool is_timeout = timer->is_canceled() && entity.name().ends_with("_timeout");
   return !is_alarm && !is_timeout;
@@ -244,6 +246,17 @@ void ModelBuilder::add_assumptions() {
   if (joins_dds()) {
     list.push_back("nobody outside of the file publishes on a topic on which somebody inside does");
   }
+  const analysis::Overheads& overheads = model_.system.overheads;
+  if (overheads.dispatch == 0 && overheads.wake == 0 && overheads.context_switch == 0) {
+    list.push_back("Linux and the executors need no time (`machine: overheads` says otherwise)");
+  }
+  const bool is_unlimited = description_.machine.rt_runtime &&
+                            *description_.machine.rt_runtime >= std::chrono::seconds(1);
+  if (!is_unlimited) {
+    list.push_back(
+        "real-time threads are never throttled: those of a CPU need less of a second than "
+        "sched_rt_runtime_us");
+  }
   const auto exists = [&](Provenance provenance) {
     return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
                        [&](const auto& callback) { return callback.execution == provenance; });
@@ -286,7 +299,9 @@ ModelBounds analyze(const SystemModel& model) {
   analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
   for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
   for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}), {}};
+  ModelBounds bounds{
+      analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}),
+      {}};
   for (const SystemModel::Chain& chain : model.chains) {
     ModelBounds::Chain& result = bounds.chains.emplace_back();
     result.why_not = chain.why_not;

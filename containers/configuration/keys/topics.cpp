@@ -18,10 +18,6 @@ void ConfigurationReader::read_topic(const Value& value) {
   std::optional<DelayDescription> delay;
   bool must_match = false;
   const int most_kept = static_cast<int>(QoS().keep_all().depth);
-  Words<QoS> profiles;
-  for (const std::string& profile : qos_profile_names()) {
-    profiles.emplace_back(profile, *qos_profile(profile));
-  }
   const auto duration = [this](std::optional<Nanoseconds>& target) -> Read {
     return [this, &target](const Value& time) {
       into_duration(target.emplace(), [&target] { QoS().deadline(*target).check(); })(time);
@@ -30,7 +26,7 @@ void ConfigurationReader::read_topic(const Value& value) {
   read_map(
       value, "a topic",
       {{"profile", "A QoS profile of rclcpp; the other keys override it.",
-        into(qos.profile, std::move(profiles))},
+        into_profile(qos.profile)},
        {"depth", "Number of messages kept.",
         without_default([&] { return into(depth.emplace(), 1, most_kept); })},
        {"history", "`keep_all`: equal to `depth: 16384`; `depth` is ignored.",
@@ -63,8 +59,7 @@ void ConfigurationReader::read_topic(const Value& value) {
         "the start, or at the end of a shorter run.",
         into(must_match)},
        {"delay",
-        "The longest time of a message from one process to another, for `takt analyze`; or `{min: "
-        "50us, max: 300us}`.",
+        "Between processes, the longest, for `takt analyze`; or `{min: 50us, max: 300us}`.",
         without_default([&] { return into_delay(delay.emplace()); })}});
   if (delay) system_.delays.try_emplace(value.name, *delay);
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
@@ -82,6 +77,14 @@ SystemReader::Read ConfigurationReader::into_delay(DelayDescription& delay) {
     if (is_describing() || errors_.size() != before || delay.least <= delay.longest) return;
     errors_.add(map.line, "the shortest delay is longer than the longest", "exchange them");
   });
+}
+
+SystemReader::Read ConfigurationReader::into_profile(std::optional<QoS>& profile) {
+  Words<QoS> profiles;
+  for (const std::string& name : qos_profile_names()) {
+    profiles.emplace_back(name, *qos_profile(name));
+  }
+  return into(profile, std::move(profiles));
 }
 
 }  // namespace takt
