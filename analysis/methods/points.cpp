@@ -55,6 +55,15 @@ class Points final : public Method {
     return others;
   }
 
+  // By what has begun, and has a later point in time.
+  static Time blocked(const Part& part, const std::vector<Other>& others, Time point) {
+    Time longest = 0;
+    for (const Other& other : others) {
+      if (other.point > point) longest = std::max(longest, part.blocking(other.execution));
+    }
+    return longest;
+  }
+
   // Of one callback, from its own arrival.
   static Time response_of(const Part& part, std::size_t callback, std::vector<Term>& terms) {
     const Callback& own = part.at(callback);
@@ -81,14 +90,7 @@ class Points final : public Method {
         if (step + shift >= 0) offsets.push_back(step + shift);
       }
     }
-    const auto blocking = [&](Time offset) {
-      Time longest_behind = 0;
-      for (const Other& other : others) {
-        if (other.point <= own_point + offset) continue;
-        longest_behind = std::max(longest_behind, part.blocking(other.execution));
-      }
-      return longest_behind;
-    };
+    const auto blocking = [&](Time offset) { return blocked(part, others, own_point + offset); };
     // Before its own last execution.
     const auto work = [&](Time offset, Time window) {
       Time sum = times(own.execution, most(arrivals, offset + 1)) - (own.execution - 1);
@@ -102,9 +104,8 @@ class Points final : public Method {
     };
     Time worst = 0, worst_offset = 0;
     for (const Time offset : offsets) {
-      const Time blocked = blocking(offset);
       const Time begins = least_fixed_point(
-          [&](Time window) { return plus(blocked, work(offset, window)); }, part.limit);
+          [&](Time window) { return plus(blocking(offset), work(offset, window)); }, part.limit);
       const Time response = std::max(Time{0}, begins - offset) + own.execution - 1;
       if (response > worst) worst_offset = offset;
       worst = std::max(worst, response);

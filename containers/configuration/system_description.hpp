@@ -165,7 +165,7 @@ struct SystemDescription {
   std::optional<int> cpu_dma_latency_us;  // held while running; nullopt: unchanged
   std::optional<DdsOptions> dds;          // nullopt: no DDS
   MachineDescription machine;
-  std::string model;  // the file that `takt run --model` has written; empty: none
+  std::string model;  // a file with measured numbers; empty: none
   TopicQos topics;
   std::map<std::string, DelayDescription, std::less<>> delays;  // by topic
   std::map<std::string, SourceLine, std::less<>> topic_lines;   // in a whole file only

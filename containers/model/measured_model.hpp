@@ -50,7 +50,7 @@ struct MeasuredModel {
   std::vector<MeasuredCallback> callbacks;
 };
 
-/// Reads a file that `takt model` or `takt run --model` has written, and a person may have edited.
+/// Reads such a file, which a person may have written.
 /// Throws ConfigurationError with file and line.
 /// Thread safety: from any thread. Real-time: no.
 MeasuredModel read_measured_model(const std::string& path);

@@ -82,10 +82,8 @@ void ModelBuilder::set_execution(std::size_t index) {
   } else {
     std::string& unknown = model_.system.executors[described.executor].unknown;
     if (unknown.empty()) {
-      unknown = fmt::format(
-          "the execution time of '{}' is not known; declare it (`execution`), or "
-          "measure it (`takt run --model`)",
-          described.name);
+      unknown = fmt::format("the execution time of '{}' is not known; declare it (`execution`)",
+                            described.name);
     }
   }
   const double speed = speed_of(described.executor);

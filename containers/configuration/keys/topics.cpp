@@ -15,7 +15,6 @@ void ConfigurationReader::read_topic(const Value& value) {
   }
   QosOverrides qos;
   std::optional<int> depth;
-  std::optional<DelayDescription> delay;
   bool must_match = false;
   const int most_kept = static_cast<int>(QoS().keep_all().depth);
   const auto duration = [this](std::optional<Nanoseconds>& target) -> Read {
@@ -60,8 +59,7 @@ void ConfigurationReader::read_topic(const Value& value) {
         into(must_match)},
        {"delay",
         "Between processes, the longest, for `takt analyze`; or `{min: 50us, max: 300us}`.",
-        without_default([&] { return into_delay(delay.emplace()); })}});
-  if (delay) system_.delays.try_emplace(value.name, *delay);
+        without_default([&] { return into_delay(system_.delays[value.name]); })}});
   if (must_match) system_.must_match.try_emplace(value.name, errors_.where(value.line));
   if (depth) qos.depth = static_cast<std::size_t>(*depth);
   system_.topics.try_emplace(value.name, qos);

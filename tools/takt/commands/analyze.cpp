@@ -9,7 +9,6 @@
 #include "analyze/analyzed_file.hpp"
 #include "analyze/sweep.hpp"
 #include "commands.hpp"
-#include "report.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools {
@@ -18,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string file, explained, sweep, report, json;
+  std::string file, explained, sweep, json;
   AnalyzeOptions how;
 };
 
@@ -48,7 +47,6 @@ json print_suggestions(const AnalyzedFile& file, bool prints) {
 
 void run(const Options& options) {
   check_writable(options.json);
-  if (!options.report.empty()) check_report(options.report);
   const bool prints = options.json != "-";
   json swept;  // before the file itself is analysed: nodes of one name must not exist twice
   if (!options.sweep.empty()) swept = sweep(options.file, options.how, options.sweep, prints);
@@ -63,7 +61,6 @@ void run(const Options& options) {
     if (prints) print_analysis(file);
     document["suggestions"] = print_suggestions(file, prints);
   }
-  if (!options.report.empty()) write_report({{"analyses", {document}}}, options.report);
   if (!options.json.empty()) write_json(document, options.json);
   if (!file.is_guaranteed()) throw CLI::RuntimeError(1);
 }
@@ -75,7 +72,7 @@ void set_up(CLI::App* command) {
                    "A configuration file; its components are constructed, but do not run")
       ->required();
   command->add_option("--model", options->how.model,
-                      "Measured execution times, from `takt run --model`");
+                      "A file with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
                       "As for `takt run`: one executor of this type runs all components");
   command->add_option("--scheduler", options->how.overrides.scheduler, "As for `takt run`");
@@ -83,7 +80,6 @@ void set_up(CLI::App* command) {
                       "Shows how the bound of this chain comes about");
   command->add_option("--sweep", options->sweep,
                       "KEY=A..B: the bounds for ten values of a key of the file");
-  command->add_option("--report", options->report, "Also write a page with a bar for each chain");
   command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer(
       "Exit 0: each chain with a deadline meets it for sure.\n"

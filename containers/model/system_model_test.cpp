@@ -1,0 +1,156 @@
+// From files to the numbers of the analysis, and to what it says of chains.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/model/system_model.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/configuration/configuration_file_test.hpp"
+#include "takt/containers/container.hpp"
+#include "takt/containers/model/places.hpp"
+#include "takt/containers/model/ranks.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+/// A file's only chain.
+ModelBounds::Chain bound_of(const std::string& text) {
+  const ConfigurationFile file("system.yaml", text);
+  const SystemDescription description = file.read();
+  const Container container(description);
+  const ModelledProcess process = container.modelled();
+  return analyze(make_system_model(description, container.plan().chains, {&process, 1}))
+      .chains.at(0);
+}
+
+/// U (1 ms, priority 5) sends to S (1 ms); four timers of 5 ms have priority 0.
+std::string trap(const std::string& executor, const std::string& machine = "") {
+  std::string text = machine + R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {e: {)" + executor +
+                     R"(, scheduler: fixed_priority, threads: [main_cpu]}}
+chains: [{name: c, deadline: 12ms, priority: 0, path: [u/t_timer, s/t]}]
+container:
+  name: trap
+  components:
+    - component: takt::Workload
+      name: u
+      executor: e
+      parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
+      callback_groups: {default: {priority: 5}}
+    - component: takt::Workload
+      name: s
+      executor: e
+      parameters: {subscriptions: {topic: [t], work_us: [1000]}}
+      callback_groups: {default: {priority: 5}}
+)";
+  for (const char* const name : {"a", "b", "c", "d"}) {
+    text += fmt::format(R"(
+    - component: takt::Workload
+      name: {0}
+      executor: e
+      parameters: {{publishers: {{topic: [x{0}], period_us: [100000], work_us: [5000]}}}}
+)",
+                        name);
+  }
+  return text;
+}
+
+// The bound of earlier versions was 12 ms, and 21.9 ms occurred.
+TEST(SystemModel, APollingExecutorServesAWholeSnapshotWhateverThePriority) {
+  EXPECT_EQ(bound_of(trap("type: single_threaded")).bound, 22ms);
+  EXPECT_EQ(bound_of(trap("type: events")).bound, 7ms - 1ns);
+}
+
+TEST(SystemModel, HalfTheSpeedIsTwiceTheExecution) {
+  EXPECT_EQ(bound_of(trap("type: single_threaded", "machine: {speed: {0: 0.5}}")).bound, 44ms);
+}
+
+TEST(SystemModel, SaysWhatIsNotKnown) {
+  std::string text = trap("type: events");
+  text.replace(text.find("policy: SCHED_FIFO, priority: 50, "), 34, "");
+  const ModelBounds::Chain bound = bound_of(text);
+  EXPECT_FALSE(bound.bound);
+  EXPECT_THAT(bound.why_not, HasSubstr("thread 'main_cpu' is SCHED_OTHER"));
+  EXPECT_EQ(bound_of("machine: {exclusive: true}\n" + text).bound, 7ms - 1ns);
+}
+
+TEST(SystemModel, TheFileSaysHowLongACallbackRuns) {
+  std::string text = trap("type: events");
+  const std::string group = "callback_groups: {default: {priority: 5}}";
+  text.replace(text.find(group), group.size(),
+               group + "\n      callbacks: {t_timer: {execution: 3ms}}");
+  EXPECT_EQ(bound_of(text).bound, 9ms - 1ns);
+}
+
+// The other input may come a period later.
+TEST(SystemModel, AChainWaitsForTheOtherInputsOfAJoin) {
+  const ModelBounds::Chain bound = bound_of(R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [main_cpu]}}
+chains: [{name: c, path: [left/l_timer, end/j]}]
+container:
+  name: joined
+  components:
+    - component: takt::Workload
+      name: left
+      executor: default
+      parameters: {publishers: {topic: [l], period_us: [50000], work_us: [1000]}}
+    - component: takt::Workload
+      name: right
+      executor: default
+      parameters: {publishers: {topic: [r], period_us: [80000], work_us: [1000]}}
+    - component: takt::Workload
+      name: join
+      executor: default
+      parameters: {relays: {input: [l, r], output: [j, j], work_us: [1000, 1000]}}
+    - component: takt::Workload
+      name: end
+      executor: default
+      parameters: {subscriptions: {topic: [j], work_us: [1000]}}
+)");
+  ASSERT_TRUE(bound.bound);
+  EXPECT_GT(*bound.bound, 53ms);
+  EXPECT_LT(*bound.bound, 65ms);
+}
+
+ModelledThread fifo(std::size_t executor, int priority, std::vector<int> cpus) {
+  return {executor,
+          {.name = "t" + std::to_string(executor),
+           .policy = ThreadPolicy::fifo,
+           .priority = priority,
+           .affinity = std::move(cpus)}};
+}
+
+TEST(Places, ThreadsOfOneCpuShareIt) {
+  const std::vector<ModelledThread> threads{fifo(0, 80, {1}), fifo(1, 40, {1}), fifo(2, 60, {0})};
+  const auto places = find_places(threads, 3, {0, 1}, false);
+  ASSERT_TRUE(places[1].share);
+  EXPECT_EQ(places[1].share->cpu, 1);
+  EXPECT_EQ(places[1].share->priority, 40);
+  EXPECT_EQ(places[2].cpu, 0);
+}
+
+TEST(Places, AnUnboundThreadIsAloneOnlyIfThereAreEnoughCpus) {
+  const std::vector<ModelledThread> two{fifo(0, 80, {}), fifo(1, 40, {})};
+  EXPECT_EQ(find_places(two, 2, {0, 1}, false)[1].unknown, "");
+  EXPECT_THAT(find_places(two, 2, {0}, false)[1].share->priority, 40);
+  const std::vector<ModelledThread> three{fifo(0, 80, {}), fifo(1, 40, {}), fifo(2, 30, {})};
+  EXPECT_THAT(find_places(three, 3, {0, 1}, false)[2].unknown, HasSubstr("on the same CPUs"));
+  EXPECT_EQ(find_places(three, 3, {0, 1}, false)[1].unknown, "");
+}
+
+TEST(Ranks, AreTheSchedulersOrder) {
+  std::vector<CallbackInfo> infos(3);
+  for (CallbackId i = 0; i < 3; ++i) infos[i].id = i;
+  infos[1].priority = 7;
+  EXPECT_THAT(ranks_of(infos, "fixed_priority"), ElementsAre(1, 0, 1));
+  EXPECT_THAT(ranks_of(infos, "fifo"), ElementsAre(0, 0, 0));
+}
+
+}  // namespace
+}  // namespace takt::test
