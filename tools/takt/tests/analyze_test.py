@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""takt analyze: verdicts and exit statuses, an explanation that adds up, a sweep, and mistakes.
+
+usage: analyze_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt = os.path.abspath(sys.argv[1])
+
+ROBOT = """
+threads:
+  control: {policy: SCHED_FIFO, priority: 80, affinity: [0]}
+  rest: {policy: SCHED_FIFO, priority: 40, affinity: [0]}
+executors:
+  fast: {type: events, scheduler: fixed_priority, threads: [control]}
+  bulk: {type: single_threaded, threads: [rest]}
+container:
+  name: robot
+  components:
+    - component: takt::Workload
+      name: imu
+      executor: fast
+      parameters: {publishers: {topic: [imu], period_us: [5000], work_us: [500]}}
+    - component: takt::Workload
+      name: planner
+      executor: bulk
+      parameters:
+        subscriptions: {topic: [imu], work_us: [1000]}
+        publishers: {topic: [map], period_us: [50000], work_us: [9000]}
+chains:
+  - {name: sense, deadline: DEADLINE, path: [imu/imu_timer, planner/imu]}
+"""
+
+
+def run(*words):
+    done = subprocess.run([takt, "analyze", *words], env=environment, text=True, capture_output=True, timeout=120)
+    return done.returncode, done.stdout, done.stderr
+
+
+with tempfile.TemporaryDirectory() as folder:
+    def write(name, text):
+        path = os.path.join(folder, name)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+        return path
+
+    robot = write("robot.yaml", ROBOT.replace("DEADLINE", "20ms"))
+    status, output, errors = run(robot)
+    check("a guarantee", status == 0 and re.search(r"^sense +20.000 .* guaranteed ", output, re.M), status, output, errors)
+
+    late = write("late.yaml", ROBOT.replace("DEADLINE", "3ms"))
+    status, output, errors = run(late)
+    check("not shown", status == 1 and " not shown " in output and "what would help" in output, status, output, errors)
+
+    status, output, errors = run(write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace(
+        "policy: SCHED_FIFO, priority: 40, ", "")))
+    check("no bound", status == 1 and "sense has no bound: bulk: thread 'rest' is SCHED_OTHER" in output, status, output, errors)
+
+    status, output, errors = run(robot, "--json", "-")
+    chain = json.loads(output)["chains"][0]
+    segments = sum(segment["bound_us"] + segment["wait_us"] for segment in chain["segments"])
+    check("the segments add up", abs(segments - chain["bound_us"]) < 0.01, chain)
+
+    status, output, errors = run(robot, "--explain", "sense")
+    parts = output.split("\n\n")[1:]
+    for part in parts:
+        bound = float(re.match(r"\d+\. ([0-9.]+) ms", part)[1])
+        terms = [float(term) for term in re.findall(r"^ +(-?[0-9.]+) ms  ", part, re.M)]
+        check("the terms add up", terms and abs(sum(terms) - bound) < 0.002, part)
+    check("two executors", len(parts) == 2, output)
+
+    status, output, errors = run(robot, "--sweep", "threads.rest.priority=10..90")
+    check("a sweep", status == 0 and len(re.findall(r"^ +\d+ +\d+\.\d{3}$", output, re.M)) == 10, output, errors)
+
+    for name, words, text in [
+            ("a wrong key", [robot, "--sweep", "threads.rset.priority=1..9"], "there is no 'rset'"),
+            ("a wrong range", [robot, "--sweep", "threads"], "KEY=A..B"),
+            ("a wrong chain", [robot, "--explain", "sens"], "no chain is called 'sens'"),
+            ("no such file", [os.path.join(folder, "none.yaml")], "none.yaml"),
+            ("a wrong model", [robot, "--model", robot], "robot.yaml:")]:
+        status, output, errors = run(*words)
+        check(name, status == 2 and text in errors, status, output, errors)
+    for text, part in [("execution: 0ms", "takes some time"), ("execution: {min: 2ms, max: 1ms}", "longer than its longest"),
+                       ("arrival: {}", "a period or distances"), ("outputs: later", "'outputs' cannot be 'later'")]:
+        wrong = write("wrong.yaml", ROBOT.replace("DEADLINE", "20ms").replace(
+            "      name: imu\n", f"      name: imu\n      callbacks: {{imu_timer: {{{text}}}}}\n"))
+        status, output, errors = run(wrong)
+        check(text, status == 2 and part in errors and "wrong.yaml:" in errors, status, output, errors)
+
+finish()
