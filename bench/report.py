@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws one self-contained HTML page from a result document of takt bench or takt compare.
+"""Draws one self-contained HTML page from a result document of takt bench, compare or analyze.
 
 usage: report.py OUT.html < results.json
 
@@ -372,6 +372,50 @@ def draw_timeline(page, timeline):
     page.figure(figure, f"Executions in 40 ms, from takt run --trace; n = {len(shown)} callbacks.")
 
 
+def draw_analysis(page, analysis):
+    """A row for each chain: how late it was, how late it can be, and how late it may be."""
+    page.heading(analysis["file"] + (f", {analysis['variant']}" if "variant" in analysis else ""))
+    chains = analysis["chains"]
+    figure, axes = plt.subplots(figsize=(7.2, 1.6 + 0.5 * len(chains)))
+    labels = {}  # each once in the legend
+
+    def label(text):
+        return None if text in labels else labels.setdefault(text, text)
+
+    for row, chain in enumerate(chains):
+        bound, observed = chain["bound_us"], chain["observed_us"]
+        if bound is not None:
+            axes.barh(row, bound / 1e3, 0.6, color="#c9d8ec", label=label("bound: never later"))
+        if observed is not None:
+            axes.barh(row, observed["p999"] / 1e3, 0.3, color="#3566a8", label=label("observed, p99.9"))
+            axes.plot(observed["max"] / 1e3, row, "|", color="#222222", markersize=12, label=label("observed, maximum"))
+        if chain["deadline_us"] is not None:
+            axes.plot([chain["deadline_us"] / 1e3] * 2, [row - 0.4, row + 0.4], color="#d0632b", linewidth=2,
+                      label=label("deadline"))
+    names = [chain["name"] + ("\n(no bound)" if chain["bound_us"] is None else "") for chain in chains]
+    axes.set_yticks(range(len(chains)), names)
+    axes.set_ylim(len(chains) - 0.4, -0.6)
+    axes.set_xlim(0, None)
+    axes.set_xlabel("latency, release of the first callback → end of the last one (ms)")
+    axes.legend(fontsize=8, ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    samples = sum(chain["observed_us"]["instances"] for chain in chains if chain["observed_us"] is not None)
+    page.figure(figure, "Each chain: observed, bound, and deadline. " +
+                (f"n = {samples} observed instances." if samples else "Nothing was observed: analyse with --model."))
+
+    def ms(us):
+        return "-" if us is None else f"{us / 1e3:.3f}"
+
+    page.table(["chain", "deadline (ms)", "observed p99.9 (ms)", "observed max (ms)", "bound (ms)", "verdict"],
+               [[chain["name"], ms(chain["deadline_us"]), ms((chain["observed_us"] or {}).get("p999")),
+                 ms((chain["observed_us"] or {}).get("max")), ms(chain["bound_us"]), chain["verdict"]]
+                for chain in chains])
+    for chain in chains:
+        if chain["reason"] is not None:
+            page.note(f"{chain['name']} has no bound: {chain['reason']}.")
+    for number, assumption in enumerate(analysis["assumptions"], 1):
+        page.note(f"Assumption {number}: {assumption}.")
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
@@ -385,8 +429,10 @@ def main():
         draw_timeline(page, document["timeline"])
     if document.get("runs"):
         draw_runs(page, document["runs"])
-    is_bench = "experiments" in document
-    page.write(sys.argv[1], "takt bench" if is_bench else "takt compare")
+    for analysis in document.get("analyses", []):
+        draw_analysis(page, analysis)
+    page.write(sys.argv[1], "takt bench" if "experiments" in document else
+               "takt analyze" if "analyses" in document else "takt compare")
 
 
 if __name__ == "__main__":

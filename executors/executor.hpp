@@ -100,7 +100,8 @@ struct ExecutorOptions {
   Nanoseconds early_wake{0};
   Realtime realtime = Realtime::prefer;
   StatisticsLevel statistics = StatisticsLevel::full;
-  /// How many of its last executions each thread records for a timeline; 0: none.
+  /// How many of its last executions each thread records for a timeline; 0: none. Each then costs
+  /// two system calls more, which read the thread's CPU time.
   std::size_t trace_events = 0;
   /// Reports missed deadlines when they are missed; without it, they are reported when callbacks
   /// return.
@@ -139,6 +140,7 @@ struct CallbackStatistics : CallbackCounts, CallbackTimes {
 struct NamedTraceEvent : TraceEvent {
   std::string name;  // "/node/callback"
   EntityKind kind = EntityKind::waitable;
+  std::uint64_t cause = 0;  // the path of the execution that published its message; 0: none
 };
 
 /// What one thread of an executor requested, got and used, from spin to the end of spin.

@@ -69,7 +69,6 @@ class ModelReader : private SystemReader {
     MeasuredModel model;
     read_map(root, "a measured model",
              {{"file", "", into(model.file)},
-              {"file_hash", "", into(model.file_hash)},
               {"machine", "", into(model.machine)},
               {"duration", "", into_time(model.duration)},
               {"margin", "", into_margin(model.margin)},
@@ -77,7 +76,9 @@ class ModelReader : private SystemReader {
               {"overheads", "", into_overheads(model)},
               {"callbacks", "",
                each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
-               /*is_required=*/true}});
+               /*is_required=*/true},
+              {"chains", "",
+               each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
     check_causes(model);
     return model;
   }
@@ -184,6 +185,17 @@ class ModelReader : private SystemReader {
       each_in_list([&](const Value& distance) { into_time(distances.emplace_back())(distance); })(
           value);
     };
+  }
+
+  MeasuredChain chain(const Value& value) {
+    MeasuredChain result{.name = value.name};
+    read_map(value, "a measured chain",
+             {{"instances", "", into_count(result.instances)},
+              {"p50", "", into_time(result.median)},
+              {"p99", "", into_time(result.p99)},
+              {"p99.9", "", into_time(result.p999)},
+              {"max", "", into_time(result.longest), /*is_required=*/true}});
+    return result;
   }
 
   void complain(const Value& value, const std::string& what) {

@@ -33,12 +33,18 @@ struct MeasuredCallback {
   std::map<std::string, std::uint64_t> causes;
 };
 
+/// Latencies of a chain in a run: from the release of the first callback to the end of the last.
+struct MeasuredChain {
+  std::string name;
+  std::uint64_t instances = 0;
+  Nanoseconds median{0}, p99{0}, p999{0}, longest{0};
+};
+
 /// The content of a *.model.yaml file.
 struct MeasuredModel {
-  std::string file;       // the system file it was measured with
-  std::string file_hash;  // of its text
-  std::string machine;    // for people: processors, kernel, clock
-  Nanoseconds duration{0};
+  std::string file;         // the system file it was measured with
+  std::string machine;      // for people: processors, kernel, clock
+  Nanoseconds duration{0};  // of the shortest run
   /// Added to the longest execution times where they are used: 0.2 is a fifth.
   double margin = 0.2;
   /// Estimates from the trace: between two callbacks of a busy thread, and to wake an idle one.
@@ -48,6 +54,7 @@ struct MeasuredModel {
   /// arrivals before and after them.
   std::uint64_t lost_executions = 0;
   std::vector<MeasuredCallback> callbacks;
+  std::vector<MeasuredChain> chains;
 };
 
 /// Reads such a file, which a person may have written.

@@ -19,7 +19,6 @@ using testing::Pair;
 
 constexpr const char* kComplete = R"(
 file: robot.yaml
-file_hash: fnv1a:cbf29ce484222325
 machine: 2 × AMD EPYC, Linux 6.18
 duration: 10s
 margin: 0.5
@@ -34,6 +33,8 @@ callbacks:
     causes: {/fusion/points: 2}
   /fusion/points:
     executions: 200
+chains:
+  sense_to_act: {instances: 100, p50: 2ms, p99: 3ms, p99.9: 4ms, max: 5ms}
 )";
 
 MeasuredModel model_in(const std::string& text) {
@@ -60,7 +61,6 @@ std::string errors_of(const std::string& keys) {
 TEST(MeasuredModel, IsRead) {
   const MeasuredModel model = model_in(kComplete);
   EXPECT_EQ(model.file, "robot.yaml");
-  EXPECT_EQ(model.file_hash, "fnv1a:cbf29ce484222325");
   EXPECT_EQ(model.machine, "2 × AMD EPYC, Linux 6.18");
   EXPECT_EQ(model.duration, 10s);
   EXPECT_EQ(model.margin, 0.5);
@@ -83,6 +83,13 @@ TEST(MeasuredModel, IsRead) {
   EXPECT_THAT(tick.causes, ElementsAre(Pair("/fusion/points", 2)));
   EXPECT_EQ(model.callbacks[1].name, "/fusion/points");
   EXPECT_EQ(model.callbacks[1].executions, 200u);
+  ASSERT_EQ(model.chains.size(), 1u);
+  EXPECT_EQ(model.chains[0].name, "sense_to_act");
+  EXPECT_EQ(model.chains[0].instances, 100u);
+  EXPECT_EQ(model.chains[0].median, 2ms);
+  EXPECT_EQ(model.chains[0].p99, 3ms);
+  EXPECT_EQ(model.chains[0].p999, 4ms);
+  EXPECT_EQ(model.chains[0].longest, 5ms);
 }
 
 TEST(MeasuredModel, NeedsOnlyCallbacks) {
@@ -105,8 +112,8 @@ TEST(MeasuredModel, MayHaveWhatAPersonHasWritten) {
 TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
   EXPECT_EQ(errors_in("callback: {}\ncallbacks: {}"),
             "m.model.yaml:1: 'callback' is no key of a measured model; did you mean 'callbacks'? "
-            "valid: file, file_hash, machine, duration, margin, lost_executions, overheads, "
-            "callbacks\n");
+            "valid: file, machine, duration, margin, lost_executions, overheads, "
+            "callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is no key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));

@@ -33,13 +33,10 @@ class ModelBuilder {
  public:
   ModelBuilder(const SystemDescription& description, std::span<const PlannedChain> chains,
                std::span<const ModelledProcess> processes, const MeasuredModel* measured)
-      : description_(description), chains_(chains), processes_(processes) {
-    if (measured != nullptr) {
-      for (const MeasuredCallback& callback : measured->callbacks) {
-        measured_[callback.name] = &callback;
-      }
-      margin_ = measured->margin;
-      duration_ = measured->duration;
+      : description_(description), chains_(chains), processes_(processes), measured_(measured) {
+    if (measured == nullptr) return;
+    for (const MeasuredCallback& callback : measured->callbacks) {
+      measured_callbacks_[callback.name] = &callback;
     }
   }
 
@@ -48,6 +45,10 @@ class ModelBuilder {
     model_.system.overheads = {.dispatch = machine.dispatch.count(),
                                .wake = machine.wake.count(),
                                .context_switch = machine.change.count()};
+    if (has_measured_overheads()) {
+      model_.system.overheads.dispatch = measured_->dispatch_overhead.count();
+      model_.system.overheads.wake = measured_->wake_overhead.count();
+    }
     add_callbacks();
     place_threads();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);
@@ -83,8 +84,14 @@ class ModelBuilder {
   void add_assumptions();
   bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
   const MeasuredCallback* measured(std::size_t callback) const {
-    const auto found = measured_.find(model_.system.callbacks[callback].name);
-    return found != measured_.end() ? found->second : nullptr;
+    const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
+    return found != measured_callbacks_.end() ? found->second : nullptr;
+  }
+  /// What the file says comes first.
+  bool has_measured_overheads() const {
+    const MachineDescription& machine = description_.machine;
+    return measured_ != nullptr &&
+           machine.dispatch + machine.wake + machine.change == Nanoseconds::zero();
   }
   const std::vector<int>& cpus() const {
     return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
@@ -93,9 +100,8 @@ class ModelBuilder {
   const SystemDescription& description_;
   const std::span<const PlannedChain> chains_;
   const std::span<const ModelledProcess> processes_;
-  std::map<std::string, const MeasuredCallback*, std::less<>> measured_;
-  double margin_ = 0;
-  Nanoseconds duration_{0};
+  const MeasuredModel* const measured_;  // or nullptr
+  std::map<std::string, const MeasuredCallback*, std::less<>> measured_callbacks_;
 
   SystemModel model_;
   std::vector<ModelledPart> parts_;  // as model_.system.executors

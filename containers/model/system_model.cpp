@@ -74,17 +74,12 @@ void ModelBuilder::set_execution(std::size_t index) {
   } else if (exact) {
     facts.execution = Provenance::exact;
     longest = least = *exact;
-  } else if (seen != nullptr) {
+  } else if (seen != nullptr && seen->longest_execution != Nanoseconds::zero()) {
     facts.execution = Provenance::measured;
     facts.measured_executions = seen->executions;
     longest = std::chrono::ceil<Nanoseconds>(
-        std::chrono::duration<double, std::nano>(seen->longest_execution) * (1 + margin_));
-  } else {
-    std::string& unknown = model_.system.executors[described.executor].unknown;
-    if (unknown.empty()) {
-      unknown = fmt::format("the execution time of '{}' is not known; declare it (`execution`)",
-                            described.name);
-    }
+        std::chrono::duration<double, std::nano>(seen->longest_execution) *
+        (1 + measured_->margin));
   }
   const double speed = speed_of(described.executor);
   const auto at_speed = [&](Nanoseconds time) {
@@ -115,12 +110,19 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
   if (has_senders || (kind == EntityKind::subscription && !joins_dds())) return {};
   const MeasuredCallback* const seen = measured(index);
   if (seen == nullptr || seen->dropped != 0) return ArrivalCurve::unknown();
-  if (seen->executions == 0) return {};
-  std::vector<analysis::Time> distances;
-  for (const Nanoseconds distance : seen->least_distances) distances.push_back(distance.count());
-  if (distances.empty()) distances.push_back(duration_.count());
-  if (distances.back() <= 0) return ArrivalCurve::unknown();
-  return ArrivalCurve::by_distances(std::move(distances));
+  if (!seen->least_distances.empty()) {
+    std::vector<analysis::Time> distances;
+    for (const Nanoseconds distance : seen->least_distances) distances.push_back(distance.count());
+    return ArrivalCurve::by_distances(std::move(distances));
+  }
+  if (seen->period != Nanoseconds::zero()) {
+    return ArrivalCurve::periodic(seen->period.count(), seen->jitter.count());
+  }
+  if (seen->executions == 1 && measured_->duration != Nanoseconds::zero()) {
+    return ArrivalCurve::by_distances({measured_->duration.count()});
+  }
+  const bool has_run = seen->executions != 0 || seen->longest_execution != Nanoseconds::zero();
+  return has_run ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
 }
 
 void ModelBuilder::set_arrivals(std::size_t index) {
@@ -132,6 +134,14 @@ void ModelBuilder::set_arrivals(std::size_t index) {
                   });
   analysis::Callback& described = model_.system.callbacks[index];
   described.arrivals = arrivals_of(index, has_senders);
+  std::string& unknown = model_.system.executors[described.executor].unknown;
+  const bool may_run = described.arrivals || has_senders;
+  if (may_run && model_.callbacks[index].execution == Provenance::unknown && unknown.empty()) {
+    unknown = fmt::format(
+        "the execution time of '{}' is not known; declare it (`execution`), or measure it (`takt "
+        "run --model`)",
+        described.name);
+  }
   const Entity& entity = *callbacks_[index]->entity;
   if (entity.kind() != EntityKind::timer || !is_periodic(entity)) return;
   described.is_timer = true;
@@ -247,6 +257,11 @@ void ModelBuilder::add_assumptions() {
   const analysis::Overheads& overheads = model_.system.overheads;
   if (overheads.dispatch == 0 && overheads.wake == 0 && overheads.context_switch == 0) {
     list.push_back("Linux and the executors need no time (`machine: overheads` says otherwise)");
+  } else if (has_measured_overheads()) {
+    list.push_back(fmt::format(
+        "as estimated from the trace, the executors need {} between two "
+        "callbacks, and Linux {} to wake a thread",
+        to_string(Nanoseconds(overheads.dispatch)), to_string(Nanoseconds(overheads.wake))));
   }
   const bool is_unlimited = description_.machine.rt_runtime &&
                             *description_.machine.rt_runtime >= std::chrono::seconds(1);
@@ -263,7 +278,7 @@ void ModelBuilder::add_assumptions() {
     list.push_back(
         fmt::format("no execution is longer than the longest that was measured, and {:g} "
                     "%; no arrivals are closer than those that were measured",
-                    100 * margin_));
+                    100 * measured_->margin));
   }
   if (exists(Provenance::promised)) {
     list.push_back("no execution is longer than its `budget`: overruns are counted, not prevented");

@@ -277,6 +277,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   TimePoint start = picked, end = picked;
   if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
     start = options_.clock->now();
+  Nanoseconds cpu_time{0};
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
@@ -285,11 +286,15 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
+    if (trace_of_ != nullptr) [[unlikely]]
+      cpu_time = thread_cpu_time();
     try {
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
     }
+    if (trace_of_ != nullptr) [[unlikely]]
+      cpu_time = thread_cpu_time() - cpu_time;
     // Before the user's handlers of limits, and before the wait for the lock.
     if (reads_clock || is_checked) [[unlikely]]
       end = options_.clock->now();
@@ -310,7 +315,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     // another thread, did not wait.
     picked = std::max(picked, slot.ready_time);
     if (taken && records_times_) record_times(record, slot, picked, start, end);
-    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end);
+    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, cpu_time);
     ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);

@@ -190,8 +190,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
-                                          TimePoint picked, TimePoint start,
-                                          TimePoint end) noexcept;
+                                          TimePoint picked, TimePoint start, TimePoint end,
+                                          Nanoseconds cpu_time) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
                                                  const Dispatch& dispatch, TimePoint start,
                                                  TimePoint end) noexcept;

@@ -64,18 +64,20 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
 }
 
 void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
-                                TimePoint start, TimePoint end) noexcept {
+                                TimePoint start, TimePoint end, Nanoseconds cpu_time) noexcept {
   const std::uint64_t lost = record.entity->lost();
   trace_of_->record({.callback = record.id(),
                      .sequence = slot.sequence,
                      .chain_instance = slot.chain_instance == 0
                                            ? slot.sequence
                                            : instance_before_joins(slot.chain_instance),
+                     .path = extend_path(slot.path, record.entity->mark()),
                      .lost = lost - std::exchange(record.lost_before, lost),
                      .ready = slot.ready_time == TimePoint{} ? picked : slot.ready_time,
                      .picked = picked,
                      .start = start,
-                     .end = end});
+                     .end = end,
+                     .cpu_time = cpu_time});
 }
 
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
@@ -87,11 +89,12 @@ std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {
   if (traces_.empty()) return threads;
   threads.resize(threads_.size());  // when spin_some or the like ran the callbacks
   const auto named = [this](const TraceEvent& event) {
-    NamedTraceEvent result{event, "(removed)", EntityKind::waitable};
+    NamedTraceEvent result{event, "(removed)"};
     if (const auto found = records_.find(event.callback); found != records_.end()) {
       const Record& record = *found->second;
       result.name = record.node + "/" + record.entity->name();
       result.kind = record.settings.info.kind;
+      result.cause = retract_path(event.path, record.entity->mark());
     }
     return result;
   };

@@ -19,14 +19,16 @@ struct TraceEvent {
   CallbackId callback = 0;
   std::uint64_t sequence = 0;          // of what it was called for
   std::uint64_t chain_instance = 0;    // the sequence of its chain's first release
+  std::uint64_t path = 0;              // of the chain instance up to here, see extend_path
   std::uint64_t lost = 0;              // messages overwritten, or releases missed, since its last
   TimePoint ready{};                   // published, or for timers due
   TimePoint picked{}, start{}, end{};  // by a thread; of the callback
+  Nanoseconds cpu_time{0};             // of the callback: without what ran instead of it
 };
 
 /// The last executions on one thread: when it is full, the oldest are overwritten.
 /// Thread safety: one writer; read it when the writer has ended.
-/// Real-time: recording stores 64 bytes; nothing allocates after construction.
+/// Real-time: recording stores 80 bytes; nothing allocates after construction.
 class TraceRing {
  public:
   /// Room for so many, rounded up to a power of two.

@@ -54,6 +54,8 @@ TEST(Trace, RecordsWhatRanWhenAndWhatWasLost) {
                     std::to_string(event.end.time_since_epoch() / 1ms) + " lost " +
                     std::to_string(event.lost));
     EXPECT_EQ(event.chain_instance, threads[0].trace[0].chain_instance);
+    EXPECT_EQ(event.cause, event.name == "/robot/tick" ? 0 : threads[0].trace[0].path);
+    EXPECT_GT(event.cpu_time, 0ns);
   }
   EXPECT_THAT(trace, ElementsAre("/robot/tick 10 10 14 lost 0", "/robot/scan 10 14 15 lost 1",
                                  "/robot/scan 10 15 16 lost 0"));

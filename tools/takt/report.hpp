@@ -10,7 +10,7 @@
 namespace takt::tools {
 
 /// Writes a self-contained HTML page with figures of the document: "runs" of `takt compare`,
-/// "experiments" of `takt bench`. The embedded script bench/report.py draws them with Python's
+/// "experiments" of `takt bench`, "analyses" of `takt analyze`. The embedded script bench/report.py draws them with Python's
 /// matplotlib. Throws Error if matplotlib is missing, or if the file cannot be written.
 void write_report(const nlohmann::json& document, const std::string& path);
 

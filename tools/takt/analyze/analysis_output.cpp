@@ -61,12 +61,22 @@ std::vector<std::size_t> callbacks_of(const analysis::ChainBound& bound) {
   return result;
 }
 
+json observed_json(const MeasuredChain* observed) {
+  if (observed == nullptr) return {};
+  return {{"instances", observed->instances},
+          {"p50", rt::us(observed->median)},
+          {"p99", rt::us(observed->p99)},
+          {"p999", rt::us(observed->p999)},
+          {"max", rt::us(observed->longest)}};
+}
+
 json chain_json(const AnalyzedFile& file, std::size_t index) {
   const SystemModel::Chain& chain = file.model.chains[index];
   const ModelBounds::Chain& bound = file.bounds.chains[index];
   json result{{"name", chain.name},
               {"deadline_us",
                chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
+              {"observed_us", observed_json(file.observed(chain))},
               {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
               {"verdict", verdict(chain, bound)},
               {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
@@ -109,18 +119,24 @@ json callback_json(const AnalyzedFile& file, std::size_t index) {
 }
 
 void print_chains(const AnalyzedFile& file) {
-  Table chains({"chain", "deadline_ms", "bound_ms", "verdict", "by", "rests on"});
+  Table chains(
+      {"chain", "deadline_ms", "p99.9_ms", "max_ms", "bound_ms", "verdict", "by", "rests on"});
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     const SystemModel::Chain& chain = file.model.chains[i];
     const ModelBounds::Chain& bound = file.bounds.chains[i];
     const analysis::ChainBound* const details = found(file, i);
+    const MeasuredChain* const observed = file.observed(chain);
     chains.add({chain.name,
                 chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+                observed != nullptr ? ms(observed->p999.count()) : "-",
+                observed != nullptr ? ms(observed->longest.count()) : "-",
                 bound.bound ? ms(bound.bound->count()) : "-", std::string(verdict(chain, bound)),
                 bound.bound ? by(file, *details) : "-",
                 details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
   }
-  chains.print("chains: from the release of the first callback to the end of the last one");
+  chains.print(
+      "chains: from the release of the first callback to the end of the last one (p99.9 and max as "
+      "measured)");
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     if (file.bounds.chains[i].bound) continue;
     fmt::print("{} has no bound: {}\n", file.model.chains[i].name, file.bounds.chains[i].why_not);

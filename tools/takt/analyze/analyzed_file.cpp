@@ -17,6 +17,13 @@ bool AnalyzedFile::is_guaranteed() const {
   return true;
 }
 
+const MeasuredChain* AnalyzedFile::observed(const SystemModel::Chain& chain) const {
+  if (!measured) return nullptr;
+  const auto found = std::find_if(measured->chains.begin(), measured->chains.end(),
+                                  [&](const auto& other) { return other.name == chain.name; });
+  return found != measured->chains.end() ? &*found : nullptr;
+}
+
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
   AnalyzedFile file{.system = read_system(path, options.settings)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;

@@ -26,6 +26,8 @@ struct AnalyzedFile {
 
   /// Whether each chain with a deadline meets it for sure.
   bool is_guaranteed() const;
+  /// What a run has shown of a chain; nullptr: nothing.
+  const MeasuredChain* observed(const SystemModel::Chain& chain) const;
 };
 
 struct AnalyzeOptions {

@@ -9,6 +9,7 @@
 #include "analyze/analyzed_file.hpp"
 #include "analyze/sweep.hpp"
 #include "commands.hpp"
+#include "report.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools {
@@ -17,7 +18,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string file, explained, sweep, json;
+  std::string file, explained, sweep, report, json;
   AnalyzeOptions how;
 };
 
@@ -47,6 +48,7 @@ json print_suggestions(const AnalyzedFile& file, bool prints) {
 
 void run(const Options& options) {
   check_writable(options.json);
+  if (!options.report.empty()) check_report(options.report);
   const bool prints = options.json != "-";
   json swept;  // before the file itself is analysed: nodes of one name must not exist twice
   if (!options.sweep.empty()) swept = sweep(options.file, options.how, options.sweep, prints);
@@ -61,6 +63,11 @@ void run(const Options& options) {
     if (prints) print_analysis(file);
     document["suggestions"] = print_suggestions(file, prints);
   }
+  if (!options.report.empty()) {
+    json page = result_document(json::array());
+    page["analyses"] = {document};
+    write_report(page, options.report);
+  }
   if (!options.json.empty()) write_json(document, options.json);
   if (!file.is_guaranteed()) throw CLI::RuntimeError(1);
 }
@@ -72,7 +79,7 @@ void set_up(CLI::App* command) {
                    "A configuration file; its components are constructed, but do not run")
       ->required();
   command->add_option("--model", options->how.model,
-                      "A file with measured execution times and arrivals");
+                      "A file of `takt run --model`, with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
                       "As for `takt run`: one executor of this type runs all components");
   command->add_option("--scheduler", options->how.overrides.scheduler, "As for `takt run`");
@@ -80,11 +87,13 @@ void set_up(CLI::App* command) {
                       "Shows how the bound of this chain comes about");
   command->add_option("--sweep", options->sweep,
                       "KEY=A..B: the bounds for ten values of a key of the file");
+  command->add_option("--report", options->report, "Also write an HTML page with a figure");
   command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer(
       "Exit 0: each chain with a deadline meets it for sure.\n"
       "Examples:\n"
       "  takt analyze robot.yaml\n"
+      "  takt analyze robot.yaml --model robot.model.yaml --report robot.html\n"
       "  takt analyze robot.yaml --explain sense_to_act\n"
       "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n");
   command->callback([options] { run(*options); });

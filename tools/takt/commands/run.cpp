@@ -11,10 +11,11 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "model/extraction.hpp"
 #include "run/child.hpp"
 #include "run/processes.hpp"
 #include "run/result_json.hpp"
-#include "run/trace_file.hpp"
+#include "run/trace.hpp"
 #include "table.hpp"
 
 namespace takt::tools {
@@ -22,16 +23,18 @@ namespace {
 
 using nlohmann::json;
 
-/// Executions kept for each thread; they take 4 MB.
+/// Executions kept for each thread; they take 5 MB.
 constexpr std::size_t kTraceEvents = 65'536;
 
 struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
-                                               json, trace;
+                                               json, trace, model;
   std::vector<std::string> load;
   bool histograms = false;
+
+  bool traces() const { return !trace.empty() || !model.empty(); }
 };
 
 /// "-" where nothing was measured.
@@ -218,7 +221,7 @@ std::vector<SystemDescription> processes(const Options& options) {
 ContainerOverrides overrides(const Options& options) {
   return {.executor = options.name.empty() ? options.executor : "",
           .scheduler = options.scheduler,
-          .trace_events = options.trace.empty() ? 0 : kTraceEvents};
+          .trace_events = options.traces() ? kTraceEvents : 0};
 }
 
 /// What makes this program one process of the same system.
@@ -232,6 +235,7 @@ std::vector<std::string> words_of(const Options& options) {
   add("--composition", options.composition);
   add("--transport", options.transport);
   add("--trace", options.trace);
+  add("--model", options.model);
   return words;
 }
 
@@ -248,19 +252,43 @@ void serve_parent(const Options& options) {
               "leave the file as it is while it runs", options.file);
 }
 
+/// Whether a trigger or a period decides when the executor of a traced thread runs.
+bool is_triggered(const std::vector<SystemDescription>& system, const json& thread,
+                  const Options& options) {
+  if (!options.executor.empty()) return false;  // an executor without
+  for (const SystemDescription& process : system) {
+    for (const ExecutorDescription& executor : process.executors) {
+      if (process.name != thread.at("process") || executor.name != thread.at("executor")) continue;
+      return executor.trigger.kind != TriggerOptions::Kind::any ||
+             executor.trigger.let_period != Nanoseconds::zero();
+    }
+  }
+  return false;
+}
+
+/// The timeline and the model of the run.
+void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
+  for (json& thread : run.at("trace")) {
+    thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
+  }
+  const Trace trace = make_trace(run);
+  if (!options.trace.empty()) write_trace(trace, options.trace);
+  if (!options.model.empty()) write_measured_model(extract_model({&trace, 1}), options.model);
+}
+
 void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   check_writable(options.json);
   check_writable(options.trace);
-  json run = run_processes(processes(options),
+  check_writable(options.model);
+  const std::vector<SystemDescription> system = processes(options);
+  json run = run_processes(system,
                            {.overrides = overrides(options),
                             .duration = options.duration.empty() ? Nanoseconds::zero()
                                                                  : parse_run_time(options.duration),
                             .loads = options.composition == "dynamic",
                             .apart = options.composition == "per-node",
                             .words = words_of(options)});
-  const json trace = std::exchange(run["trace"], {});
-  run.erase("trace");
   const auto failed = run.at("failed").get<std::vector<std::string>>();
   run.erase("failed");
   run["file"] = options.name.empty() ? options.file : "--name " + options.name;
@@ -270,7 +298,8 @@ void run(const Options& options) {
   run["transport"] = options.transport;
   run["repeat"] = 0;
   for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
-  if (!options.trace.empty()) write_trace(trace, options.trace);
+  if (options.traces()) write_traced(run, system, options);
+  run.erase("trace");
   if (!options.json.empty() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
       for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
@@ -324,7 +353,9 @@ void set_up(CLI::App* command) {
   command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
   command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
   command->add_option("--trace", options->trace,
-                      "Write a timeline for ui.perfetto.dev or chrome://tracing");
+                      "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
+  command->add_option("--model", options->model,
+                      "Write a model of execution times and arrivals, for takt analyze --model");
   // Of a child of this command.
   command->add_option("--process", options->process)->group("");
   command->add_option("--connection", options->connection)->group("");

@@ -333,7 +333,7 @@ void write_yaml(const json& value, std::size_t indent, std::string& text) {
       if (element.is_object()) {
         std::string fields;
         write_yaml(element, indent + 2, fields);
-        fields.replace(indent, 1, "-");
+        fields[indent] = '-';
         text += fields;
       } else if (is_nested) {  // the text that replaces the rest
         text += spaces + element.get<std::string>() + "\n";

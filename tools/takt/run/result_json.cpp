@@ -54,17 +54,23 @@ json attributes_json(const Attributes& attributes) {
   return result;
 }
 
-json trace_json(const std::string& process, const ThreadStatistics& thread) {
+json trace_json(const std::string& process, const std::string& executor,
+                const ThreadStatistics& thread) {
   json events = json::array();
   for (const NamedTraceEvent& event : thread.trace) {
     const auto ns = [](TimePoint time) { return time.time_since_epoch().count(); };
     events.push_back({event.name, std::string(to_string(event.kind)), event.sequence,
                       event.chain_instance, event.lost, ns(event.ready), ns(event.picked),
-                      ns(event.start), ns(event.end)});
+                      ns(event.start), ns(event.end), event.cpu_time.count(), event.path,
+                      event.cause});
   }
+  const ThreadPolicy policy = thread.in_force.policy;
   return {{"process", process},
+          {"executor", executor},
           {"thread", thread.in_force.name},
           {"tid", thread.in_force.tid},
+          {"is_realtime", policy == ThreadPolicy::fifo || policy == ThreadPolicy::rr ||
+                              policy == ThreadPolicy::deadline},
           {"overwritten", thread.trace_overwritten},
           {"events", std::move(events)}};
 }
@@ -135,7 +141,9 @@ json process_json(const ProcessResult& process) {
                        {"in_force", std::move(in_force)},
                        {"cpu_percent", statistics.cpu_percent()},
                        {"wakeups", statistics.counters.voluntary_switches}});
-    if (!statistics.trace.empty()) trace.push_back(trace_json(process.name, statistics));
+    if (!statistics.trace.empty()) {
+      trace.push_back(trace_json(process.name, thread.executor, statistics));
+    }
   }
   const auto counted = [&](std::uint64_t count) {
     return process.allocations_counted ? json(count) : json();

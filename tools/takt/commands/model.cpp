@@ -1,0 +1,75 @@
+// takt model: from traces to a model of execution times and arrivals.
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "takt/measuring/output.hpp"
+
+#include "commands.hpp"
+#include "model/extraction.hpp"
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+struct Options {
+  std::vector<std::string> traces;
+  std::string model, json;
+  double margin = MeasuredModel{}.margin;
+};
+
+/// Traces of several systems would make the model of none.
+void check_files(const std::vector<Trace>& traces, const std::vector<std::string>& paths) {
+  for (std::size_t i = 1; i < traces.size(); ++i) {
+    const std::string first = traces[0].about.at("file"), other = traces[i].about.at("file");
+    if (first == other) continue;
+    throw Error(fmt::format("this trace is of '{}', but {} is of '{}'", other, paths[0], first),
+                "give traces of one system", paths[i]);
+  }
+}
+
+void run(const Options& options) {
+  check_writable(options.json);
+  check_writable(options.model);
+  std::vector<Trace> traces;
+  for (const std::string& path : options.traces) traces.push_back(read_trace(path));
+  check_files(traces, options.traces);
+  MeasuredModel model = extract_model(traces);
+  model.margin = options.margin;
+  if (!options.model.empty()) write_measured_model(model, options.model);
+  if (!options.json.empty()) write_json(model_json(model), options.json);
+  if (options.json == "-") return;
+  print_model(model);
+  if (!options.model.empty()) rt::to_stderr("written: {}\n", options.model);
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("TRACE", options->traces,
+                   "Files of `takt run --trace`, all of the same system: the model has the longest "
+                   "and closest of all")
+      ->required();
+  command->add_option("-o,--output", options->model,
+                      "Writes the model: a file for `takt analyze --model`");
+  command
+      ->add_option("--margin", options->margin,
+                   "What an analysis adds to the longest execution times: 0.2 is a fifth")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 10.0));
+  command->add_option("--json", options->json, "Also write the model as JSON; - for stdout");
+  command->footer(
+      "Example:\n"
+      "  takt run robot.yaml --duration 60s --trace robot.json\n"
+      "  takt model robot.json -o robot.model.yaml\n"
+      "  takt analyze robot.yaml --model robot.model.yaml\n");
+  command->callback([options] { run(*options); });
+}
+const Command registered("model", "Makes a model of execution times and arrivals from traces",
+                         set_up);
+
+}  // namespace
+}  // namespace takt::tools

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "model/extraction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using Times = std::vector<Nanoseconds>;
+
+/// A callback's periods are measured over so many arrivals; fewer tell too little.
+constexpr std::size_t kLeastArrivals = 10;
+/// An overhead is estimated from so many executions.
+constexpr std::size_t kLeastOverheads = 100;
+constexpr std::size_t kFirst = 10;
+
+/// Of sorted times; zero if there are none.
+Nanoseconds percentile(const Times& sorted, double share) {
+  if (sorted.empty()) return Nanoseconds::zero();
+  const auto place = static_cast<std::size_t>(share * static_cast<double>(sorted.size()));
+  return sorted[std::min(place, sorted.size() - 1)];
+}
+
+/// What is seen of one callback, in all traces.
+struct Seen {
+  Times executions, first;
+  std::vector<Times> arrivals;  // without a hole in each
+  std::uint64_t dropped = 0;
+  std::map<std::string, std::uint64_t> causes;
+};
+
+/// A callback of a trace as a chain names it: that of the topic "/scan" is "/planner/scan".
+std::string named_as_in_chains(const std::string& callback) {
+  const std::size_t slashes = callback.find("//", 1);
+  return slashes == std::string::npos ? callback
+                                      : callback.substr(0, slashes) + callback.substr(slashes + 1);
+}
+
+/// From each begin on, the trace has all executions of a process.
+std::map<std::string, Nanoseconds> complete_from(const Trace& trace) {
+  std::map<std::string, Nanoseconds> result;
+  std::vector<char> is_known(trace.threads.size());
+  for (const TracedExecution& execution : trace.executions) {
+    const TracedThread& thread = trace.threads[execution.thread];
+    if (std::exchange(is_known[execution.thread], 1) != 0 || thread.overwritten == 0) continue;
+    Nanoseconds& begin = result[thread.process];
+    begin = std::max(begin, execution.start);
+  }
+  return result;
+}
+
+/// Collects from the traces.
+class Extraction {
+ public:
+  MeasuredModel model;
+
+  void add(const Trace& trace) {
+    const auto begins = complete_from(trace);
+    std::vector<bool> counts(trace.executions.size());
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const TracedExecution& execution = trace.executions[i];
+      const auto begin = begins.find(trace.threads[execution.thread].process);
+      counts[i] = begin == begins.end() || execution.ready >= begin->second;
+      if (!counts[i]) ++model.lost_executions;
+    }
+    for (const TracedThread& thread : trace.threads) model.lost_executions += thread.overwritten;
+    for (const json& name : trace.about.at("callbacks")) seen_[named_as_in_chains(name)];
+    add_executions(trace, counts, !begins.empty());
+    add_arrivals(trace, counts);
+    add_causes(trace, counts);
+    add_overheads(trace);
+    add_chains(trace.about.at("chains"));
+    const Nanoseconds duration(std::llround(trace.about.at("duration_s").get<double>() * 1e9));
+    if (model.duration == Nanoseconds::zero() || duration < model.duration) {
+      model.duration = duration;
+    }
+  }
+
+  void finish() {
+    std::sort(dispatches_.begin(), dispatches_.end());
+    std::sort(wakes_.begin(), wakes_.end());
+    if (dispatches_.size() >= kLeastOverheads) {
+      model.dispatch_overhead = percentile(dispatches_, 0.99);
+    }
+    if (wakes_.size() >= kLeastOverheads) model.wake_overhead = percentile(wakes_, 0.99);
+    for (auto& [name, seen] : seen_) model.callbacks.push_back(measured(name, seen));
+  }
+
+ private:
+  void add_executions(const Trace& trace, const std::vector<bool>& counts, bool has_lost_begin) {
+    std::map<std::string, std::size_t> so_far;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const TracedExecution& execution = trace.executions[i];
+      if (!counts[i]) continue;
+      Seen& seen = seen_[named_as_in_chains(execution.callback)];
+      seen.executions.push_back(execution.cpu_time);
+      seen.dropped += execution.lost;
+      if (!has_lost_begin && so_far[execution.callback]++ < kFirst) {
+        seen.first.push_back(execution.cpu_time);
+      }
+    }
+  }
+
+  // A pool may start executions in another order than they became ready.
+  void add_arrivals(const Trace& trace, const std::vector<bool>& counts) {
+    std::map<std::string, std::vector<std::pair<Nanoseconds, std::uint64_t>>> arrivals;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const TracedExecution& execution = trace.executions[i];
+      if (counts[i]) arrivals[execution.callback].emplace_back(execution.ready, execution.lost);
+    }
+    for (auto& [name, of_callback] : arrivals) {
+      std::stable_sort(of_callback.begin(), of_callback.end());
+      std::vector<Times>& pieces = seen_[named_as_in_chains(name)].arrivals;
+      pieces.emplace_back();
+      for (const auto& [time, lost] : of_callback) {
+        if (lost != 0) pieces.emplace_back();
+        pieces.back().push_back(time);
+      }
+    }
+  }
+
+  void add_causes(const Trace& trace, const std::vector<bool>& counts) {
+    std::map<std::pair<std::size_t, std::string>, std::uint64_t> caused;
+    for (const TracedExecution& execution : trace.executions) {
+      if (!execution.cause || !counts[*execution.cause]) continue;
+      const std::uint64_t count = ++caused[{*execution.cause, execution.callback}];
+      const std::string& from = trace.executions[*execution.cause].callback;
+      std::uint64_t& most =
+          seen_[named_as_in_chains(from)].causes[named_as_in_chains(execution.callback)];
+      most = std::max(most, count);
+    }
+  }
+
+  void add_overheads(const Trace& trace) {
+    std::vector<std::optional<Nanoseconds>> last_end(trace.threads.size());
+    for (const TracedExecution& execution : trace.executions) {
+      const TracedThread& thread = trace.threads[execution.thread];
+      const auto before = std::exchange(last_end[execution.thread], execution.end);
+      if (!before || !thread.is_prompt) continue;
+      if (execution.ready <= *before) {
+        dispatches_.push_back(execution.start - *before);
+      } else if (execution.kind == "timer") {
+        wakes_.push_back(execution.start - execution.ready);
+      }
+    }
+  }
+
+  void add_chains(const json& chains) {
+    for (const json& chain : chains) {
+      const json& latency = chain.at("latency_us");
+      if (latency.at("count") == 0) continue;
+      const std::string name = chain.at("name");
+      const auto known = std::find_if(model.chains.begin(), model.chains.end(),
+                                      [&](const auto& other) { return other.name == name; });
+      MeasuredChain& measured =
+          known != model.chains.end() ? *known : model.chains.emplace_back(MeasuredChain{name});
+      measured.instances += latency.at("count").get<std::uint64_t>();
+      for (const auto& [key, time] : {std::pair{"p50", &MeasuredChain::median},
+                                      {"p99", &MeasuredChain::p99},
+                                      {"p999", &MeasuredChain::p999},
+                                      {"max", &MeasuredChain::longest}}) {
+        measured.*time = std::max(measured.*time,
+                                  Nanoseconds(std::llround(latency.at(key).get<double>() * 1e3)));
+      }
+    }
+  }
+
+  static MeasuredCallback measured(const std::string& name, Seen& seen) {
+    MeasuredCallback callback{.name = name, .executions = seen.executions.size()};
+    callback.dropped = seen.dropped;
+    callback.causes = std::move(seen.causes);
+    if (seen.executions.empty()) return callback;
+    std::sort(seen.executions.begin(), seen.executions.end());
+    callback.least_execution = seen.executions.front();
+    callback.median_execution = percentile(seen.executions, 0.5);
+    callback.p99_execution = percentile(seen.executions, 0.99);
+    callback.longest_execution = seen.executions.back();
+    if (!seen.first.empty()) {
+      callback.longest_first_execution = *std::max_element(seen.first.begin(), seen.first.end());
+    }
+    set_arrivals(callback, seen.arrivals);
+    return callback;
+  }
+
+  // δ⁻(2), δ⁻(3), …, and a period, if the closest and the farthest arrivals agree on it.
+  static void set_arrivals(MeasuredCallback& callback, const std::vector<Times>& pieces) {
+    const Times& longest =
+        *std::max_element(pieces.begin(), pieces.end(),
+                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
+    Nanoseconds farthest{0};
+    for (std::size_t steps = 1; steps < longest.size(); ++steps) {
+      if (steps > MeasuredCallback::kMostDistances) break;
+      Nanoseconds least = Nanoseconds::max();
+      farthest = Nanoseconds::zero();
+      for (const Times& piece : pieces) {
+        for (std::size_t i = steps; i < piece.size(); ++i) {
+          const Nanoseconds distance = piece[i] - piece[i - steps];
+          least = std::min(least, distance);
+          farthest = std::max(farthest, distance);
+        }
+      }
+      callback.least_distances.push_back(least);
+    }
+    // Any number at once: no statement for the file.
+    if (callback.least_distances.empty()) return;
+    if (callback.least_distances.back() == Nanoseconds::zero()) callback.least_distances.clear();
+    if (longest.size() < kLeastArrivals || callback.least_distances.empty()) return;
+    const Nanoseconds closest = callback.least_distances.back();
+    if (100 * (farthest - closest) > farthest) return;
+    set_period(callback, pieces, longest);
+  }
+
+  static void set_period(MeasuredCallback& callback, const std::vector<Times>& pieces,
+                         const Times& longest) {
+    callback.period =
+        (longest.back() - longest.front()) / static_cast<std::int64_t>(longest.size() - 1);
+    for (const Times& piece : pieces) {
+      Nanoseconds earliest{0}, latest{0}, due = piece.empty() ? Nanoseconds{0} : piece.front();
+      for (const Nanoseconds arrival : piece) {
+        earliest = std::min(earliest, arrival - due);
+        latest = std::max(latest, arrival - due);
+        due += callback.period;
+      }
+      callback.jitter = std::max(callback.jitter, latest - earliest);
+    }
+  }
+
+  std::map<std::string, Seen> seen_;
+  Times dispatches_, wakes_;
+};
+
+}  // namespace
+
+MeasuredModel extract_model(std::span<const Trace> traces) {
+  Extraction extraction;
+  for (const Trace& trace : traces) extraction.add(trace);
+  extraction.finish();
+  MeasuredModel& model = extraction.model;
+  if (!traces.empty()) {
+    model.file = traces.front().about.at("file");
+    model.machine = traces.front().about.at("machine");
+  }
+  return std::move(model);
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,30 @@
+// From what a run has traced to the numbers that an analysis needs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_EXTRACTION_HPP_
+#define TAKT_TOOLS_TAKT_EXTRACTION_HPP_
+
+#include <span>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/containers/model/measured_model.hpp"
+
+#include "run/trace.hpp"
+
+namespace takt::tools {
+
+/// The model of one system in one or several runs: the longest execution times and the closest
+/// arrivals of all. Where a trace has lost executions or a queue messages, nothing is concluded
+/// from what came before about what came after.
+MeasuredModel extract_model(std::span<const Trace> traces);
+
+/// Writes what read_measured_model reads. Throws Error if the file cannot be written.
+void write_measured_model(const MeasuredModel& model, const std::string& path);
+
+nlohmann::json model_json(const MeasuredModel& model);
+void print_model(const MeasuredModel& model);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_EXTRACTION_HPP_

@@ -1,0 +1,202 @@
+// From traces to a model: what is measured, and what is not concluded.
+// SPDX-License-Identifier: Apache-2.0
+#include "model/extraction.hpp"
+
+#include <filesystem>
+
+#include <gmock/gmock.h>
+
+namespace takt::tools {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Pair;
+
+/// A trace of one thread in the making.
+struct Made : Trace {
+  explicit Made(double duration_s = 10) {
+    about = {{"file", "robot.yaml"},
+             {"machine", "a robot"},
+             {"duration_s", duration_s},
+             {"callbacks", json::array()},
+             {"chains", json::array()}};
+    threads.push_back({.process = "p", .name = "worker", .tid = 7, .is_prompt = true});
+  }
+  /// Starts when it is ready.
+  TracedExecution& add(const std::string& callback, Nanoseconds ready, Nanoseconds cpu_time) {
+    executions.push_back({.callback = callback,
+                          .kind = "timer",
+                          .ready = ready,
+                          .picked = ready,
+                          .start = ready,
+                          .end = ready + cpu_time + 1us,
+                          .cpu_time = cpu_time});
+    return executions.back();
+  }
+};
+
+MeasuredModel model_of(const Trace& trace) {
+  return extract_model({&trace, 1});
+}
+
+/// A timer that is up to 400 µs late.
+Made periodic() {
+  Made trace;
+  for (int i = 0; i < 100; ++i) {
+    trace.add("/a/tick", i * 10ms + (i % 5) * 100us, 1ms + i * 10us);
+  }
+  return trace;
+}
+
+TEST(Extraction, MeasuresExecutionsInCpuTime) {
+  const MeasuredModel model = model_of(periodic());
+  ASSERT_EQ(model.callbacks.size(), 1u);
+  const MeasuredCallback& tick = model.callbacks[0];
+  EXPECT_EQ(tick.name, "/a/tick");
+  EXPECT_EQ(tick.executions, 100u);
+  EXPECT_EQ(tick.least_execution, 1ms);
+  EXPECT_EQ(tick.median_execution, 1500us);
+  EXPECT_EQ(tick.p99_execution, 1990us);
+  EXPECT_EQ(tick.longest_execution, 1990us);
+  EXPECT_EQ(tick.longest_first_execution, 1090us);
+  EXPECT_EQ(model.file, "robot.yaml");
+  EXPECT_EQ(model.machine, "a robot");
+  EXPECT_EQ(model.duration, 10s);
+}
+
+TEST(Extraction, MeasuresTheClosestArrivalsAndAPeriod) {
+  const MeasuredCallback tick = model_of(periodic()).callbacks[0];
+  ASSERT_EQ(tick.least_distances.size(), MeasuredCallback::kMostDistances);
+  EXPECT_EQ(tick.least_distances[0], 9600us);   // from the latest to the earliest
+  EXPECT_EQ(tick.least_distances[3], 39900us);  // four steps on, it is 100 µs earlier
+  EXPECT_EQ(tick.least_distances[4], 50ms);
+  EXPECT_NEAR(static_cast<double>(tick.period.count()), 10e6, 5e3);
+  EXPECT_GE(tick.jitter, 400us);
+  for (std::size_t i = 0; i < tick.least_distances.size(); ++i) {
+    EXPECT_GE(tick.least_distances[i],
+              static_cast<std::int64_t>(i + 1) * tick.period - tick.jitter);
+  }
+}
+
+TEST(Extraction, FindsNoPeriodWhereThereIsNone) {
+  Made trace;
+  Nanoseconds time{0};
+  for (int i = 0; i < 100; ++i) trace.add("/a/in", time += (i % 2 == 0 ? 1ms : 30ms), 1ms);
+  const MeasuredCallback in = model_of(trace).callbacks[0];
+  EXPECT_EQ(in.period, 0ns);
+  EXPECT_EQ(in.jitter, 0ns);
+  EXPECT_EQ(in.least_distances[0], 1ms);
+  EXPECT_EQ(in.least_distances[1], 31ms);
+}
+
+TEST(Extraction, BridgesNoLostArrivals) {
+  Made trace;
+  for (const auto time : {0ms, 10ms, 20ms, 50ms, 60ms}) trace.add("/a/in", time, 1ms);
+  trace.executions[3].lost = 2;
+  const MeasuredCallback in = model_of(trace).callbacks[0];
+  EXPECT_EQ(in.dropped, 2u);
+  EXPECT_THAT(in.least_distances, ElementsAre(10ms, 20ms));
+}
+
+// What another thread of the process did before may be lost, too.
+TEST(Extraction, BeginsWhereTheTraceOfAProcessIsComplete) {
+  Made trace;
+  trace.threads.push_back({.process = "p", .name = "other", .tid = 8, .overwritten = 5});
+  trace.threads.push_back({.process = "q", .name = "else", .tid = 9});
+  for (int i = 0; i < 4; ++i) trace.add("/a/tick", i * 10ms, 1ms);
+  trace.add("/q/tick", 12ms, 1ms).thread = 2;
+  trace.add("/b/tick", 15ms, 1ms).thread = 1;
+  std::sort(trace.executions.begin(), trace.executions.end(),
+            [](const auto& a, const auto& b) { return a.start < b.start; });
+  const MeasuredModel model = model_of(trace);
+  EXPECT_EQ(model.lost_executions, 5u + 2u);
+  ASSERT_EQ(model.callbacks.size(), 3u);
+  EXPECT_EQ(model.callbacks[0].executions, 2u);
+  EXPECT_EQ(model.callbacks[0].longest_first_execution, 0ns);  // they may be lost
+  EXPECT_EQ(model.callbacks[2].executions, 1u);
+}
+
+TEST(Extraction, CountsTheMostThatOneExecutionHasCaused) {
+  Made trace;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t cause = trace.executions.size();
+    trace.add("/a/tick", i * 10ms, 1ms);
+    for (int message = 0; message < i; ++message) {
+      trace.add("/b//in", i * 10ms + 1ms, 1ms).cause = cause;
+    }
+  }
+  const MeasuredModel model = model_of(trace);
+  EXPECT_THAT(model.callbacks[0].causes, ElementsAre(Pair("/b/in", 2)));
+  EXPECT_THAT(model.callbacks[1].causes, IsEmpty());
+}
+
+TEST(Extraction, TellsBusyFromIdle) {
+  Made trace;
+  for (int i = 0; i < 200; ++i) {
+    TracedExecution& first = trace.add("/a/tick", i * 10ms, 1ms);
+    first.start += 50us;  // an idle thread wakes
+    const Nanoseconds end = first.end += 50us;
+    TracedExecution& next = trace.add("/b/in", i * 10ms + 1ms, 1ms);
+    next.start = end + 2us;
+    next.end = next.start + 1ms;
+  }
+  EXPECT_EQ(model_of(trace).wake_overhead, 50us);
+  EXPECT_EQ(model_of(trace).dispatch_overhead, 2us);
+  trace.threads[0].is_prompt = false;
+  EXPECT_EQ(model_of(trace).wake_overhead, 0ns);
+}
+
+TEST(Extraction, HasCallbacksThatNeverRan) {
+  Made trace;
+  trace.about["callbacks"] = {"/a/reset"};
+  const MeasuredModel model = model_of(trace);
+  ASSERT_EQ(model.callbacks.size(), 1u);
+  EXPECT_EQ(model.callbacks[0].executions, 0u);
+}
+
+TEST(Extraction, TakesTheWorstOfSeveralTraces) {
+  const std::vector<Trace> traces{
+      periodic(), [] {
+        Made trace(5);
+        trace.add("/a/tick", 0ms, 3ms);
+        trace.add("/a/tick", 2ms, 3ms);
+        trace.about["chains"] = {
+            {{"name", "c"},
+             {"latency_us", {{"count", 7}, {"p50", 1.5}, {"p99", 2}, {"p999", 3}, {"max", 4}}}}};
+        return trace;
+      }()};
+  const MeasuredModel model = extract_model(traces);
+  EXPECT_EQ(model.callbacks[0].executions, 102u);
+  EXPECT_EQ(model.callbacks[0].longest_execution, 3ms);
+  EXPECT_EQ(model.callbacks[0].least_distances[0], 2ms);
+  EXPECT_EQ(model.duration, 5s);
+  ASSERT_EQ(model.chains.size(), 1u);
+  EXPECT_EQ(model.chains[0].instances, 7u);
+  EXPECT_EQ(model.chains[0].median, 1500ns);
+}
+
+TEST(Model, IsReadAsItWasWritten) {
+  Made trace = periodic();
+  trace.about["callbacks"] = {"/a/reset"};
+  trace.about["chains"] = {
+      {{"name", "to act"},
+       {"latency_us", {{"count", 7}, {"p50", 1.5}, {"p99", 2}, {"p999", 3}, {"max", 4}}}}};
+  trace.add("/b/in", 2s, 2ms).cause = 3;
+  trace.executions.back().lost = 4;
+  MeasuredModel model = model_of(trace);
+  model.lost_executions = 9;
+  model.margin = 0.35;
+  model.wake_overhead = 41'234ns;
+  const std::string path = testing::TempDir() + "model_test.model.yaml";
+  write_measured_model(model, path);
+  const MeasuredModel read = read_measured_model(path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(model_json(read), model_json(model));
+  EXPECT_EQ(model_json(read).at("callbacks").size(), 3u);
+}
+
+}  // namespace
+}  // namespace takt::tools

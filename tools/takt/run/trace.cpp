@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/trace.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/measuring/machine.hpp"
+
+#include "run/result_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+// ---- From a result ----
+
+json about(const json& run) {
+  json callbacks = json::array(), chains = json::array();
+  for (const json& callback : run.at("callbacks")) {
+    callbacks.push_back(callback.at("node").get<std::string>() + "/" +
+                        callback.at("callback").get<std::string>());
+  }
+  for (json chain : run.at("chains")) {
+    chain.at("latency_us").erase("histogram");
+    chains.push_back(std::move(chain));
+  }
+  return {{"file", run.at("file")},
+          {"machine", rt::machine_line()},
+          {"duration_s", run.at("duration_s")},
+          {"callbacks", std::move(callbacks)},
+          {"chains", std::move(chains)}};
+}
+
+/// An execution, and what tells which others belong to it.
+struct Found {
+  TracedExecution execution;
+  std::uint64_t path, cause;  // 0: no other one
+};
+
+Found found(const json& event, std::size_t thread) {
+  const auto ns = [&](std::size_t place) {
+    return Nanoseconds(event.at(place).get<std::int64_t>());
+  };
+  return {{.thread = thread,
+           .callback = event.at(0),
+           .kind = event.at(1),
+           .sequence = event.at(2),
+           .chain_instance = event.at(3),
+           .lost = event.at(4),
+           .ready = ns(5),
+           .picked = ns(6),
+           .start = ns(7),
+           .end = ns(8),
+           .cpu_time = ns(9)},
+          event.at(10),
+          event.at(11)};
+}
+
+/// Of the executions in a process with this path and chain instance, the last one that had begun
+/// when the message was published.
+void set_causes(std::vector<TracedExecution>& executions, const std::vector<Found>& all,
+                const std::vector<TracedThread>& threads) {
+  std::map<std::tuple<std::string, std::uint64_t, std::uint64_t>, std::vector<std::size_t>> known;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    known[{threads[all[i].execution.thread].process, all[i].execution.chain_instance, all[i].path}]
+        .push_back(i);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const TracedExecution& execution = all[i].execution;
+    if (all[i].cause == 0) continue;
+    const auto candidates =
+        known.find({threads[execution.thread].process, execution.chain_instance, all[i].cause});
+    if (candidates == known.end()) continue;
+    for (const std::size_t candidate : candidates->second) {
+      if (all[candidate].execution.start <= execution.ready) executions[i].cause = candidate;
+    }
+  }
+}
+
+// ---- As a file ----
+
+double us(Nanoseconds time) {
+  return static_cast<double>(time.count()) / 1e3;
+}
+
+/// A file of write_trace in the making: processes have numbers there.
+class TraceWriter {
+ public:
+  explicit TraceWriter(const Trace& trace) : trace_(trace) {
+    for (const TracedThread& thread : trace_.threads) add(thread);
+    for (std::size_t i = 0; i < trace_.executions.size(); ++i) add(trace_.executions[i], i);
+    add_chains();
+  }
+
+  json document() {
+    std::uint64_t overwritten = 0;
+    for (const TracedThread& thread : trace_.threads) overwritten += thread.overwritten;
+    json other = trace_.about;
+    other["overwritten_executions"] = overwritten;
+    return {{"traceEvents", std::move(events_)},
+            {"displayTimeUnit", "ns"},
+            {"otherData", std::move(other)}};
+  }
+
+ private:
+  int process_of(const TracedThread& thread) const { return processes_.at(thread.process); }
+
+  void add(const TracedThread& thread) {
+    const int number = static_cast<int>(processes_.size()) + 1;
+    processes_.try_emplace(thread.process, number);
+    events_.push_back({{"ph", "M"},
+                       {"pid", process_of(thread)},
+                       {"name", "process_name"},
+                       {"args", {{"name", thread.process}}}});
+    events_.push_back({{"ph", "M"},
+                       {"pid", process_of(thread)},
+                       {"tid", thread.tid},
+                       {"name", "thread_name"},
+                       {"args",
+                        {{"name", thread.name},
+                         {"overwritten", thread.overwritten},
+                         {"is_prompt", thread.is_prompt}}}});
+  }
+
+  json event(const char* phase, const TracedExecution& execution, const std::string& name,
+             Nanoseconds time) const {
+    const TracedThread& thread = trace_.threads[execution.thread];
+    return {{"ph", phase},
+            {"pid", process_of(thread)},
+            {"tid", thread.tid},
+            {"name", name},
+            {"ts", us(time)}};
+  }
+
+  /// The execution, the time in the ready queue before it, and a mark for messages lost before it.
+  void add(const TracedExecution& execution, std::size_t number) {
+    json slice = event("X", execution, execution.callback, execution.start);
+    slice["cat"] = execution.kind;
+    slice["dur"] = us(execution.end - execution.start);
+    slice["args"] = {{"number", number},
+                     {"latency_us", us(execution.start - execution.ready)},
+                     {"waiting_us", us(execution.picked - execution.ready)},
+                     {"take_us", us(execution.start - execution.picked)},
+                     {"cpu_us", us(execution.cpu_time)},
+                     {"lost", execution.lost},
+                     {"sequence", execution.sequence},
+                     {"chain_instance", execution.chain_instance}};
+    if (execution.cause) slice["args"]["caused_by"] = *execution.cause;
+    events_.push_back(std::move(slice));
+    for (const bool begins : {true, false}) {
+      json wait = event(begins ? "b" : "e", execution, "ready: " + execution.callback,
+                        begins ? execution.ready : execution.picked);
+      wait["cat"] = "ready";
+      wait["id"] = number;
+      events_.push_back(std::move(wait));
+    }
+    if (execution.lost == 0) return;
+    json mark = event("i", execution, fmt::format("{} lost {}", execution.callback, execution.lost),
+                      execution.start);
+    mark["s"] = "t";
+    events_.push_back(std::move(mark));
+  }
+
+  /// Arrows from each execution of a chain instance to the next.
+  void add_chains() {
+    std::map<std::pair<int, std::uint64_t>, std::vector<const TracedExecution*>> chains;
+    for (const TracedExecution& execution : trace_.executions) {
+      chains[{process_of(trace_.threads[execution.thread]), execution.chain_instance}].push_back(
+          &execution);
+    }
+    std::uint64_t number = 0;
+    for (const auto& [instance, steps] : chains) {
+      ++number;
+      for (std::size_t i = 0; steps.size() > 1 && i < steps.size(); ++i) {
+        json arrow = event(i == 0                  ? "s"
+                           : i + 1 == steps.size() ? "f"
+                                                   : "t",
+                           *steps[i], "chain", steps[i]->start);
+        arrow["cat"] = "chain";
+        arrow["id"] = number;
+        arrow["bp"] = "e";
+        events_.push_back(std::move(arrow));
+      }
+    }
+  }
+
+  const Trace& trace_;
+  std::map<std::string, int> processes_;  // name → number
+  json events_ = json::array();
+};
+
+Nanoseconds ns(const json& us) {
+  return Nanoseconds(std::llround(us.get<double>() * 1e3));
+}
+
+/// Throws json::exception if the document is something else.
+Trace trace_of(const json& document) {
+  Trace trace{.about = document.at("otherData")};
+  std::map<int, std::string> processes;
+  std::map<std::pair<int, int>, std::size_t> threads;  // by process and tid
+  for (const json& event : document.at("traceEvents")) {
+    const std::string phase = event.at("ph");
+    if (phase == "M" && event.at("name") == "process_name") {
+      processes[event.at("pid")] = event.at("args").at("name");
+    } else if (phase == "M") {
+      threads[{event.at("pid"), event.at("tid")}] = trace.threads.size();
+      const json& args = event.at("args");
+      trace.threads.push_back({processes.at(event.at("pid")), args.at("name"), event.at("tid"),
+                               args.at("overwritten"), args.at("is_prompt")});
+    } else if (phase == "X") {
+      const json& args = event.at("args");
+      TracedExecution execution{.thread = threads.at({event.at("pid"), event.at("tid")}),
+                                .callback = event.at("name"),
+                                .kind = event.at("cat"),
+                                .sequence = args.at("sequence"),
+                                .chain_instance = args.at("chain_instance"),
+                                .lost = args.at("lost"),
+                                .start = ns(event.at("ts")),
+                                .cpu_time = ns(args.at("cpu_us"))};
+      execution.end = execution.start + ns(event.at("dur"));
+      execution.ready = execution.start - ns(args.at("latency_us"));
+      execution.picked = execution.start - ns(args.at("take_us"));
+      if (args.contains("caused_by")) execution.cause = args.at("caused_by");
+      trace.executions.push_back(std::move(execution));
+    }
+  }
+  for (const char* key : {"file", "machine", "duration_s", "callbacks", "chains"}) {
+    trace.about.at(key);
+  }
+  return trace;
+}
+
+}  // namespace
+
+Trace make_trace(const json& run) {
+  Trace trace{.about = about(run)};
+  std::vector<Found> all;
+  for (const json& thread : run.at("trace")) {
+    for (const json& event : thread.at("events")) {
+      all.push_back(found(event, trace.threads.size()));
+    }
+    trace.threads.push_back({thread.at("process"), thread.at("thread"), thread.at("tid"),
+                             thread.at("overwritten"), thread.at("is_prompt")});
+  }
+  std::sort(all.begin(), all.end(),
+            [](const Found& a, const Found& b) { return a.execution.start < b.execution.start; });
+  Nanoseconds begin = Nanoseconds::max();
+  for (const Found& one : all) begin = std::min(begin, one.execution.ready);
+  for (const Found& one : all) {
+    TracedExecution& execution = trace.executions.emplace_back(one.execution);
+    for (auto time : {&TracedExecution::ready, &TracedExecution::picked, &TracedExecution::start,
+                      &TracedExecution::end}) {
+      execution.*time -= begin;
+    }
+  }
+  set_causes(trace.executions, all, trace.threads);
+  return trace;
+}
+
+void write_trace(const Trace& trace, const std::string& path) {
+  std::ofstream file(path);
+  file << TraceWriter(trace).document().dump() << "\n";
+  file.close();
+  if (!file) throw not_written("the trace", path);
+}
+
+Trace read_trace(const std::string& path) {
+  std::ifstream file(path);
+  if (!file)
+    throw Error("there is no such trace", "give a file that `takt run --trace` wrote", path);
+  try {
+    return trace_of(json::parse(file));
+  } catch (const std::exception& error) {  // of the JSON, or no such process or thread
+    throw Error(fmt::format("this is no trace of this version of Takt ({})", error.what()),
+                "give a file that `takt run --trace` wrote", path);
+  }
+}
+
+}  // namespace takt::tools

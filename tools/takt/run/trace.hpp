@@ -1,0 +1,59 @@
+// What ran when in a run of a system: read from its result, or from a file.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_TRACE_HPP_
+#define TAKT_TOOLS_TAKT_TRACE_HPP_
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/base/time.hpp"
+
+namespace takt::tools {
+
+/// One execution of a callback. Times count from the begin of the trace.
+struct TracedExecution {
+  std::size_t thread = 0;      // in Trace::threads
+  std::string callback, kind;  // "/node/callback", "timer"
+  std::uint64_t sequence = 0, chain_instance = 0;
+  std::uint64_t lost = 0;  // messages overwritten, or releases missed, since the last one
+  Nanoseconds ready{0}, picked{0}, start{0}, end{0};
+  Nanoseconds cpu_time{0};
+  std::optional<std::size_t> cause;  // the execution that published its message
+};
+
+struct TracedThread {
+  std::string process, name;
+  int tid = 0;
+  std::uint64_t overwritten = 0;  // its oldest executions, which are not in the trace
+  /// Whether it has run what was ready as soon as Linux and the executor could: it is a real-time
+  /// thread, and no trigger and no period held it.
+  bool is_prompt = false;
+};
+
+struct Trace {
+  /// What else is known of the run: file, duration_s, machine, callbacks, chains.
+  nlohmann::json about;
+  std::vector<TracedThread> threads;
+  std::vector<TracedExecution> executions;  // sorted by start
+};
+
+/// The trace in the result of run_processes, which was recorded there.
+Trace make_trace(const nlohmann::json& run);
+
+/// Writes it in Chrome's Trace Event Format, for the viewers of Perfetto (ui.perfetto.dev) and
+/// Chrome (chrome://tracing): a slice for each execution on its thread, below it the time in the
+/// ready queue, an arrow from each step of a chain to the next, and a mark where messages were
+/// overwritten or releases missed. Throws Error if the file cannot be written.
+void write_trace(const Trace& trace, const std::string& path);
+
+/// Reads a file of write_trace. Throws Error if it is none.
+Trace read_trace(const std::string& path);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_TRACE_HPP_

@@ -1,0 +1,159 @@
+// Tests of the timeline: compares all events.
+// SPDX-License-Identifier: Apache-2.0
+#include "run/trace.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/base/error.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// A result of run_processes.
+json run(const std::vector<json>& threads) {
+  return {{"file", "robot.yaml"},
+          {"duration_s", 2.5},
+          {"callbacks", {{{"node", "/node"}, {"callback", "tick"}}}},
+          {"chains", {{{"name", "c"}, {"latency_us", {{"count", 1}, {"histogram", {{3, 1}}}}}}}},
+          {"trace", threads}};
+}
+
+std::string path_of_file() {
+  return testing::TempDir() + "trace_test.json";
+}
+
+json written(const std::vector<json>& threads) {
+  write_trace(make_trace(run(threads)), path_of_file());
+  json document = json::parse(std::ifstream(path_of_file()));
+  std::filesystem::remove(path_of_file());
+  return document;
+}
+
+/// In the format of process_json.
+json execution(const char* name, const char* kind, int sequence, int chain, int lost, int ready,
+               int picked, int start, int end, int path = 0, int cause = 0) {
+  return json::array(
+      {name, kind, sequence, chain, lost, ready, picked, start, end, end - start - 1, path, cause});
+}
+json thread(int tid, const std::vector<json>& executions, int overwritten = 0) {
+  return {{"process", "robot"},         {"thread", "worker"}, {"tid", tid},
+          {"overwritten", overwritten}, {"is_prompt", false}, {"events", executions}};
+}
+
+TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
+  const json document = written(
+      {thread(7, {execution("/node tick", "timer", 5, 5, 0, 10'000, 12'000, 12'500, 14'000)}, 3)});
+  json expected = json::parse(R"({
+    "displayTimeUnit": "ns",
+    "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5,
+                  "callbacks": ["/node/tick"],
+                  "chains": [{"name": "c", "latency_us": {"count": 1}}]},
+    "traceEvents": [
+      {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},
+      {"ph": "M", "pid": 1, "tid": 7, "name": "thread_name",
+       "args": {"name": "worker", "overwritten": 3, "is_prompt": false}},
+      {"ph": "X", "pid": 1, "tid": 7, "name": "/node tick", "cat": "timer", "ts": 2.5, "dur": 1.5,
+       "args": {"number": 0, "latency_us": 2.5, "waiting_us": 2.0, "take_us": 0.5, "cpu_us": 1.499,
+                "lost": 0, "sequence": 5, "chain_instance": 5}},
+      {"ph": "b", "pid": 1, "tid": 7, "name": "ready: /node tick", "cat": "ready", "id": 0, "ts": 0.0},
+      {"ph": "e", "pid": 1, "tid": 7, "name": "ready: /node tick", "cat": "ready", "id": 0, "ts": 2.0}
+    ]})");
+  expected["otherData"]["machine"] = document["otherData"]["machine"];
+  EXPECT_EQ(document, expected);
+}
+
+TEST(TraceFile, HasAnArrowFromEachStepOfAChainInstanceToTheNext) {
+  const json document =
+      written({thread(7, {execution("first", "timer", 5, 5, 0, 0, 900, 1000, 2000),
+                          execution("third", "subscription", 9, 5, 0, 4000, 4900, 5000, 6000),
+                          execution("other", "timer", 6, 6, 0, 0, 6900, 7000, 8000)}),
+               thread(8, {execution("second", "subscription", 7, 5, 0, 0, 2900, 3000, 4000)})});
+  std::vector<std::string> arrows;
+  for (const json& event : document.at("traceEvents")) {
+    if (event.at("name") != "chain") continue;
+    arrows.push_back(event.at("ph").get<std::string>() + " " + event.at("tid").dump() + " " +
+                     event.at("ts").dump());
+  }
+  EXPECT_THAT(arrows, testing::ElementsAre("s 7 1.0", "t 8 3.0", "f 7 5.0"));
+}
+
+TEST(TraceFile, MarksWhatWasLostBeforeAnExecution) {
+  const json document =
+      written({thread(7, {execution("sub", "subscription", 5, 5, 4, 0, 0, 0, 9)})});
+  EXPECT_EQ(
+      document.at("traceEvents").back(),
+      json({{"ph", "i"}, {"pid", 1}, {"tid", 7}, {"name", "sub lost 4"}, {"ts", 0.0}, {"s", "t"}}));
+}
+
+/// Callback and times in ns of each execution, and which one has caused it.
+std::vector<std::string> lines_of(const Trace& trace) {
+  std::vector<std::string> result;
+  for (const TracedExecution& one : trace.executions) {
+    result.push_back(fmt::format(
+        "{} {} {} {} {} {} {} {} {} by {}", trace.threads[one.thread].tid, one.callback, one.kind,
+        one.lost, one.ready.count(), one.picked.count(), one.start.count(), one.end.count(),
+        one.cpu_time.count(), one.cause ? std::to_string(*one.cause) : "-"));
+  }
+  return result;
+}
+
+// Twice on one path: the second one began after the message was published.
+const std::vector<json> kCaused{
+    thread(7, {execution("/a/tick", "timer", 1, 1, 0, 1'000, 1'000, 1'010, 1'100, 77),
+               execution("/b/in", "subscription", 2, 1, 2, 1'050, 1'100, 1'200, 1'300, 78, 77),
+               execution("/b/in", "subscription", 3, 1, 0, 1'060, 1'300, 1'400, 1'500, 78, 77)}),
+    thread(8,
+           {execution("/c/in", "subscription", 4, 1, 0, 1'290, 1'500, 1'600, 1'700, 79, 78),
+            execution("/d/in", "subscription", 5, 1, 0, 1'290, 1'700, 1'800, 1'900, 80, 99)},
+           6)};
+
+TEST(Trace, KnowsWhichExecutionPublishedTheMessageOfAnother) {
+  EXPECT_THAT(lines_of(make_trace(run(kCaused))),
+              testing::ElementsAre("7 /a/tick timer 0 0 0 10 100 89 by -",
+                                   "7 /b/in subscription 2 50 100 200 300 99 by 0",
+                                   "7 /b/in subscription 0 60 300 400 500 99 by 0",
+                                   "8 /c/in subscription 0 290 500 600 700 99 by 1",
+                                   "8 /d/in subscription 0 290 700 800 900 99 by -"));
+}
+
+TEST(Trace, IsReadAsItWasWritten) {
+  const Trace trace = make_trace(run(kCaused));
+  write_trace(trace, path_of_file());
+  const Trace read = read_trace(path_of_file());
+  std::filesystem::remove(path_of_file());
+  EXPECT_EQ(lines_of(read), lines_of(trace));
+  ASSERT_EQ(read.threads.size(), 2u);
+  EXPECT_EQ(read.threads[1].overwritten, 6u);
+  EXPECT_EQ(read.threads[1].process, "robot");
+  EXPECT_EQ(read.about.at("callbacks"), json::array({"/node/tick"}));
+}
+
+TEST(TraceFile, ThatCannotBeWrittenIsAnError) {
+  EXPECT_THAT([] { write_trace({.about = json::object()}, "/nowhere/trace.json"); },
+              ThrowsMessage<std::runtime_error>(HasSubstr("the trace could not be written")));
+}
+
+TEST(TraceFile, ThatIsNoneIsAnError) {
+  EXPECT_THAT([] { read_trace("/nowhere/trace.json"); },
+              ThrowsMessage<Error>("/nowhere/trace.json: there is no such trace; give a file that "
+                                   "`takt run --trace` wrote"));
+  for (const char* text : {"", "[1]", "{}", R"({"traceEvents": [], "otherData": {}})",
+                           R"({"traceEvents": [{"ph": "X", "pid": 1}], "otherData": {}})"}) {
+    std::ofstream(path_of_file()) << text;
+    EXPECT_THAT([] { read_trace(path_of_file()); },
+                ThrowsMessage<Error>(HasSubstr("this is no trace of this version of Takt")));
+  }
+  std::filesystem::remove(path_of_file());
+}
+
+}  // namespace
+}  // namespace takt::tools
