@@ -386,6 +386,10 @@ def draw_analysis(page, analysis):
         bound, observed = chain["bound_us"], chain["observed_us"]
         if bound is not None:
             axes.barh(row, bound / 1e3, 0.6, color="#c9d8ec", label=label("bound: never later"))
+            waits = sum(segment["wait_us"] or 0 for segment in chain["segments"])
+            if waits:
+                axes.barh(row, waits / 1e3, 0.6, (bound - waits) / 1e3, color="#c9d8ec", edgecolor="white", hatch="//",
+                          label=label("of it, waiting for other inputs"))
         if observed is not None:
             axes.barh(row, observed["p999"] / 1e3, 0.3, color="#3566a8", label=label("observed, p99.9"))
             axes.plot(observed["max"] / 1e3, row, "|", color="#222222", markersize=12, label=label("observed, maximum"))

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measures, and makes the page of docs/results and the README's figures from the data.
 
-usage: results.py measure [PART...]  measures into docs/results/DATE, 15 minutes; nothing else should run
+usage: results.py measure [PART...]  measures into docs/results/DATE, 30 minutes; nothing else should run
                                      (PART: only these again, of the newest date, while the code is the same)
        results.py write              makes docs/results/DATE.md and the README's figures from that data
        results.py check              exit status 1 if they are not what the data gives
@@ -18,6 +18,8 @@ import re
 import statistics
 import subprocess
 import sys
+
+import bounds
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # What the figures measure.
@@ -79,11 +81,19 @@ def measure_timers(out):
         key: {name: row[name] for name in kept} for key, row in document["thread"].items()}}
 
 
+def measure_bounds(out):
+    document = bounds.measure(ROOT / "build/release/bin/takt", ROOT)
+    page = pathlib.Path(out).with_name("bounds.html")
+    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", page], input=json.dumps(document), text=True, check=True)
+    return document
+
+
 def measure(wanted):
     if git("status", "--porcelain", "--", *MEASURED):
         sys.exit("commit first: the page names the commit that it measures")
     parts = {"dispatch": measure_dispatch, "demo": measure_demo,
-             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
+             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers,
+             "bounds": measure_bounds}
     if not set(wanted) <= set(parts):
         sys.exit(f"a part is one of: {' '.join(parts)}")
     if wanted:
@@ -108,7 +118,7 @@ def measure(wanted):
 def rows_on_lines(document):
     """JSON with a line for each row: git shows what has changed."""
     text = json.dumps(document, ensure_ascii=False)
-    return re.sub(r'\}, \{("metrics"|"missing"|"run_name")', r'},\n {\1', text)
+    return re.sub(r'\}, \{("metrics"|"missing"|"run_name"|"file"|"name")', r'},\n {\1', text)
 
 
 # ---- What the figures are ----
@@ -213,6 +223,7 @@ def page(date, data, is_older):
         "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
         "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
         *experiments, timers_section(data["timers"]),
+        bounds.section(data["bounds"], date, table, load_of(data["bounds"]).capitalize() + " at the end."),
         "## The robot of the demo\n\n" + demo_table(data["demo"])]) + "\n"
 
 

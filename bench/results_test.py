@@ -15,6 +15,7 @@ import tempfile
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path += [HERE, os.path.join(HERE, "../cmake")]
 from checks import check, finish  # noqa: E402
+import bounds  # noqa: E402
 import results  # noqa: E402
 
 MACHINE = {"cpus": 2, "cpu": "Some CPU", "kernel": "6.1", "preemption": "PREEMPT_RT", "load_average": 0.25}
@@ -37,6 +38,17 @@ def dispatch_row(name, *times):
     return [{"run_name": name, "run_type": "iteration", "cpu_time": time, "time_unit": "ns"} for time in times]
 
 
+def chain(name, bound_us, p999):
+    return {"name": name, "deadline_us": None, "bound_us": bound_us, "reason": None if bound_us else "its thread is late",
+            "observed_us": {"instances": 60, "p50": 1000, "p99": p999, "p999": p999, "max": p999},
+            "segments": [{"executor": "e", "wait_us": 2500, "bound_us": bound_us}]}
+
+
+def analyses():
+    return [{"file": "bench/workloads/reference_system.yaml", "variant": "planned", "analysed_in_s": 0.25,
+             "chains": [chain("front", 10_000, 4_000), chain("rear", 10_000, 6_000), chain("other", None, 7_000)]}]
+
+
 def data(commit):
     rows = (dispatch_row("bare/process_time", 27, 28, 26)
             + dispatch_row("ping_pong/events/threads:1/statistics:count/nodes/2/process_time", 36, 37, 41)
@@ -46,6 +58,7 @@ def data(commit):
             "dispatch": {"context": {"load_avg": [0.5]}, "benchmarks": rows},
             "demo": {"machine": MACHINE, "table": "executor  p50\nevents    1.25"},
             "timers": {"machine": MACHINE, "thread": {"0": timer}},
+            "bounds": {"machine": MACHINE, "analyses": analyses()},
             **{name: experiment(name) for name in results.EXPERIMENTS}}
 
 
@@ -70,6 +83,12 @@ def commit_source(root, name, text):
     return git(root, "rev-parse", "HEAD")
 
 
+SYSTEM = "# A robot\nthreads:\n  a: {}\nexecutors:\n  default: {}\ncontainer:\n  name: r\n"
+check("a variant has the executor, and all chains", bounds.variant_of(SYSTEM, "type: events") ==
+      f"# A robot\nchains: auto\nthreads:\n  main_cpu: {bounds.THREAD}\nexecutors:\n  default: {{type: events, "
+      "threads: [main_cpu]}\ncontainer:\n  name: r\n", bounds.variant_of(SYSTEM, "type: events"))
+check("what is planned stays, and so do chains", bounds.variant_of("chains: []\n" + SYSTEM, None) == "chains: []\n" + SYSTEM)
+
 with tempfile.TemporaryDirectory() as folder:
     root = pathlib.Path(folder)
     git(root, "init", "-q")
@@ -91,7 +110,10 @@ with tempfile.TemporaryDirectory() as folder:
     for text in ("| events | 5 | 12.3 (10 – 4000) | 3 |", "- The machine is another.", "loaned (no RouDi)",
                  "Statistics `full`; medians and ranges of 3 runs of 1s each", "Load average 0.2 at the end",
                  "Load average 0.1 at the start, 1.5 at the end", "2 × Some CPU, Linux 6.1, PREEMPT_RT",
-                 "| events | 1000 | 1.50 | 30.00 | 99 | 0 | 2.00 |"):
+                 "| events | 1000 | 1.50 | 30.00 | 99 | 0 | 2.00 |",
+                 "| `reference_system` | planned | 3 | 2 | 0 | 0.40 | 0.60 | 0.60 | 7.000 | 10.000 | 0.25 |",
+                 "| front | planned | 1.000 | 4.000 | 4.000 | 10.000 | 2.500 |",
+                 "- `reference_system`, planned, other: its thread is late"):
         check(f"the page has: {text}", text in page, page)
     for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
                  "| `events`, statistics `full` |  | 122 (120 – 130) |", "by hand, nothing else | 27 (26 – 28) |  |",

@@ -71,15 +71,15 @@ void ModelBuilder::set_execution(std::size_t index) {
   } else if (budget) {
     facts.execution = Provenance::promised;
     longest = *budget;
-  } else if (exact) {
-    facts.execution = Provenance::exact;
-    longest = least = *exact;
   } else if (seen != nullptr && seen->longest_execution != Nanoseconds::zero()) {
     facts.execution = Provenance::measured;
     facts.measured_executions = seen->executions;
     longest = std::chrono::ceil<Nanoseconds>(
         std::chrono::duration<double, std::nano>(seen->longest_execution) *
         (1 + measured_->margin));
+  } else if (exact) {
+    facts.execution = Provenance::exact;
+    longest = least = *exact;
   }
   const double speed = speed_of(described.executor);
   const auto at_speed = [&](Nanoseconds time) {

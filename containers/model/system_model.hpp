@@ -34,8 +34,8 @@ struct ModelledProcess {
 enum class Provenance {
   declared,  // `execution:` in the file
   promised,  // `budget:` with an overrun policy that ends longer executions
-  exact,     // the component knows it
   measured,  // in a model file, with its margin
+  exact,     // the component says it: what it burns, without what sending costs
   unknown,
 };
 std::string_view to_string(Provenance provenance) noexcept;
@@ -61,7 +61,7 @@ struct SystemModel {
 };
 
 /// Builds the model of the processes of a description. Execution times, in this order: the file's,
-/// a budget that is enforced, the component's, the measured ones. An executor that runs something
+/// a budget that is enforced, the measured ones, the component's. An executor that runs something
 /// of unknown length, and all that wait for it, have no bound, and the model says why.
 /// Thread safety: from any thread. Real-time: no.
 SystemModel make_system_model(const SystemDescription& description,

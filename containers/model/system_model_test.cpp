@@ -18,12 +18,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// A file's only chain.
-ModelBounds::Chain bound_of(const std::string& text) {
+ModelBounds::Chain bound_of(const std::string& text, const MeasuredModel* measured = nullptr) {
   const ConfigurationFile file("system.yaml", text);
   const SystemDescription description = file.read();
   const Container container(description);
   const ModelledProcess process = container.modelled();
-  return analyze(make_system_model(description, container.plan().chains, {&process, 1}))
+  return analyze(make_system_model(description, container.plan().chains, {&process, 1}, measured))
       .chains.at(0);
 }
 
@@ -85,6 +85,66 @@ TEST(SystemModel, TheFileSaysHowLongACallbackRuns) {
   text.replace(text.find(group), group.size(),
                group + "\n      callbacks: {t_timer: {execution: 3ms}}");
   EXPECT_EQ(bound_of(text).bound, 9ms - 1ns);
+}
+
+TEST(SystemModel, AMeasuredExecutionCountsWithItsMargin) {
+  MeasuredModel measured{.duration = 10s, .margin = 0.5};
+  measured.callbacks.push_back(
+      {.name = "/u/t_timer", .executions = 100, .longest_execution = 2ms, .causes = {{"/s/t", 1}}});
+  EXPECT_EQ(bound_of(trap("type: events"), &measured).bound, 9ms - 1ns);
+  measured.callbacks[0].longest_execution = 0ns;  // nothing is known: the component says it
+  EXPECT_EQ(bound_of(trap("type: events"), &measured).bound, 7ms - 1ns);
+}
+
+TEST(SystemModel, MeasuredOverheadsCountUnlessTheFileSaysThem) {
+  MeasuredModel measured{.dispatch_overhead = 10us, .wake_overhead = 100us};
+  const auto with_model = bound_of(trap("type: single_threaded"), &measured).bound;
+  const std::string machine = "machine: {overheads: {dispatch: 10us, wake: 100us}}";
+  EXPECT_EQ(with_model, bound_of(trap("type: single_threaded", machine)).bound);
+  EXPECT_GT(with_model, 22ms);
+  measured.wake_overhead = 5ms;
+  EXPECT_EQ(with_model, bound_of(trap("type: single_threaded", machine), &measured).bound);
+}
+
+/// A timer, and a callback that something outside of the file may call.
+std::string with_server(const std::string& callbacks = "") {
+  return R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, scheduler: fixed_priority, threads: [main_cpu]}}
+chains: [{name: c, path: [u/t_timer, s/t]}]
+dds: {domain: 77}
+container:
+  name: served
+  components:
+    - component: takt::Workload
+      name: u
+      parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
+    - component: takt::Workload
+      name: s
+)" + callbacks +
+         "      parameters: {subscriptions: {topic: [t], work_us: [1000]}, servers: {service: [x], "
+         "work_us: [4000]}}\n";
+}
+
+TEST(SystemModel, WhatCallsFromOutsideIsStatedOrMeasured) {
+  ModelBounds::Chain bound = bound_of(with_server());
+  EXPECT_FALSE(bound.bound);
+  EXPECT_THAT(bound.why_not, HasSubstr("/s/x"));
+  EXPECT_EQ(bound_of(with_server("      callbacks: {x: {arrival: {period: 1s}}}\n")).bound, 6ms);
+  MeasuredModel measured{.duration = 10s};
+  const auto server = [&]() -> MeasuredCallback& { return measured.callbacks[0]; };
+  measured.callbacks.push_back({.name = "/s/x"});  // never called
+  EXPECT_EQ(bound_of(with_server(), &measured).bound, 2ms);
+  server().executions = 1;
+  EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
+  server().executions = 2;  // how far apart is not known
+  EXPECT_FALSE(bound_of(with_server(), &measured).bound);
+  server().least_distances = {5s};
+  EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
+  server().dropped = 1;
+  EXPECT_FALSE(bound_of(with_server(), &measured).bound);
+  server() = {.name = "/s/x", .executions = 2, .period = 1s, .jitter = 1ms};
+  EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
 }
 
 // The other input may come a period later.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""takt analyze: verdicts and exit statuses, an explanation that adds up, a sweep, and mistakes.
+"""takt model and takt analyze: from a run to verdicts and exit statuses, an explanation that adds up, a sweep, mistakes.
 
 usage: analyze_test.py TAKT
 """
@@ -41,9 +41,13 @@ chains:
 """
 
 
-def run(*words):
-    done = subprocess.run([takt, "analyze", *words], env=environment, text=True, capture_output=True, timeout=120)
+def command(*words):
+    done = subprocess.run([takt, *words], env=environment, text=True, capture_output=True, timeout=120)
     return done.returncode, done.stdout, done.stderr
+
+
+def run(*words):
+    return command("analyze", *words)
 
 
 with tempfile.TemporaryDirectory() as folder:
@@ -80,6 +84,33 @@ with tempfile.TemporaryDirectory() as folder:
 
     status, output, errors = run(robot, "--sweep", "threads.rest.priority=10..90")
     check("a sweep", status == 0 and len(re.findall(r"^ +\d+ +\d+\.\d{3}$", output, re.M)) == 10, output, errors)
+
+    trace, model, again = (os.path.join(folder, name) for name in ("robot.json", "robot.model.yaml", "again.model.yaml"))
+    status, output, errors = command("run", robot, "--duration", "300ms", "--trace", trace, "--model", model)
+    check("a run with a model", status == 0, output, errors)
+    status, output, errors = command("model", trace, "-o", again, "--json", "-")
+    callbacks = {callback["callback"]: callback for callback in json.loads(output)["callbacks"]}
+    check("the callbacks of the system", sorted(callbacks) == ["/imu/imu_timer", "/planner/imu", "/planner/map_timer"],
+          output, errors)
+    check("what one has caused", callbacks["/imu/imu_timer"]["causes"] == {"/planner/imu": 1}, output)
+    check("in CPU time", callbacks["/planner/map_timer"]["execution_us"]["min"] >= 9000, output)
+    with open(model, encoding="utf-8") as one, open(again, encoding="utf-8") as other:
+        check("the run and its trace give the same model", one.read() == other.read(), output, errors)
+    status, output, errors = command("model", trace)
+    check("a table of the model", status == 0 and re.search(r"^/planner/map_timer +\d+ ", output, re.M), output, errors)
+    status, output, errors = run(robot, "--model", model, "--json", "-")
+    document = json.loads(output)
+    check("an analysis rests on it", {callback["rests_on"] for callback in document["callbacks"]} == {"measured"}, output)
+    observed = document["chains"][0]["observed_us"]
+    check("and shows what was observed", observed["instances"] > 10 and observed["p50"] <= observed["max"], output)
+    check("and what it took for granted", any("no arrivals are closer" in text for text in document["assumptions"]), output)
+    status, output, errors = command("model", robot)
+    check("a file that is no trace", status == 2 and "this is no trace of this version of Takt" in errors, output, errors)
+    status, output, errors = command("model", trace, "-o", os.path.join(folder, "none", "x.yaml"))
+    check("a model that cannot be written", status == 2 and "choose a writable file" in errors, output, errors)
+    command("run", late, "--duration", "100ms", "--trace", os.path.join(folder, "late.json"))
+    status, output, errors = command("model", trace, os.path.join(folder, "late.json"))
+    check("traces of two systems", status == 2 and "give traces of one system" in errors, output, errors)
 
     for name, words, text in [
             ("a wrong key", [robot, "--sweep", "threads.rset.priority=1..9"], "there is no 'rset'"),

@@ -35,4 +35,22 @@ expect "the console is silent" test -z "$(grep CONSOLE "$work/log" || true)"
   --window-size=1500,2400 --screenshot="${SCREENSHOT:-$work/report.png}" \
   "file://$work/report/report.html" 2>/dev/null
 expect "it can be drawn" test -s "${SCREENSHOT:-$work/report.png}"
+
+cat >"$work/robot.yaml" <<'YAML'
+threads: {control: {policy: SCHED_FIFO, priority: 80, affinity: [0]}}
+executors: {default: {type: events, threads: [control]}}
+chains: [{name: sense, deadline: 20ms, path: [imu/imu_timer, planner/imu]}]
+container:
+  name: robot
+  components:
+    - {component: takt::Workload, name: imu, parameters: {publishers: {topic: [imu], period_us: [5000]}}}
+    - {component: takt::Workload, name: planner, parameters: {subscriptions: {topic: [imu], work_us: [1000]}}}
+YAML
+"$takt" run "$work/robot.yaml" --duration 500ms --model "$work/robot.model.yaml" >/dev/null
+"$takt" analyze "$work/robot.yaml" --model "$work/robot.model.yaml" --report "$work/bounds.html" >/dev/null || true
+"$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
+  "file://$work/bounds.html" >"$work/dom.html" 2>/dev/null
+for text in 'bound: never later' 'observed, p99.9' 'deadline' '>sense<' 'Assumption 1'; do
+  expect "the page of bounds has: $text" grep -q "$text" "$work/dom.html"
+done
 exit $failed

@@ -1,0 +1,114 @@
+"""Latencies beside their bounds: systems × executors, a part of results.py.
+
+Each system runs for a minute under SCHED_FIFO, and `takt analyze` bounds its chains with the model of that run.
+SPDX-License-Identifier: Apache-2.0
+"""
+import json
+import pathlib
+import re
+import subprocess
+import tempfile
+import time
+
+DURATION = "60s"
+SYSTEMS = {"reference_system": "bench/workloads/reference_system.yaml", "nav2": "examples/08_nav2/nav2.yaml",
+           "mont_blanc": "bench/workloads/mont_blanc.yaml"}
+# The name of the variant → all of its executor; None: the executors that Takt plans from the chains (PiCAS).
+VARIANTS = {"chain_aware": "type: chain_aware", "events, fixed_priority": "type: events, scheduler: fixed_priority",
+            "single_threaded": "type: single_threaded", "planned": None}
+THREAD = "{policy: SCHED_FIFO, priority: 80, affinity: [1]}"
+
+
+def variant_of(text, executor):
+    """The file with the chains that it has, or all, and with this executor for everything."""
+    parts = re.split(r"^(?=\w)", text, flags=re.MULTILINE)  # a part for each key of the file
+    if executor is not None:
+        parts = [part for part in parts if not part.startswith(("threads:", "executors:"))]
+        parts.insert(1, f"threads:\n  main_cpu: {THREAD}\nexecutors:\n  default: {{{executor}, threads: [main_cpu]}}\n")
+    if not any(part.startswith("chains:") for part in parts):
+        parts.insert(1, "chains: auto\n")
+    return "".join(parts)
+
+
+def measure_one(takt, file):
+    """The analysis of the file, with the model of a run of it, and how long it took; and the result of the run."""
+    model, result = file.with_suffix(".model.yaml"), file.with_suffix(".json")
+    subprocess.run([takt, "run", file, "--duration", DURATION, "--model", model, "--json", result],
+                   stdout=subprocess.DEVNULL, check=True)
+    begin = time.monotonic()
+    done = subprocess.run([takt, "analyze", file, "--model", model, "--json", "-"], stdout=subprocess.PIPE, check=True)
+    analysis = json.loads(done.stdout)
+    del analysis["callbacks"], analysis["suggestions"]
+    for chain in analysis["chains"]:
+        for segment in chain["segments"]:
+            del segment["methods"]
+    analysis["analysed_in_s"] = round(time.monotonic() - begin, 2)
+    return analysis, json.loads(result.read_text(encoding="utf-8"))
+
+
+def measure(takt, root):
+    """All analyses, as `takt analyze --json` has them: a document for report.py."""
+    analyses = []
+    with tempfile.TemporaryDirectory() as folder:
+        for system, path in SYSTEMS.items():
+            text = (root / path).read_text(encoding="utf-8")
+            for variant, executor in VARIANTS.items():
+                file = pathlib.Path(folder) / f"{system}.yaml"
+                file.write_text(variant_of(text, executor), encoding="utf-8")
+                analysis, run = measure_one(takt, file)
+                analyses.append({**analysis, "file": path, "model": None, "variant": variant})
+    return {"takt": run["takt"], "machine": run["machine"], "analyses": analyses}
+
+
+def ms(us):
+    return "-" if us is None else f"{us / 1e3:.3f}"
+
+
+def share(chain):
+    """Of the bound that was observed."""
+    if chain["bound_us"] is None or chain["observed_us"] is None:
+        return None
+    return chain["observed_us"]["p999"] / chain["bound_us"]
+
+
+def row_of(analysis):
+    chains = analysis["chains"]
+    shares = sorted(one for one in map(share, chains) if one is not None)
+    late = [chain for chain in chains if (share(chain) or 0) > 1]
+    return [f"`{pathlib.Path(analysis['file']).stem}`", analysis["variant"], len(chains),
+            sum(chain["bound_us"] is not None for chain in chains), len(late),
+            *(f"{one:.2f}" for one in (shares[0], shares[len(shares) // 2], shares[-1])),
+            ms(max(chain["observed_us"]["p999"] for chain in chains if chain["observed_us"])),
+            ms(max((chain["bound_us"] for chain in chains if chain["bound_us"]), default=None)),
+            f"{analysis['analysed_in_s']:.2f}"]
+
+
+def hot_path_rows(analyses):
+    return [[chain["name"], analysis["variant"], ms(chain["observed_us"]["p50"]), ms(chain["observed_us"]["p999"]),
+             ms(chain["observed_us"]["max"]), ms(chain["bound_us"]),
+             ms(sum(segment["wait_us"] or 0 for segment in chain["segments"]))]
+            for analysis in analyses if "reference_system" in analysis["file"] for chain in analysis["chains"]]
+
+
+def without_bound(analyses):
+    reasons = sorted({(pathlib.Path(analysis["file"]).stem, analysis["variant"], chain["name"], chain["reason"])
+                      for analysis in analyses for chain in analysis["chains"] if chain["bound_us"] is None})
+    return "\n".join(f"- `{system}`, {variant}, {chain}: {reason}" for system, variant, chain, reason in reasons)
+
+
+def section(document, date, table, load):
+    analyses = document["analyses"]
+    parts = [
+        "## Latencies and their bounds",
+        f"Each system ran for {DURATION} as one process; one thread of SCHED_FIFO 80 on CPU 1 runs all callbacks, but for "
+        "`planned`: there Takt makes executors, threads and CPUs from the chains (PiCAS). `takt analyze` then bounds "
+        "each chain with the execution times, arrivals and overheads of that run (`--model`; longest execution + 20 %). "
+        f"Observed and bound as figures: [bounds.html]({date}/bounds.html). {load}",
+        table(["system", "executor", "chains", "with a bound", "p99.9 above it", "p99.9 ÷ bound: least", "median", "most",
+               "largest p99.9 (ms)", "largest bound (ms)", "analysed in (s)"], map(row_of, analyses)),
+        "The hot paths of the Autoware reference system. Most of a bound is the wait at the fusion for the other lidar, "
+        "whose period is 100 ms; in the run both lidars have the same phase.",
+        table(["chain", "executor", "p50 (ms)", "p99.9 (ms)", "max (ms)", "bound (ms)", "of it, waiting at joins"],
+              hot_path_rows(analyses))]
+    missing = without_bound(analyses)
+    return "\n\n".join(parts + ([f"Without a bound:\n\n{missing}"] if missing else []))
