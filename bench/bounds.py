@@ -24,6 +24,8 @@ def variant_of(text, executor):
     parts = re.split(r"^(?=\w)", text, flags=re.MULTILINE)  # a part for each key of the file
     if executor is not None:
         parts = [part for part in parts if not part.startswith(("threads:", "executors:"))]
+        parts = [re.sub(r"^( *)- component: .*$", r"\g<0>\n\1  executor: default", part, flags=re.MULTILINE)
+                 for part in parts]
         parts.insert(1, f"threads:\n  main_cpu: {THREAD}\nexecutors:\n  default: {{{executor}, threads: [main_cpu]}}\n")
     if not any(part.startswith("chains:") for part in parts):
         parts.insert(1, "chains: auto\n")

@@ -83,10 +83,10 @@ def commit_source(root, name, text):
     return git(root, "rev-parse", "HEAD")
 
 
-SYSTEM = "# A robot\nthreads:\n  a: {}\nexecutors:\n  default: {}\ncontainer:\n  name: r\n"
+SYSTEM = "# A robot\nthreads:\n  a: {}\nexecutors:\n  default: {}\ncontainer:\n  components:\n    - component: a::B\n"
 check("a variant has the executor, and all chains", bounds.variant_of(SYSTEM, "type: events") ==
       f"# A robot\nchains: auto\nthreads:\n  main_cpu: {bounds.THREAD}\nexecutors:\n  default: {{type: events, "
-      "threads: [main_cpu]}\ncontainer:\n  name: r\n", bounds.variant_of(SYSTEM, "type: events"))
+      "threads: [main_cpu]}\ncontainer:\n  components:\n    - component: a::B\n      executor: default\n", bounds.variant_of(SYSTEM, "type: events"))
 check("what is planned stays, and so do chains", bounds.variant_of("chains: []\n" + SYSTEM, None) == "chains: []\n" + SYSTEM)
 
 with tempfile.TemporaryDirectory() as folder:

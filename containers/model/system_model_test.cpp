@@ -21,7 +21,9 @@ using ::testing::HasSubstr;
 ModelBounds::Chain bound_of(const std::string& text, const MeasuredModel* measured = nullptr) {
   const ConfigurationFile file("system.yaml", text);
   const SystemDescription description = file.read();
-  const Container container(description);
+  SystemDescription process_only = description;
+  process_only.dds.reset();  // nothing runs
+  const Container container(process_only);
   const ModelledProcess process = container.modelled();
   return analyze(make_system_model(description, container.plan().chains, {&process, 1}, measured))
       .chains.at(0);
@@ -110,7 +112,7 @@ TEST(SystemModel, MeasuredOverheadsCountUnlessTheFileSaysThem) {
 std::string with_server(const std::string& callbacks = "") {
   return R"(
 threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
-executors: {default: {type: events, scheduler: fixed_priority, threads: [main_cpu]}}
+executors: {default: {type: events, scheduler: fifo, threads: [main_cpu]}}
 chains: [{name: c, path: [u/t_timer, s/t]}]
 dds: {domain: 77}
 container:
@@ -118,9 +120,11 @@ container:
   components:
     - component: takt::Workload
       name: u
+      executor: default
       parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
     - component: takt::Workload
       name: s
+      executor: default
 )" + callbacks +
          "      parameters: {subscriptions: {topic: [t], work_us: [1000]}, servers: {service: [x], "
          "work_us: [4000]}}\n";

@@ -39,6 +39,7 @@ class Search {
       : file_(file), processes_(file.processes), before_(score(file.model, file.bounds)) {}
 
   std::vector<Suggestion> run() {
+    if (before_ == Score{0, 0}) return {};  // no deadlines, so nothing to be better at
     for (ModelledProcess& process : processes_) {
       for (ExecutorDescription& executor : process.executors) try_orders(executor);
       for (ThreadAttributes& thread : process.threads) try_threads(thread);
