@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""takt analyze: verdicts and exit statuses, an explanation that adds up, a sweep, and mistakes.
+"""takt analyze and takt check --deadlines: verdicts and exit statuses, an explanation that adds up, a sweep, and
+mistakes.
 
 usage: analyze_test.py TAKT
 """
@@ -41,8 +42,8 @@ chains:
 """
 
 
-def run(*words):
-    done = subprocess.run([takt, "analyze", *words], env=environment, text=True, capture_output=True, timeout=120)
+def run(*words, command="analyze"):
+    done = subprocess.run([takt, command, *words], env=environment, text=True, capture_output=True, timeout=120)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -61,9 +62,27 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run(late)
     check("not shown", status == 1 and " not shown " in output and "what would help" in output, status, output, errors)
 
-    status, output, errors = run(write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace(
-        "policy: SCHED_FIFO, priority: 40, ", "")))
+    plain = write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace("policy: SCHED_FIFO, priority: 40, ", ""))
+    status, output, errors = run(plain)
     check("no bound", status == 1 and "sense has no bound: bulk: thread 'rest' is SCHED_OTHER" in output, status, output, errors)
+
+    # It counted as a deadline that is not guaranteed.
+    free = write("free.yaml", ROBOT.replace("deadline: DEADLINE, ", "").replace("policy: SCHED_FIFO, priority: 40, ", ""))
+    status, output, errors = run(free)
+    check("no deadline, no bound", status == 0 and "sense has no bound" in output, status, output, errors)
+
+    status, output, errors = run("--deadlines", robot, free, command="check")
+    check("deadlines that are guaranteed", status == 0 and output.count(": valid: ") == 2 and errors == "", status, output, errors)
+    status, output, errors = run("--deadlines", late, robot, plain, command="check")
+    line = ROBOT[:ROBOT.index("name: sense")].count("\n") + 1
+    check("deadlines that are not", status == 1 and output.count(": valid: ") == 3 and re.fullmatch(
+        rf"{late}:{line}: chain 'sense' may take [0-9.]+ ms, its deadline is 3.000 ms; see `takt analyze {late} --explain sense`\n"
+        rf"{plain}:{line}: chain 'sense' has no bound \(bulk: thread 'rest' is SCHED_OTHER.*\), its deadline is 20.000 ms; "
+        rf"see `takt analyze {plain} --explain sense`\n", errors), status, output, errors)
+    wrong = write("wrong.yaml", ROBOT.replace("DEADLINE", "20ms").replace("[imu], period_us", "[], period_us"))
+    status, output, errors = run("--deadlines", late, wrong, command="check")
+    check("deadlines and a wrong file", status == 2 and f"{late}:{line}: " in errors and "wrong.yaml:" in errors,
+          status, output, errors)
 
     status, output, errors = run(robot, "--json", "-")
     chain = json.loads(output)["chains"][0]
