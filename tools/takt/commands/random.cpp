@@ -43,7 +43,14 @@ void write(const RandomOptions& options, const std::string& path) {
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<RandomOptions>();
   const auto cpus = std::make_shared<std::string>(), path = std::make_shared<std::string>();
-  command->add_option("--seed", options->seed, "Another seed gives another system")->required();
+  command->add_option("--seed", options->seed, "Another seed gives another system")
+      ->required()
+      ->check(
+          [](const std::string& text) {  // CLI11 reads -1, and what is too large, as the largest
+            const bool is_number = text.find_first_not_of("0123456789") == text.npos;
+            return is_number && text.size() <= 18 ? ""
+                                                  : "write an integer from 0, of 18 digits at most";
+          });
   command
       ->add_option("--executors", options->executors,
                    "The types to choose from: events,multi_threaded; default: all")

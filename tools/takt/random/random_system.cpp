@@ -173,8 +173,8 @@ void RandomSystem::set_works(std::size_t executor) {
   double left = 0;
   for (const Thread& thread : executors_[executor].threads) {
     if (!thread.cpu) {
-      left += static_cast<double>(thread.runtime.count()) /
-              static_cast<double>(thread.period.count());
+      left +=
+          static_cast<double>(thread.runtime.count()) / static_cast<double>(thread.period.count());
       continue;
     }
     std::size_t sharers = 0;
@@ -212,8 +212,8 @@ void RandomSystem::set_priorities() {
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return period(a) > period(b); });
-  // Like PiCAS: shorter periods first, and in a chain the later callbacks. What several chains share
-  // belongs to the most critical.
+  // Like PiCAS: shorter periods first, and in a chain the later callbacks. What several chains
+  // share belongs to the most critical.
   const bool is_picas = dice_.has(50);
   std::size_t chain_priority = 0, callback_priority = 0;
   for (const std::size_t index : order) {
@@ -293,12 +293,12 @@ json RandomSystem::document() const {
                       {"deadline", to_string(chain.deadline)},
                       {"path", std::move(path)}});
   }
-  return {{"threads", std::move(threads)},
-          {"executors", std::move(executors)},
-          {"container",
-           {{"name", fmt::format("random_{}", options_.seed)},
-            {"components", std::move(components)}}},
-          {"chains", std::move(chains)}};
+  return {
+      {"threads", std::move(threads)},
+      {"executors", std::move(executors)},
+      {"container",
+       {{"name", fmt::format("random_{}", options_.seed)}, {"components", std::move(components)}}},
+      {"chains", std::move(chains)}};
 }
 
 }  // namespace
