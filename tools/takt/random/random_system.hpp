@@ -17,7 +17,7 @@ struct RandomOptions {
   std::vector<int> cpus;                           // for the threads
 };
 
-/// A document for yaml_file(). The same options give the same one, whatever the compiler.
+/// A document for yaml_file(). The same options give the same one.
 ///
 /// testing/random_system.hpp makes other systems, for the proofs of analysis/: of few integers, so
 /// that coincidences occur; with joins and messages from outside; without names. What it draws
