@@ -8,7 +8,7 @@
 namespace takt::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 
 constexpr std::size_t kMostColumns = 100;
 
@@ -24,7 +24,7 @@ bool is_text(const std::string& text) {
   }
 }
 
-void write(const json& value, YAML::Emitter& yaml) {
+void write(const ordered_json& value, YAML::Emitter& yaml) {
   const auto style = value.dump().size() <= kMostColumns ? YAML::Flow : YAML::Block;
   if (value.is_object()) {
     yaml << style << YAML::BeginMap;
@@ -35,7 +35,7 @@ void write(const json& value, YAML::Emitter& yaml) {
     yaml << YAML::EndMap;
   } else if (value.is_array()) {
     yaml << style << YAML::BeginSeq;
-    for (const json& entry : value) write(entry, yaml);
+    for (const ordered_json& entry : value) write(entry, yaml);
     yaml << YAML::EndSeq;
   } else if (value.is_string()) {
     const auto& text = value.get_ref<const std::string&>();
@@ -48,7 +48,7 @@ void write(const json& value, YAML::Emitter& yaml) {
 
 }  // namespace
 
-std::string yaml_file(const json& document) {
+std::string yaml_file(const ordered_json& document) {
   YAML::Emitter yaml;
   write(document, yaml);
   return std::string(yaml.c_str()) + "\n";

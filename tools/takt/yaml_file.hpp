@@ -10,7 +10,7 @@
 namespace takt::tools {
 
 /// The document as a person would write it: what fits into a line is in one. Takt reads back the
-/// same values.
+/// same values; null is none of them.
 std::string yaml_file(const nlohmann::ordered_json& document);
 
 }  // namespace takt::tools
