@@ -132,6 +132,9 @@ TEST(RandomSystems, NoResponseIsLongerThanAnyBound) {
   for (const std::uint64_t seed : {1098, 2154}) {
     systems.emplace_back(seed, Shape{.has_periods = true});
   }
+  // Few others show what a join holds back, and that it waits for its slowest input.
+  systems.emplace_back(6373, Shape{.has_overheads = true});
+  systems.emplace_back(17546, Shape{.has_periods = true});
   for (const auto& [seed, shape] : systems) {
     RandomSystem random(seed, shape);
     std::vector<Observed> observed;

@@ -80,8 +80,8 @@ MUTATIONS |= {
          "times(whole - each, own.curve.most(offset + 1))"),
         ("equally urgent callbacks", "methods/urgency.cpp", ".urgency >= least_", ".urgency > least_"),
         ("a later deadline blocks nobody", "methods/points.cpp",
-         "std::max(longest_behind, part.blocking(other.execution))",
-         "longest_behind"),
+         "std::max(longest, part.blocking(other.execution))",
+         "longest"),
         ("equal deadlines", "methods/points.cpp", "offset + 1 + own_point", "offset + own_point"),
         ("jitter between executors", "analysis.cpp",
          "root.curve.with_jitter(plus(span.latest_end, held) - earliest)",
@@ -110,6 +110,15 @@ MUTATIONS |= {
         ("callbacks that exceed their period", "method.cpp",
          "system.overheads.wake) <= executor.let_period", "system.overheads.wake) >= 0"),
         ("a timer's releases that were missed", "analysis.cpp", "missed / receiver.longest_gap + 1", "1"),
+        ("what a join holds back", "analysis.cpp", "output.waits ? root.longest_gap : 0", "0 * root.longest_gap"),
+        ("a chain waits at a join", "analysis.cpp",
+         "result.segments.back().wait = result.segments.back().longest_gap",
+         "result.segments.back().wait = 0"),
+        ("a join waits for its slowest input", "analysis.cpp", "longest = std::max(longest, of_sender(sender, other))",
+         "longest = std::max(longest, sender == from ? of_sender(sender, other) : 0)"),
+        ("a join's last input sends at its end", "analysis.cpp",
+         "longest = std::max(longest, parts_[system_.callbacks[sender].executor].longest_held())",
+         "longest = std::max(longest, parts_[system_.callbacks[sender].executor].longest_held() * 0)"),
         ("threads share nothing", "methods/pools.cpp", "(shared + threads - 1) / threads", "0 * shared"),
         ("threads wake up at once", "analysis.cpp", "plus(answer.bound, system_.overheads.wake)", "answer.bound"),
         ("a dispatch takes no time", "analysis.cpp", "plus(callback.execution, given.overheads.dispatch)",
@@ -133,7 +142,7 @@ def copy_tree():
             continue
         if not os.path.exists(copy) or not filecmp.cmp(source, copy, shallow=False):
             os.makedirs(os.path.dirname(copy), exist_ok=True)
-            shutil.copy2(source, copy)
+            shutil.copy(source, copy)  # with a new time, or what was built of a mutant that was not undone would stay
 
 
 def build(target):

@@ -11,8 +11,7 @@ namespace takt::tools {
 
 bool AnalyzedFile::is_guaranteed() const {
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
-    const bool has_deadline = model.chains[i].deadline != Nanoseconds::zero();
-    if (has_deadline && verdict(model.chains[i], bounds.chains[i]) != "guaranteed") return false;
+    if (!tools::is_guaranteed(model.chains[i], bounds.chains[i])) return false;
   }
   return true;
 }
@@ -46,10 +45,14 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   return file;
 }
 
+bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  return chain.deadline == Nanoseconds::zero() || (bound.bound && *bound.bound <= chain.deadline);
+}
+
 std::string_view verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
   if (!bound.bound) return "no bound";
   if (chain.deadline == Nanoseconds::zero()) return "-";
-  return *bound.bound <= chain.deadline ? "guaranteed" : "not shown";
+  return is_guaranteed(chain, bound) ? "guaranteed" : "not shown";
 }
 
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks) {

@@ -39,6 +39,8 @@ struct AnalyzeOptions {
 /// Throws Error for a bad file.
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options);
 
+/// Whether it meets its deadline for sure, or has none.
+bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// guaranteed, not shown, no bound; without a deadline: "-".
 std::string_view verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// What the bounds of these callbacks' executors rest on: "declared 5, measured 2".

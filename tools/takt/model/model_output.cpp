@@ -4,18 +4,19 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <yaml-cpp/yaml.h>
 
 #include "takt/measuring/rounds.hpp"
 
 #include "model/extraction.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
+#include "yaml_file.hpp"
 
 namespace takt::tools {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 /// For people, and exact: "1.234567ms".
 std::string text_of(Nanoseconds time) {
@@ -26,90 +27,59 @@ std::string text_of(Nanoseconds time) {
   return fmt::format("{}ns", time.count());
 }
 
-/// Writes keys whose value is known.
-class ModelWriter {
- public:
-  std::string text(const MeasuredModel& model) {
-    out_ << YAML::Comment("Measured by Takt; `takt analyze --model` and the key `model` read it.");
-    out_ << YAML::BeginMap;
-    value("file", model.file);
-    value("machine", model.machine);
-    time("duration", model.duration);
-    value("margin", fmt::format("{:g}", model.margin));
-    if (model.lost_executions != 0) value("lost_executions", model.lost_executions);
-    begin("overheads");
-    time("dispatch", model.dispatch_overhead);
-    time("wake", model.wake_overhead);
-    end();
-    begin("chains");
-    for (const MeasuredChain& chain : model.chains) write(chain);
-    end();
-    begin("callbacks");
-    for (const MeasuredCallback& callback : model.callbacks) write(callback);
-    end();
-    out_ << YAML::EndMap;
-    return out_.c_str();
-  }
+void add_time(ordered_json& object, const char* key, Nanoseconds time) {
+  if (time != Nanoseconds::zero()) object[key] = text_of(time);
+}
 
- private:
-  void begin(const std::string& name) {
-    out_ << YAML::Key << name << YAML::Value << YAML::BeginMap;
-  }
-  void begin_line(const std::string& name) {
-    out_ << YAML::Key << name << YAML::Value << YAML::Flow << YAML::BeginMap;
-  }
-  void end() { out_ << YAML::EndMap; }
+ordered_json document(const MeasuredChain& chain) {
+  ordered_json result{{"instances", chain.instances}};
+  add_time(result, "p50", chain.median);
+  add_time(result, "p99", chain.p99);
+  add_time(result, "p99.9", chain.p999);
+  add_time(result, "max", chain.longest);
+  return result;
+}
 
-  template <class Value>
-  void value(const std::string& name, const Value& value) {
-    out_ << YAML::Key << name << YAML::Value << value;
+ordered_json document(const MeasuredCallback& callback) {
+  ordered_json result{{"executions", callback.executions}};
+  if (callback.executions != 0) {
+    ordered_json& execution = result["execution"];
+    add_time(execution, "min", callback.least_execution);
+    add_time(execution, "p50", callback.median_execution);
+    add_time(execution, "p99", callback.p99_execution);
+    add_time(execution, "max", callback.longest_execution);
+    add_time(execution, "first_ten", callback.longest_first_execution);
   }
-  void time(const std::string& name, Nanoseconds time) {
-    if (time != Nanoseconds::zero()) value(name, text_of(time));
-  }
-
-  void write(const MeasuredChain& chain) {
-    begin_line(chain.name);
-    value("instances", chain.instances);
-    time("p50", chain.median);
-    time("p99", chain.p99);
-    time("p99.9", chain.p999);
-    time("max", chain.longest);
-    end();
-  }
-
-  void write(const MeasuredCallback& callback) {
-    begin(callback.name);
-    value("executions", callback.executions);
-    if (callback.executions != 0) {
-      begin_line("execution");
-      time("min", callback.least_execution);
-      time("p50", callback.median_execution);
-      time("p99", callback.p99_execution);
-      time("max", callback.longest_execution);
-      time("first_ten", callback.longest_first_execution);
-      end();
+  if (!callback.least_distances.empty()) {
+    ordered_json& arrival = result["arrival"];
+    add_time(arrival, "period", callback.period);
+    add_time(arrival, "jitter", callback.jitter);
+    for (const Nanoseconds distance : callback.least_distances) {
+      arrival["distances"].push_back(text_of(distance));
     }
-    if (!callback.least_distances.empty()) {
-      begin("arrival");
-      time("period", callback.period);
-      time("jitter", callback.jitter);
-      out_ << YAML::Key << "distances" << YAML::Value << YAML::Flow << YAML::BeginSeq;
-      for (const Nanoseconds distance : callback.least_distances) out_ << text_of(distance);
-      out_ << YAML::EndSeq;
-      end();
-    }
-    if (callback.dropped != 0) value("dropped", callback.dropped);
-    if (!callback.causes.empty()) {
-      begin("causes");
-      for (const auto& [name, count] : callback.causes) value(name, count);
-      end();
-    }
-    end();
   }
+  if (callback.dropped != 0) result["dropped"] = callback.dropped;
+  for (const auto& [name, count] : callback.causes) result["causes"][name] = count;
+  return result;
+}
 
-  YAML::Emitter out_;
-};
+/// As read_measured_model reads it: what is not known is not there.
+ordered_json document(const MeasuredModel& model) {
+  ordered_json result{{"file", model.file}, {"machine", model.machine}};
+  add_time(result, "duration", model.duration);
+  result["margin"] = model.margin;
+  if (model.lost_executions != 0) result["lost_executions"] = model.lost_executions;
+  ordered_json overheads;
+  add_time(overheads, "dispatch", model.dispatch_overhead);
+  add_time(overheads, "wake", model.wake_overhead);
+  if (!overheads.empty()) result["overheads"] = std::move(overheads);
+  for (const MeasuredChain& chain : model.chains) result["chains"][chain.name] = document(chain);
+  result["callbacks"] = ordered_json::object();
+  for (const MeasuredCallback& callback : model.callbacks) {
+    result["callbacks"][callback.name] = document(callback);
+  }
+  return result;
+}
 
 json us_or_null(Nanoseconds time) {
   return time == Nanoseconds::zero() ? json() : json(rt::us(time));
@@ -142,7 +112,9 @@ json callback_json(const MeasuredCallback& callback) {
 
 void write_measured_model(const MeasuredModel& model, const std::string& path) {
   std::ofstream file(path);
-  file << ModelWriter().text(model) << "\n";
+  file << "# Measured by Takt: for `takt analyze --model`, or the key `model` of a configuration "
+          "file.\n"
+       << yaml_file(document(model));
   file.close();
   if (!file) throw not_written("the model", path);
 }

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""takt model and takt analyze: from a run to verdicts and exit statuses, an explanation that adds up, a sweep, mistakes.
+"""takt model, takt analyze and takt check --deadlines: from a run to verdicts and exit statuses, an explanation that
+adds up, a sweep, and mistakes.
 
 usage: analyze_test.py TAKT
 """
@@ -41,13 +42,9 @@ chains:
 """
 
 
-def command(*words):
-    done = subprocess.run([takt, *words], env=environment, text=True, capture_output=True, timeout=120)
+def run(*words, command="analyze"):
+    done = subprocess.run([takt, command, *words], env=environment, text=True, capture_output=True, timeout=120)
     return done.returncode, done.stdout, done.stderr
-
-
-def run(*words):
-    return command("analyze", *words)
 
 
 with tempfile.TemporaryDirectory() as folder:
@@ -65,9 +62,27 @@ with tempfile.TemporaryDirectory() as folder:
     status, output, errors = run(late)
     check("not shown", status == 1 and " not shown " in output and "what would help" in output, status, output, errors)
 
-    status, output, errors = run(write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace(
-        "policy: SCHED_FIFO, priority: 40, ", "")))
+    plain = write("plain.yaml", ROBOT.replace("DEADLINE", "20ms").replace("policy: SCHED_FIFO, priority: 40, ", ""))
+    status, output, errors = run(plain)
     check("no bound", status == 1 and "sense has no bound: bulk: thread 'rest' is SCHED_OTHER" in output, status, output, errors)
+
+    # It counted as a deadline that is not guaranteed.
+    free = write("free.yaml", ROBOT.replace("deadline: DEADLINE, ", "").replace("policy: SCHED_FIFO, priority: 40, ", ""))
+    status, output, errors = run(free)
+    check("no deadline, no bound", status == 0 and "sense has no bound" in output, status, output, errors)
+
+    status, output, errors = run("--deadlines", robot, free, command="check")
+    check("deadlines that are guaranteed", status == 0 and output.count(": valid: ") == 2 and errors == "", status, output, errors)
+    status, output, errors = run("--deadlines", late, robot, plain, command="check")
+    line = ROBOT[:ROBOT.index("name: sense")].count("\n") + 1
+    check("deadlines that are not", status == 1 and output.count(": valid: ") == 3 and re.fullmatch(
+        rf"{late}:{line}: chain 'sense' may take [0-9.]+ ms, its deadline is 3.000 ms; see `takt analyze {late} --explain sense`\n"
+        rf"{plain}:{line}: chain 'sense' has no bound \(bulk: thread 'rest' is SCHED_OTHER.*\), its deadline is 20.000 ms; "
+        rf"see `takt analyze {plain} --explain sense`\n", errors), status, output, errors)
+    wrong = write("wrong.yaml", ROBOT.replace("DEADLINE", "20ms").replace("[imu], period_us", "[], period_us"))
+    status, output, errors = run("--deadlines", late, wrong, command="check")
+    check("deadlines and a wrong file", status == 2 and f"{late}:{line}: " in errors and "wrong.yaml:" in errors,
+          status, output, errors)
 
     status, output, errors = run(robot, "--json", "-")
     chain = json.loads(output)["chains"][0]
@@ -86,9 +101,9 @@ with tempfile.TemporaryDirectory() as folder:
     check("a sweep", status == 0 and len(re.findall(r"^ +\d+ +\d+\.\d{3}$", output, re.M)) == 10, output, errors)
 
     trace, model, again = (os.path.join(folder, name) for name in ("robot.json", "robot.model.yaml", "again.model.yaml"))
-    status, output, errors = command("run", robot, "--duration", "300ms", "--trace", trace, "--model", model)
+    status, output, errors = run(robot, "--duration", "300ms", "--trace", trace, "--model", model, command="run")
     check("a run with a model", status == 0, output, errors)
-    status, output, errors = command("model", trace, "-o", again, "--json", "-")
+    status, output, errors = run(trace, "-o", again, "--json", "-", command="model")
     callbacks = {callback["callback"]: callback for callback in json.loads(output)["callbacks"]}
     check("the callbacks of the system", sorted(callbacks) == ["/imu/imu_timer", "/planner/imu", "/planner/map_timer"],
           output, errors)
@@ -96,7 +111,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("in CPU time", callbacks["/planner/map_timer"]["execution_us"]["min"] >= 9000, output)
     with open(model, encoding="utf-8") as one, open(again, encoding="utf-8") as other:
         check("the run and its trace give the same model", one.read() == other.read(), output, errors)
-    status, output, errors = command("model", trace)
+    status, output, errors = run(trace, command="model")
     check("a table of the model", status == 0 and re.search(r"^/planner/map_timer +\d+ ", output, re.M), output, errors)
     status, output, errors = run(robot, "--model", model, "--json", "-")
     document = json.loads(output)
@@ -104,12 +119,12 @@ with tempfile.TemporaryDirectory() as folder:
     observed = document["chains"][0]["observed_us"]
     check("and shows what was observed", observed["instances"] > 10 and observed["p50"] <= observed["max"], output)
     check("and what it took for granted", any("no arrivals are closer" in text for text in document["assumptions"]), output)
-    status, output, errors = command("model", robot)
+    status, output, errors = run(robot, command="model")
     check("a file that is no trace", status == 2 and "this is no trace of this version of Takt" in errors, output, errors)
-    status, output, errors = command("model", trace, "-o", os.path.join(folder, "none", "x.yaml"))
+    status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
     check("a model that cannot be written", status == 2 and "choose a writable file" in errors, output, errors)
-    command("run", late, "--duration", "100ms", "--trace", os.path.join(folder, "late.json"))
-    status, output, errors = command("model", trace, os.path.join(folder, "late.json"))
+    run(late, "--duration", "100ms", "--trace", os.path.join(folder, "late.json"), command="run")
+    status, output, errors = run(trace, os.path.join(folder, "late.json"), command="model")
     check("traces of two systems", status == 2 and "give traces of one system" in errors, output, errors)
 
     for name, words, text in [

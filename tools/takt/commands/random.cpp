@@ -1,0 +1,83 @@
+// takt random: a random system, for comparisons and for tests of analyses.
+// SPDX-License-Identifier: Apache-2.0
+#include <fstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/base/available_cpus.hpp"
+#include "takt/base/version.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/sched/scheduler.hpp"
+
+#include "commands.hpp"
+#include "latency/cpu_set.hpp"
+#include "random/random_system.hpp"
+#include "run/result_json.hpp"
+#include "yaml_file.hpp"
+
+namespace takt::tools {
+namespace {
+
+constexpr std::size_t kUsualCpus = 3;
+
+void write(const RandomOptions& options, const std::string& path) {
+  for (const std::string& name : options.executors) executors().check(name);
+  for (const std::string& name : options.schedulers) schedulers().check(name);
+  check_writable(path);
+  // With all that has been chosen, so that the command gives the same file elsewhere.
+  const std::string text = fmt::format(
+      "# takt random --seed {} --executors {} --schedulers {} --cpus {} (Takt {})\n{}",
+      options.seed, fmt::join(options.executors, ","), fmt::join(options.schedulers, ","),
+      fmt::join(options.cpus, ","), TAKT_VERSION, yaml_file(random_system(options)));
+  if (path.empty()) {
+    fmt::print("{}", text);
+    return;
+  }
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw not_written("the system", path);
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<RandomOptions>();
+  const auto cpus = std::make_shared<std::string>(), path = std::make_shared<std::string>();
+  command->add_option("--seed", options->seed, "Another seed gives another system")
+      ->required()
+      ->check(
+          [](const std::string& text) {  // CLI11 reads -1, and what is too large, as the largest
+            const bool is_number = text.find_first_not_of("0123456789") == text.npos;
+            return is_number && text.size() <= 18 ? ""
+                                                  : "write an integer from 0, of 18 digits at most";
+          });
+  command
+      ->add_option("--executors", options->executors,
+                   "The types to choose from: events,multi_threaded; default: all")
+      ->delimiter(',');
+  command
+      ->add_option("--schedulers", options->schedulers,
+                   "The schedulers to choose from: edf,fifo; default: all")
+      ->delimiter(',');
+  command->add_option("--cpus", *cpus,
+                      fmt::format("The CPUs of the threads: 0-1,3; default: the first {} of those "
+                                  "that this process may use",
+                                  kUsualCpus));
+  command->add_option("-o", *path, "Write to this file; default: stdout");
+  command->footer(
+      "Examples:\n"
+      "  takt random --seed 7 -o system.yaml && takt analyze system.yaml\n"
+      "  takt random --seed 8 --executors events,single_threaded --schedulers fixed_priority\n");
+  command->callback([options, cpus, path] {
+    if (options->executors.empty()) options->executors = executors().names();
+    if (options->schedulers.empty()) options->schedulers = schedulers().names();
+    options->cpus = parse_cpu_set(cpus->empty() ? "all" : *cpus);
+    if (cpus->empty() && options->cpus.size() > kUsualCpus) options->cpus.resize(kUsualCpus);
+    write(*options, *path);
+  });
+}
+const Command registered("random", "Writes a random system: a file to run, check and analyze",
+                         set_up);
+
+}  // namespace
+}  // namespace takt::tools

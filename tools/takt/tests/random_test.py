@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""takt random: the same file from the same arguments, files that are valid and can be analysed, and mistakes.
+
+usage: random_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import collections
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt = os.path.abspath(sys.argv[1])
+SEEDS = range(1, 31)
+PERIODS_US = {1000, 2000, 5000, 10000, 20000, 50000, 100000, 200000, 1000000}
+
+
+def run(*words):
+    done = subprocess.run([takt, *words], env=environment, text=True, capture_output=True, timeout=120)
+    return done.returncode, done.stdout, done.stderr
+
+
+def names(kind):
+    return {line.split()[0] for line in run("list", kind)[1].splitlines()}
+
+
+with tempfile.TemporaryDirectory() as folder:
+    paths = [os.path.join(folder, f"{seed}.yaml") for seed in SEEDS]
+    statuses = [run("random", "--seed", str(seed), "-o", path) for seed, path in zip(SEEDS, paths)]
+    check("30 systems", all(status == (0, "", "") for status in statuses), statuses)
+    texts = [open(path, encoding="utf-8").read() for path in paths]
+    check("another seed gives another system", len({text.split("\n", 1)[1] for text in texts}) == len(texts))
+    check("lines of a person's length", max(len(line) for text in texts for line in text.splitlines()[1:]) < 130)
+
+    line = texts[2].splitlines()[0]
+    status, output, errors = run(*re.match(r"# takt (random --seed 3 .*) \(Takt [0-9.]+\)$", line)[1].split())
+    check("the first line gives the same file", status == 0 and output == texts[2], line, errors)
+
+    status, output, errors = run("check", *paths)
+    check("all are valid", status == 0 and output.count(": valid: ") == len(paths), output, errors)
+
+    verdicts = collections.Counter()
+    for path, text in zip(paths, texts):
+        status, output, errors = run("analyze", path, "--json", "-")
+        chains = json.loads(output)["chains"] if status in (0, 1) else []
+        check(f"{os.path.basename(path)} can be analysed", len(chains) == text.count("name: chain_"), status, errors)
+        verdicts.update(chain["verdict"] for chain in chains)
+    check("each verdict occurs", set(verdicts) == {"guaranteed", "not shown", "no bound"}, verdicts)
+
+    all_texts = "\n".join(texts)
+    check("the periods are those of cars",
+          {int(period) for period in re.findall(r"period_us: \[(\d+)\]", all_texts)} <= PERIODS_US)
+    for what, pattern in [("a reservation", "SCHED_DEADLINE"), ("logical execution time", " let: "),
+                          ("an executor of several threads", r"threads: \[\w+, "), ("a relay", "relays: ")]:
+        check(f"{what} occurs", re.search(pattern, all_texts))
+    paths_of = [re.findall(r"path: \[(.*)\]", text) for text in texts]
+    for what, shared in [("a shared timer", 1), ("a later fork", 2)]:
+        begins = [[tuple(path.split(", ")[:shared]) for path in system if path.count(", ") >= shared] for system in paths_of]
+        check(f"{what} occurs", any(len(set(system)) < len(system) for system in begins))
+    for kind in ("executors", "schedulers"):
+        used = set(re.findall(kind[:-1].replace("executor", "type") + r": (\w+)[,\n]", all_texts))
+        check(f"all {kind} occur", used == names(kind), used)
+
+    status, output, errors = run("random", "--seed", "4", "--executors", "events", "--schedulers", "edf,fifo", "--cpus", "0")
+    check("only what is asked for",
+          status == 0 and set(re.findall(r"type: (\w+)", output)) == {"events"} and
+          set(re.findall(r"scheduler: (\w+)", output)) <= {"edf", "fifo"} and
+          set(re.findall(r"affinity: (\[.*?\])", output)) == {"[0]"}, output, errors)
+
+    for what, words, text in [
+            ("no seed", [], "--seed"), ("a wrong seed", ["--seed", "-1"], "--seed: write an integer from 0"), ("a long seed", ["--seed", 19 * "1"], "18 digits"),
+            ("a wrong executor", ["--seed", "1", "--executors", "event"], "no executor is called 'event'; did you mean 'events'?"),
+            ("a wrong scheduler", ["--seed", "1", "--schedulers", "edf,fast"], "no scheduler is called 'fast'"),
+            ("a wrong CPU", ["--seed", "1", "--cpus", "9999"], "'9999' is no CPU that this process may use"),
+            ("a wrong file", ["--seed", "1", "-o", folder], "choose a writable file")]:
+        status, output, errors = run("random", *words)
+        check(what, status == 2 and output == "" and text in errors, status, output, errors)
+
+finish()
