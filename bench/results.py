@@ -201,6 +201,13 @@ def timers_section(timers):
             table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
 
 
+def bounds_section(date, data):
+    """None for data from before it was measured."""
+    if "bounds" not in data:
+        return []
+    return [bounds.section(data["bounds"], date, table, load_of(data["bounds"]).capitalize() + " at the end.")]
+
+
 # ---- Pages ----
 
 def first_line(data, is_older):
@@ -223,7 +230,7 @@ def page(date, data, is_older):
         "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
         "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
         *experiments, timers_section(data["timers"]),
-        bounds.section(data["bounds"], date, table, load_of(data["bounds"]).capitalize() + " at the end."),
+        *bounds_section(date, data),
         "## The robot of the demo\n\n" + demo_table(data["demo"])]) + "\n"
 
 

@@ -286,15 +286,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
-    if (trace_of_ != nullptr) [[unlikely]]
-      cpu_time = thread_cpu_time();
-    try {
-      record.entity->execute(slot);
-    } catch (...) {
-      caught(record, std::current_exception());
-    }
-    if (trace_of_ != nullptr) [[unlikely]]
-      cpu_time = thread_cpu_time() - cpu_time;
+    cpu_time = call(record, slot);
     // Before the user's handlers of limits, and before the wait for the lock.
     if (reads_clock || is_checked) [[unlikely]]
       end = options_.clock->now();

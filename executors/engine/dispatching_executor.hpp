@@ -185,6 +185,17 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
+  /// Returns the CPU time of the callback; zero unless this thread traces.
+  Nanoseconds call(CallbackRecord& record, Slot& slot) noexcept {
+    const bool is_traced = trace_of_ != nullptr;
+    const Nanoseconds before = is_traced ? thread_cpu_time() : Nanoseconds::zero();
+    try {
+      record.entity->execute(slot);
+    } catch (...) {
+      caught(record, std::current_exception());
+    }
+    return is_traced ? thread_cpu_time() - before : Nanoseconds::zero();
+  }
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,

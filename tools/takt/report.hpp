@@ -10,8 +10,9 @@
 namespace takt::tools {
 
 /// Writes a self-contained HTML page with figures of the document: "runs" of `takt compare`,
-/// "experiments" of `takt bench`, "analyses" of `takt analyze`. The embedded script bench/report.py draws them with Python's
-/// matplotlib. Throws Error if matplotlib is missing, or if the file cannot be written.
+/// "experiments" of `takt bench`, "analyses" of `takt analyze`. The embedded script bench/report.py
+/// draws them with Python's matplotlib. Throws Error if matplotlib is missing, or if the file
+/// cannot be written.
 void write_report(const nlohmann::json& document, const std::string& path);
 
 /// Throws the same Error if a report cannot be written. Call it before the measurement, so that no
