@@ -151,6 +151,53 @@ TEST(SystemModel, WhatCallsFromOutsideIsStatedOrMeasured) {
   EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
 }
 
+/// Two timers on a pool of two threads, each with a CPU; they need so much of each 100 ms.
+std::string with_pool(int work_us, const std::string& more = "") {
+  std::string text = R"(
+threads:
+  first: {policy: SCHED_FIFO, priority: 50, affinity: [0]}
+  second: {policy: SCHED_FIFO, priority: 50, affinity: [1]}
+executors: {pool: {type: multi_threaded, scheduler: fifo, threads: [first, second]}}
+machine: {cpus: [0, 1]}
+chains: [{name: c, path: [a/x_timer, s/x]}]
+container:
+  name: pooled
+  components:
+    - component: takt::Workload
+      name: s
+      executor: pool
+      parameters: {subscriptions: {topic: [x], work_us: [1000]}}
+)" + more;
+  for (const auto& [name, topic] : {std::pair{"a", "x"}, {"b", "y"}}) {
+    text += fmt::format(R"(
+    - component: takt::Workload
+      name: {}
+      executor: pool
+      parameters: {{publishers: {{topic: [{}], period_us: [100000], work_us: [{}]}}}}
+)",
+                        name, topic, work_us);
+  }
+  return text;
+}
+
+// Jiang (RTSS 2022) and Sobhani (RTAS 2023) would give one; it is not for these executors.
+TEST(SystemModel, APoolThatNeedsMoreThanACpuHasNoBound) {
+  EXPECT_TRUE(bound_of(with_pool(20'000)).bound);
+  const ModelBounds::Chain bound = bound_of(with_pool(70'000));
+  EXPECT_FALSE(bound.bound);
+  EXPECT_THAT(bound.why_not, HasSubstr("pool"));
+}
+
+TEST(SystemModel, WhatNobodyPublishesNeverRuns) {
+  const std::string orphan = R"(
+    - component: takt::Workload
+      name: orphan
+      executor: pool
+      parameters: {subscriptions: {topic: [nobody], work_us: [90000]}}
+)";
+  EXPECT_EQ(bound_of(with_pool(20'000, orphan)).bound, bound_of(with_pool(20'000)).bound);
+}
+
 // The other input may come a period later.
 TEST(SystemModel, AChainWaitsForTheOtherInputsOfAJoin) {
   const ModelBounds::Chain bound = bound_of(R"(
