@@ -9,6 +9,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
+#include "takt/testing/peer_process.hpp"
 #include "takt/testing/serve.hpp"
 #include "takt/testing/transport_messages.hpp"
 
@@ -198,10 +199,10 @@ TEST_F(ServiceTest, ACoroutineDoesNotGoOnBeforeItsCallIsSent) {
 
 // Two participants of one process stand for two processes: they do not ignore each other.
 TEST(ServiceOverDds, AnswersCallsOfAnotherProcess) {
-  const int domain = 100 + static_cast<int>(getpid() % 100);
   const auto make_node = [&](const char* name) {
     NodeOptions options;
-    options.participant = Participant::create({.domain = domain, .serves_own_process = true});
+    options.participant =
+        Participant::create({.domain = test_domain(), .serves_own_process = true});
     return std::make_shared<Node>(name, options);
   };
   const auto server = make_node("server"), caller = make_node("caller");

@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
       "How long is a round trip between two processes over UDP, compared with ddsperf? (1 KB, "
       "SCHED_OTHER, all on one CPU, to exclude wake-ups of other CPUs)");
   if (const std::string why = rt::why_no_ddsperf(); !why.empty()) test.skip(why);
-  const int domain = 20 + 3 * (getpgrp() % 60);
+  const int domain = 20 + 3 * (getpgrp() % 27);
   const std::vector<int> cpu{0};
   const DdsOptions dds{.domain = domain, .threads = {.affinity = cpu}};
   const Other takt_pong([&] { pong(dds); });

@@ -16,6 +16,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,9 +24,21 @@
 
 namespace takt {
 
-// Use a separate domain, so that concurrent test programs do not discover each other.
+/// A domain that no other test has while this process lives, see cmake/checks.py, which chooses
+/// likewise. Up to 100: the ports of larger ones lie where Linux gives out ephemeral ports.
 inline int test_domain() {
-  return 100 + static_cast<int>(getpid() % 100);
+  static const int domain = [] {
+    for (int i = 0; i < 100; ++i) {
+      const int candidate = 1 + (getpid() + i) % 100;
+      const std::string lock =
+          "/tmp/takt_test_domain_" + std::to_string(getuid()) + "_" + std::to_string(candidate);
+      const int file = open(lock.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+      if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) return candidate;  // stays open
+      close(file);
+    }
+    throw Error("all domains for tests are taken", "wait until other tests have ended");
+  }();
+  return domain;
 }
 
 template <class Condition>
