@@ -274,23 +274,23 @@ void Solver::make_supplies() {
     const Executor& executor = part.executor;
     if (executor.reservation) part.supply = Supply(*executor.reservation);
     if (!executor.share) continue;
-    std::vector<const Part*> above;
     for (const Part& other : parts_) {
       const auto& share = other.executor.share;
       if (&other != &part && share && share->cpu == executor.share->cpu &&
           share->priority >= executor.share->priority) {
-        above.push_back(&other);
+        part.above.push_back(&other);
       }
     }
-    if (above.empty()) continue;
-    const bool has_equals = std::any_of(above.begin(), above.end(), [&](const Part* other) {
-      return other->executor.share->priority == executor.share->priority;
-    });
+    if (part.above.empty()) continue;
+    const bool has_equals =
+        std::any_of(part.above.begin(), part.above.end(), [&](const Part* other) {
+          return other->executor.share->priority == executor.share->priority;
+        });
     // To each of their executions, and back.
     const Time switches = times(2, system_.overheads.context_switch);
-    const auto demand = [above, switches](Time window) {
+    const auto demand = [&part, switches](Time window) {
       Time result = 0;
-      for (const Part* other : above) result = plus(result, other->demand(window, switches));
+      for (const Part* other : part.above) result = plus(result, other->demand(window, switches));
       return result;
     };
     part.supply = Supply(demand, has_equals);

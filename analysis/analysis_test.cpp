@@ -111,6 +111,15 @@ TEST(Analysis, SaysWhyThereIsNoBound) {
 
   silent.executors[0].unknown = "SCHED_OTHER shares its CPU";
   EXPECT_EQ(analyze(silent).callbacks[0].why_not, "SCHED_OTHER shares its CPU");
+
+  // Of an equal thread on its CPU, which gets messages from it after an unknown time.
+  System shared = tasks({{1, 10}}, Order::by_urgency);
+  shared.callbacks[0].outputs = {{.to = 1, .delay = kUnbounded}};
+  shared.callbacks.push_back({.name = "other", .executor = 1, .execution = 1});
+  shared.executors.push_back(
+      {.name = "equal", .order = Order::by_urgency, .share = Executor::Share{0, 50}});
+  shared.executors[0].share = Executor::Share{0, 50};
+  EXPECT_THAT(analyze(shared).callbacks[0].why_not, HasSubstr("how late 'other' gets messages"));
 }
 
 TEST(Analysis, AnOverloadedSnapshotIsStillBounded) {

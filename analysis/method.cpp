@@ -53,12 +53,16 @@ void Part::finish(std::vector<Term>& terms, Time bound, Time offset) const {
 }
 
 std::string Part::why_overloaded() const {
-  for (const Source& source : sources) {
-    if (source.curve.most(1) < kUnbounded) continue;
-    return source.from
-               ? fmt::format("it is not known how late '{}' gets messages from '{}'",
-                             at(source.callback).name, at(source.from->callback).name)
-               : fmt::format("it is not known how often '{}' runs", at(source.callback).name);
+  std::vector<const Part*> parts{this};
+  parts.insert(parts.end(), above.begin(), above.end());
+  for (const Part* part : parts) {
+    for (const Source& source : part->sources) {
+      if (source.curve.most(1) < kUnbounded) continue;
+      return source.from
+                 ? fmt::format("it is not known how late '{}' gets messages from '{}'",
+                               at(source.callback).name, at(source.from->callback).name)
+                 : fmt::format("it is not known how often '{}' runs", at(source.callback).name);
+    }
   }
   return "there is more work than time, or nearly so";
 }

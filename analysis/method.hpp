@@ -45,9 +45,10 @@ struct Part {
   // By source, of one arrival: the time of all that it causes here, and how many executions.
   std::vector<Time> costs;
   std::vector<Count> counts;
-  Supply supply;
-  Time limit = 0;         // larger bounds are not of interest
-  bool explains = false;  // answers have terms
+  std::vector<const Part*> above;  // other executors on its CPU that are as urgent or more
+  Supply supply;                   // what they leave, or what a reservation grants
+  Time limit = 0;                  // larger bounds are not of interest
+  bool explains = false;           // answers have terms
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   /// Whether the callback causes by itself what it sends there, in its executor.
