@@ -199,10 +199,10 @@ TEST_F(ServiceTest, ACoroutineDoesNotGoOnBeforeItsCallIsSent) {
 
 // Two participants of one process stand for two processes: they do not ignore each other.
 TEST(ServiceOverDds, AnswersCallsOfAnotherProcess) {
+  const int domain = test_domain();
   const auto make_node = [&](const char* name) {
     NodeOptions options;
-    options.participant =
-        Participant::create({.domain = test_domain(), .serves_own_process = true});
+    options.participant = Participant::create({.domain = domain, .serves_own_process = true});
     return std::make_shared<Node>(name, options);
   };
   const auto server = make_node("server"), caller = make_node("caller");
