@@ -33,7 +33,7 @@ struct ModelledProcess {
 /// Where the execution time of a callback comes from.
 enum class Provenance {
   declared,  // `execution:` in the file
-  promised,  // `budget:` with an overrun policy that ends longer executions
+  promised,  // `budget:`; longer ones are counted, not prevented
   measured,  // in a model file, with its margin
   exact,     // the component says it: what it burns, without what sending costs
   unknown,
@@ -61,7 +61,7 @@ struct SystemModel {
 };
 
 /// Builds the model of the processes of a description. Execution times, in this order: the file's,
-/// a budget that is enforced, the measured ones, the component's. An executor that runs something
+/// its budgets, the measured ones, the component's. An executor that runs something
 /// of unknown length, and all that wait for it, have no bound, and the model says why.
 /// Thread safety: from any thread. Real-time: no.
 SystemModel make_system_model(const SystemDescription& description,

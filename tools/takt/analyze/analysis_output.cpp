@@ -213,7 +213,10 @@ void print_explanation(const AnalyzedFile& file, const std::string& name) {
     }
     fmt::print("\n{}. {} ms on '{}': {}\n", i + 1, ms(segment.bound), executor.name,
                fmt::join(path, " → "));
-    for (const analysis::Term& term : segment.terms) {
+    std::vector<analysis::Term> terms = segment.terms;
+    std::stable_sort(terms.begin(), terms.end(),
+                     [](const auto& a, const auto& b) { return a.time > b.time; });
+    for (const analysis::Term& term : terms) {
       fmt::print("   {:>10} ms  {}\n", ms(term.time), term.what);
     }
     if (segment.wait != 0) {
