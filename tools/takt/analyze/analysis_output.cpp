@@ -1,6 +1,7 @@
 // The results of an analysis as JSON and as tables.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -144,6 +145,22 @@ void print_chains(const AnalyzedFile& file) {
   fmt::print("\n");
 }
 
+/// Why callbacks have no bound: once for all that share the reason.
+void print_reasons(const AnalyzedFile& file) {
+  std::map<std::string, std::vector<std::string>> names;
+  for (std::size_t i = 0; i < file.model.callbacks.size(); ++i) {
+    const std::string& reason = file.bounds.all.callbacks[i].why_not;
+    if (!reason.empty()) names[reason].push_back(file.model.system.callbacks[i].name);
+  }
+  for (const auto& [reason, callbacks] : names) {
+    const std::size_t others = callbacks.size() - 1;
+    fmt::print("{}{} has no bound: {}\n", callbacks.front(),
+               others == 0 ? "" : fmt::format(" (and {} other{})", others, others == 1 ? "" : "s"),
+               reason);
+  }
+  fmt::print("\n");
+}
+
 void print_callbacks(const AnalyzedFile& file) {
   Table table({"callback", "executor", "execution_ms", "rests on", "period_ms", "bound_ms", "by",
                "waiting", "depth"});
@@ -164,6 +181,7 @@ void print_callbacks(const AnalyzedFile& file) {
                facts.depth == 0 ? "-" : std::to_string(facts.depth)});
   }
   table.print("callbacks: from the arrival that causes it in its executor to its end");
+  print_reasons(file);
 }
 
 }  // namespace
