@@ -258,10 +258,11 @@ void ModelBuilder::add_assumptions() {
   if (overheads.dispatch == 0 && overheads.wake == 0 && overheads.context_switch == 0) {
     list.push_back("Linux and the executors need no time (`machine: overheads` says otherwise)");
   } else if (has_measured_overheads()) {
-    list.push_back(fmt::format(
-        "as estimated from the trace, the executors need {} between two "
-        "callbacks, and Linux {} to wake a thread",
-        to_string(Nanoseconds(overheads.dispatch)), to_string(Nanoseconds(overheads.wake))));
+    const auto us = [](analysis::Time time) { return static_cast<double>(time) / 1e3; };
+    list.push_back(
+        fmt::format("as the model estimates, the executors need {:.1f} µs between two callbacks, "
+                    "and Linux {:.1f} µs to wake a thread",
+                    us(overheads.dispatch), us(overheads.wake)));
   }
   const bool is_unlimited = description_.machine.rt_runtime &&
                             *description_.machine.rt_runtime >= std::chrono::seconds(1);

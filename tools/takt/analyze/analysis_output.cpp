@@ -154,7 +154,7 @@ void print_reasons(const AnalyzedFile& file) {
   }
   for (const auto& [reason, callbacks] : names) {
     const std::size_t others = callbacks.size() - 1;
-    fmt::print("{}{} has no bound: {}\n", callbacks.front(),
+    fmt::print("no bound for {}{}: {}\n", callbacks.front(),
                others == 0 ? "" : fmt::format(" (and {} other{})", others, others == 1 ? "" : "s"),
                reason);
   }
