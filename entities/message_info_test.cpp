@@ -65,7 +65,7 @@ TEST(Publisher, WaitsUntilAllHaveConfirmed) {
   const PeerProcess peer(TAKT_TRANSPORT_PEER, std::to_string(test_domain()));
   ASSERT_EQ(peer.ask("subscribe heard 10"), "ok");
   ASSERT_TRUE(eventually([&] { return publisher->subscription_count() == 1; }));
-  kill(peer.pid(), SIGSTOP);
+  peer.stop();
   publisher->publish(Labelled{.value = 1});
   EXPECT_FALSE(publisher->wait_for_all_acked(20ms));
   kill(peer.pid(), SIGCONT);

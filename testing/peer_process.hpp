@@ -136,7 +136,11 @@ class PeerProcess {
     return has_ended;
   }
   void kill() const { ::kill(pid_, SIGKILL); }
-  void stop() const { ::kill(pid_, SIGSTOP); }
+  /// Returns when none of its threads runs any more.
+  void stop() const {
+    ::kill(pid_, SIGSTOP);
+    waitpid(pid_, nullptr, WUNTRACED);
+  }
   void resume() const { ::kill(pid_, SIGCONT); }
 
  private:
