@@ -101,6 +101,8 @@ class Exclusion {
     }
     return busy_ = true;
   }
+  /// Whether it would admit a callback now.
+  bool is_free() const noexcept { return !busy_ || type_ == CallbackGroupType::Reentrant; }
   /// The callback that was admitted has run. Returns a parked callback that may compete again.
   ReadyCallback* leave() noexcept {
     busy_ = false;

@@ -22,6 +22,9 @@ namespace takt {
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit const Exclusion* DispatchingExecutor::inside_ =
+    nullptr;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -42,6 +45,7 @@ class DispatchingExecutor::Spin {
     outer_ = std::exchange(worker_of_, &executor_);
     outer_spin_ = std::exchange(spin_of_, this);
     outer_index_ = std::exchange(worker_index_, 0);
+    executor_.lock_.enter(0);
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
@@ -70,6 +74,7 @@ class DispatchingExecutor::Spin {
 
   DispatchingExecutor* outer() const noexcept { return outer_; }
   const Spin* outer_spin() const noexcept { return outer_spin_; }
+  std::size_t outer_index() const noexcept { return outer_index_; }
 
  private:
   DispatchingExecutor& executor_;
@@ -89,15 +94,29 @@ bool DispatchingExecutor::claim_idle() noexcept {
   return false;
 }
 
-// Called from another thread, or in an executor with several workers.
+// Called from another thread, or in an executor with several workers. What has to wait for the
+// group of the callback that announces needs no other worker: this one looks for it afterwards. The
+// lock's favourite is the only one that dispatches: as the only worker does, it avoids the inbox.
 void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
-  if (ready_.announce(record, arrival) && let_ == nullptr) wake();
+  if (worker_of_ == this && lock_.is_favourite(worker_index_) && !ready_.is_wait_set()) {
+    lock();
+    ready_.announce_from_callback(record, arrival);
+    const bool may_run = record.exclusion->is_free();
+    if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
+    unlock();
+    if (may_run) wake();
+  } else if (ready_.announce(record, arrival) && let_ == nullptr &&
+             (inside_ != record.exclusion.get() || record.is_reentrant())) {
+    wake();
+  }
 }
 
 // Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
 // itself idle before it looks for events a last time. Both are sequentially consistent, so no
-// wake-up is lost. Without sleepers this costs two loads.
+// wake-up is lost. A worker that stands by looks for events after it has ceased to. Without
+// sleepers this costs three loads.
 void DispatchingExecutor::wake() noexcept {
+  if (standing_by_.load() != 0) return;
   if (claim_idle()) {
     backend_->post();
   } else if (Wakeable* observer = observer_.load()) {
@@ -109,63 +128,21 @@ void DispatchingExecutor::wake_all() noexcept {
   while (claim_idle()) backend_->post();
 }
 
-// Called without the lock. Returns true if another thread has posted.
-bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint release,
-                               const FutureState* future) noexcept {
-  const Clock& clock = *options_.clock;
-  if (early_wake_ == Nanoseconds::zero() || deadline != release || deadline == kNever) {
-    return backend_->wait(index, deadline);
-  }
-  const TimePoint early = deadline - early_wake_;
-  TimePoint now = clock.now();
-  if (now < early) {
-    if (backend_->wait(index, early)) return true;
-    now = clock.now();
-    if (now < early) return false;  // the wait has ended for another reason
-  }
-  while (now < deadline && !has_announcements() && update_.load() == nullptr &&
-         !cancelled_.load() && (future == nullptr || !future->ready())) {
-    now = clock.now();
-  }
-  return false;
-}
-
-// Called with the lock held, after `next` found nothing. Returns true if the worker must look
-// again, false at the limit.
-bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
-                                const FutureState* future) noexcept {
-  TimePoint deadline = limit;
-  const TimePoint release = let_ != nullptr ? let_->next : ready_.next_release();
-  if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
-    timekeeper_ = index;
-    timekeeper_deadline_ = release;
-    deadline = std::min(deadline, release);
-  }
-  idle_.fetch_add(1);
-  const bool is_needed = has_announcements() || update_.load() != nullptr || stopping() ||
-                         (future != nullptr && future->ready());
-  unlock();
-  const bool was_woken = !is_needed && wait(index, deadline, release, future);
-  // This worker still counts as idle, unless another thread is about to wake it: then it takes the
-  // post.
-  if (!was_woken && !claim_idle()) {
-    while (!backend_->wait(index, kNever)) {
-    }
-  }
-  lock();
-  if (timekeeper_ == index) timekeeper_ = kNobody;
-  ready_.read_clock();
-  return ready_.now() < limit || is_needed;
-}
-
 // Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
-// or if no timekeeper is left.
+// or if no timekeeper is left; one that stands by sees it. What waits alone is often of the group
+// that has just become busy.
 void DispatchingExecutor::pass_on() noexcept {
-  if (!shared_ || idle_.load() == 0) return;
+  if (!shared_) return;
+  dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  if (standing_by_.load() != 0) {
+    is_left_over_.store(ready_.waiting() > 1 || ready_.has_another(), std::memory_order_relaxed);
+    return;
+  }
+  if (idle_.load() == 0) return;
   const TimePoint release = ready_.next_release();
   const bool needs_timekeeper =
       release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  if (ready_.waiting() != 0 || ready_.has_announcements() || needs_timekeeper) wake();
+  if (needs_timekeeper || ready_.has_another()) wake();
 }
 
 void DispatchingExecutor::cancel() noexcept {
@@ -177,12 +154,16 @@ void DispatchingExecutor::cancel() noexcept {
 // in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
+  std::size_t index = worker_index_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
-    executor->lock();
+    if (executor->shared_) executor->lock_.lock(index);
     executor->install_update();
-    executor->unlock();
+    if (executor->shared_) executor->lock_.unlock(index);
     executor = spin != nullptr ? spin->outer() : nullptr;
-    if (spin != nullptr) spin = spin->outer_spin();
+    if (spin != nullptr) {
+      index = spin->outer_index();
+      spin = spin->outer_spin();
+    }
   }
 }
 
@@ -284,6 +265,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
                       is_root ? slot.ready_time : slot.root_release,
                       extend_path(slot.path, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
+    const Inside inside(shared_, record.exclusion.get());
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
     cpu_time = call(record, slot);
@@ -351,20 +333,24 @@ void DispatchingExecutor::rethrow() {
 // The loop of a worker: one function, with the whole hot path inlined. All else is declared
 // noinline: in a unity build the compiler sees it, and would inline it, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
+  constexpr std::uint32_t kManyWaits = 3;  // by chance they are rare
   worker_of_ = this;
   worker_index_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];
   { const ReadSection registers_this_thread; }
   backend_->enter(index, threads_[index]);
+  lock_.enter(index);
   const RealtimeScope scope;
   const Nanoseconds cpu_time = thread_cpu_time();
   const TimePoint start = Clock::steady().now();
   lock();
   while (!stopping()) {
-    if (!run_next({})) [[unlikely]]
+    if (shared_ && lock_.waits_in_a_row(index) >= kManyWaits) [[unlikely]]
+      stand_by();
+    if (!run_next({}) && !stand_by()) [[unlikely]]
       sleep(index, kNever);
   }
-  unlock();
+  unlock_and_leave();
   ThreadStatistics& statistics = thread_statistics_[index];
   if (let_ != nullptr) {
     let_->outputs.publish();
@@ -419,7 +405,7 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   lock();
   while (!stopping() && !run_next({}) && sleep(0, limit)) {
   }
-  unlock();
+  unlock_and_leave();
   spin.take_cancel();
   rethrow();
 }
@@ -428,7 +414,7 @@ bool DispatchingExecutor::run_one() {
   Spin spin(*this);
   lock();
   const bool has_run = run_next({});
-  unlock();
+  unlock_and_leave();
   rethrow();
   return has_run;
 }
@@ -447,7 +433,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
     if (!has_time_left(limit)) break;
   }
   ready_.restore_deferred();
-  unlock();
+  unlock_and_leave();
   spin.take_cancel();
   rethrow();
 }
@@ -461,7 +447,7 @@ void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   while (!stopping() && run_next({})) {
     if (!has_time_left(limit)) break;
   }
-  unlock();
+  unlock_and_leave();
   spin.take_cancel();
   rethrow();
 }
@@ -482,7 +468,7 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   while (!stopping() && !future.ready() &&
          (run_next({}) ? has_time_left(limit) : sleep(0, limit, &future))) {
   }
-  unlock();
+  unlock_and_leave();
   future.watch(nullptr);
   const bool was_cancelled = spin.take_cancel();
   rethrow();

@@ -12,6 +12,7 @@
 
 #include "takt/base/pi_mutex.hpp"
 #include "takt/entities/staged_outputs.hpp"
+#include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/pace.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/ready_set.hpp"
@@ -115,6 +116,25 @@ class DispatchingExecutor : public Executor, private Wakeable {
     std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
   };
 
+  /// The calling thread is in a callback of that group; noted where there are several workers.
+  class Inside {
+   public:
+    Inside(bool is_noted, const Exclusion* group) noexcept : is_noted_(is_noted) {
+      if (is_noted_) [[unlikely]]
+        outer_ = std::exchange(inside_, group);
+    }
+    ~Inside() {
+      if (is_noted_) [[unlikely]]
+        inside_ = outer_;
+    }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+
+   private:
+    const bool is_noted_;
+    const Exclusion* outer_ = nullptr;
+  };
+
   /// A callback whose input is taken and which has not run yet.
   struct Execution {
     Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
@@ -173,11 +193,15 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // Workers.
   void lock() noexcept {
     if (shared_) [[unlikely]]
-      mutex_.lock();
+      lock_.lock(worker_index_);
   }
   void unlock() noexcept {
     if (shared_) [[unlikely]]
-      mutex_.unlock();
+      lock_.unlock(worker_index_);
+  }
+  /// As unlock, by a worker that will not be back soon.
+  void unlock_and_leave() noexcept {
+    if (shared_) lock_.unlock_and_leave(worker_index_);
   }
   void start_worker(std::size_t index);
   void work(std::size_t index);
@@ -213,6 +237,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
                               const FutureState* future) noexcept;
   [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
                                const FutureState* future = nullptr) noexcept;
+  [[gnu::noinline]] bool stand_by() noexcept;
   void install_update() noexcept {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
       install_pending_update();
@@ -239,6 +264,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // Which of its workers: 0 is the thread that spins.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
 
+  // The group whose callback the thread is in, where there are several workers.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit const Exclusion* inside_;
+
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
 
@@ -247,6 +275,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const std::string scheduler_;
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
+  const bool stands_by_;                   // its workers run at the same time
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds early_wake_;
@@ -255,8 +284,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
   const std::unique_ptr<Let> let_;          // nullptr: none
 
-  // Guarded by mutex_ where there is more than one worker.
-  PiMutex mutex_;
+  // Guarded by lock_ where there is more than one worker.
+  DispatchLock lock_;
   ReadySet ready_;
   std::exception_ptr exception_;
   ExceptionHandler handler_;
@@ -266,6 +295,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
+  std::atomic<std::size_t> standing_by_{0};       // workers that watch the others
+  std::atomic<std::uint64_t> dispatches_{0};  // what they watch, as the next; written serialised
+  std::atomic<bool> is_left_over_{false};     // more is ready than those that dispatch have taken
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in any kind of spin
   std::atomic<bool> has_workers_{false};  // and all its threads exist

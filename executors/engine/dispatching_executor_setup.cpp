@@ -34,6 +34,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       scheduler_(options.scheduler.empty() ? traits.scheduler : options.scheduler),
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
+      stands_by_(shared_ && options.clock->as_manual() == nullptr),
       records_times_(options.statistics == StatisticsLevel::full),
       times_take_(shared_ || records_times_ || options.trace_events != 0),
       early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
@@ -43,6 +44,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       let_(options_.trigger.let_period > Nanoseconds::zero()
                ? std::make_unique<Let>(options_.trigger)
                : nullptr),
+      lock_(threads_.size(), stands_by_),
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().traits(scheduler_).uses_time,

@@ -83,6 +83,23 @@ void ReadySet::take_snapshot() noexcept {
   is_open_.store(waiting_ != 0 && trigger_->fires());
 }
 
+// A scheduler that is more than an order must not be asked in vain.
+bool ReadySet::has_another() noexcept {
+  if (!is_order_) return waiting_ != 0 || has_announcements();
+  for (;;) {
+    if (!is_wait_set() || waiting_ == 0) poll();
+    ReadyCallback* const first = pop();
+    if (first == nullptr) return false;
+    --waiting_;
+    Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
+    if (exclusion.is_free()) {
+      hand_back(first);
+      return true;
+    }
+    exclusion.park(*first);
+  }
+}
+
 // Empties the schedulers before anything changes that they may read, and refills them afterwards.
 // Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {

@@ -235,6 +235,9 @@ class ReadySet {
   /// The same in two steps, for a caller that takes several before it executes them.
   CallbackRecord* pick(const Limits& limits) noexcept;
   void begin(CallbackRecord& record) noexcept;
+  /// Whether another worker would find a callback to run now. What is ready in busy groups is
+  /// parked, as that worker would do.
+  [[gnu::noinline]] bool has_another() noexcept;
   /// Takes a snapshot, unless the last one is unfinished.
   [[gnu::noinline]] void take_snapshot() noexcept;
   /// Whether the snapshot may be served: it does not wait for a trigger.

@@ -1,0 +1,154 @@
+// What several workers promise: a callback that is ready and admitted waits for no busy worker
+// while another is free, and none is lost while workers take turns, stand by and sleep.
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <atomic>
+
+#include "takt/executors/conformance/conformance.hpp"
+
+namespace takt::conformance {
+namespace {
+
+class ConformanceWorkers : public Conformance {
+ protected:
+  void SetUp() override {
+    if (traits_.max_threads == 1 || is_isolated()) GTEST_SKIP() << "it has one worker";
+  }
+  std::unique_ptr<Executor> make_with(std::size_t workers) const {
+    ExecutorOptions options;
+    options.scheduler = scheduler_name();
+    options.statistics = StatisticsLevel::count;
+    options.threads.resize(workers);
+    return make(options);
+  }
+  std::shared_ptr<CallbackGroup> make_group(const std::string& name) const {
+    return node_->create_callback_group(name, CallbackGroupType::MutuallyExclusive);
+  }
+  /// A callback that is at work until the condition holds. False: it did not, for ten seconds.
+  static bool work_until(const std::function<bool()>& condition) {
+    const TimePoint limit = Clock::steady().now() + 10s;
+    while (!condition()) {
+      if (Clock::steady().now() > limit) return false;
+    }
+    return true;
+  }
+
+  const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
+};
+
+// The busy callback lasts until the one for which it is the only obstacle has run. Short callbacks
+// before it differ in what the other worker does meanwhile: after none it sleeps, after many it
+// stands by.
+TEST_P(ConformanceWorkers, AReadyCallbackWaitsForNoBusyWorkerWhileAnotherIsFree) {
+  constexpr int kRounds = 30;
+  const auto executor = make_with(2);
+  std::atomic<int> rounds{0};
+  std::atomic<bool> has_run{false}, is_busy{false};
+  bool triggers_itself = false;
+  int shorts_left = 0;
+  std::shared_ptr<GuardCondition> brief, busy;
+  const auto other = node_->create_guard_condition(
+      "other", [&] { has_run = true; }, make_group("other"));
+  busy = node_->create_guard_condition(
+      "busy",
+      [&] {
+        if (triggers_itself) other->trigger();
+        is_busy = true;
+        EXPECT_TRUE(work_until([&] { return has_run.load(); })) << "round " << rounds;
+        ++rounds;
+      },
+      make_group("busy"));
+  brief = node_->create_guard_condition(
+      "brief", [&] { (shorts_left-- > 0 ? brief : busy)->trigger(); }, make_group("brief"));
+  executor->add_node(node_);
+  SpinThread spin(*executor);
+  for (int round = 0; round < kRounds; ++round) {
+    has_run = is_busy = false;
+    triggers_itself = round % 2 == 0;
+    shorts_left = std::array{0, 10, 1000}[static_cast<std::size_t>(round % 3)];
+    brief->trigger();
+    if (!triggers_itself) {
+      ASSERT_TRUE(eventually([&] { return is_busy.load(); }));
+      other->trigger();
+    }
+    ASSERT_TRUE(eventually([&] { return rounds == round + 1; })) << "round " << round;
+  }
+}
+
+TEST_P(ConformanceWorkers, ATimerWaitsForNoBusyWorkerWhileAnotherIsFree) {
+  const auto executor = make_with(2);
+  std::atomic<int> releases{0}, rounds{0};
+  int shorts_left = 0;
+  std::shared_ptr<GuardCondition> brief;
+  const auto timer = node_->create_timer(
+      "timer", 1ms, [&] { ++releases; }, make_group("timer"));
+  const auto busy = node_->create_guard_condition(
+      "busy",
+      [&] {
+        const int before = releases;
+        EXPECT_TRUE(work_until([&] { return releases > before + 2; })) << "round " << rounds;
+        ++rounds;
+      },
+      make_group("busy"));
+  brief = node_->create_guard_condition(
+      "brief", [&] { (shorts_left-- > 0 ? brief : busy)->trigger(); }, make_group("brief"));
+  executor->add_node(node_);
+  SpinThread spin(*executor);
+  for (int round = 0; round < 10; ++round) {
+    shorts_left = round % 2 == 0 ? 0 : 1000;
+    brief->trigger();
+    ASSERT_TRUE(eventually([&] { return rounds == round + 1; })) << "round " << round;
+  }
+}
+
+// Tokens travel around rings of topics, in groups of both kinds. One that got lost, or a worker
+// that overslept, would be missing at the end; a group that two workers enter would show.
+TEST_P(ConformanceWorkers, NoMessageIsLostWhileWorkersTakeTurns) {
+  constexpr int kTopics = 6, kTokens = 4, kHops = 3000;
+  for (const std::size_t workers : {2u, 3u}) {
+    const auto node = std::make_shared<Node>("ring_" + std::to_string(workers));
+    const auto executor = make_with(workers);
+    std::vector<std::shared_ptr<Publisher<Number>>> publishers;
+    std::vector<std::shared_ptr<void>> parts;
+    std::array<std::atomic<int>, kTopics> inside{};
+    std::atomic<int> ended{0};
+    std::atomic<bool> is_exclusive{true};
+    for (int i = 0; i < kTopics; ++i) {
+      publishers.push_back(node->create_publisher<Number>("topic_" + std::to_string(i), kTokens));
+    }
+    for (int i = 0; i < kTopics; ++i) {
+      const bool is_reentrant = i % 3 == 2;
+      const auto group = node->create_callback_group(
+          "group_" + std::to_string(i),
+          is_reentrant ? CallbackGroupType::Reentrant : CallbackGroupType::MutuallyExclusive);
+      parts.push_back(node->create_subscription<Number>(
+          "topic_" + std::to_string(i), kTokens,
+          [&, i, is_reentrant](const Number& token) {
+            std::atomic<int>& here = inside[static_cast<std::size_t>(i)];
+            if (here.fetch_add(1) != 0 && !is_reentrant) is_exclusive = false;
+            // Now and then one that is not short.
+            for (volatile int work = token.value % 64 == 0 ? 5000 : 0; work > 0;) work = work - 1;
+            if (token.value == kHops) {
+              ++ended;
+            } else {
+              publishers[static_cast<std::size_t>((i + 1) % kTopics)]->publish(
+                  Number{token.value + 1});
+            }
+            here.fetch_sub(1);
+          },
+          group));
+    }
+    executor->add_node(node);
+    SpinThread spin(*executor);
+    for (int token = 0; token < kTokens; ++token) {
+      publishers[static_cast<std::size_t>(token)]->publish(Number{token});
+    }
+    EXPECT_TRUE(eventually([&] { return ended == kTokens; })) << ended << " of " << kTokens;
+    EXPECT_TRUE(is_exclusive);
+  }
+}
+
+TAKT_INSTANTIATE_CONFORMANCE(ConformanceWorkers);
+
+}  // namespace
+}  // namespace takt::conformance

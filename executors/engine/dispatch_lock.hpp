@@ -1,0 +1,116 @@
+// The lock around the dispatch of an executor with several workers.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_
+#define TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <linux/futex.h>
+
+#include "takt/base/pi_mutex.hpp"
+
+namespace takt {
+
+/// A lock with priority inheritance that favours a worker which is alone with it: it then costs
+/// that worker two stores and two loads, and no atomic operation, as long as no other wants it.
+/// 1. The word holds the owner's thread id, as the kernel's futexes with priority inheritance do. A
+///    worker that cannot have it spins for a moment, then waits in the kernel.
+/// 2. A worker that took the lock many times in a row becomes the favourite: from then on it stays
+///    the owner of the word, and only notes when it is inside.
+/// 3. Another worker ends that: it takes the favourite's title, makes the kernel execute a barrier
+///    on all CPUs of the process (membarrier), and looks whether the favourite is inside. If not,
+///    it takes the word. If so, it waits for it in the kernel, and the favourite, which has to look
+///    at its title after each note, unlocks the word.
+/// 4. The favourite notes, then looks at its title; the other takes the title, then looks at the
+///    note. The kernel's barrier stands for the one that the favourite does not execute, so at
+///    least one of the two sees the other.
+/// Thread safety: a worker's number is used by one thread at a time.
+/// Real-time: as PiMutex; a waiter may send one interrupt to the process's other running threads.
+class DispatchLock {
+ public:
+  /// `may_favour`: false for workers that a manual clock runs in turn.
+  DispatchLock(std::size_t workers, bool may_favour);
+
+  /// The calling thread is that worker.
+  void enter(std::size_t worker) noexcept;
+  void lock(std::size_t worker) noexcept {
+    Worker& self = workers_[worker];
+    if (self.is_favourite) {
+      self.is_inside.store(true, std::memory_order_relaxed);  // see 4.
+      std::atomic_signal_fence(std::memory_order_seq_cst);
+      if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
+        return;
+      self.is_inside.store(false, std::memory_order_release);
+      lose_title(self);
+    }
+    if (try_lock(self)) [[likely]] {
+      self.waits_in_a_row = 0;
+    } else {
+      wait(self);
+    }
+    if (last_ != &self) {
+      last_ = &self;
+      in_a_row_ = 0;
+    } else if (++in_a_row_ == kManyInARow) {
+      favour(self);
+    }
+  }
+  void unlock(std::size_t worker) noexcept {
+    Worker& self = workers_[worker];
+    if (!self.is_favourite) return release(self);
+    // Release: pairs with the load in take_title.
+    self.is_inside.store(false, std::memory_order_release);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    if (favourite_.load(std::memory_order_relaxed) != &self) [[unlikely]]
+      lose_title(self);
+  }
+  /// As unlock, by a worker that will not be back soon.
+  void unlock_and_leave(std::size_t worker) noexcept;
+
+  /// How often in a row the worker has not got the lock at once.
+  std::uint32_t waits_in_a_row(std::size_t worker) const noexcept {
+    return workers_[worker].waits_in_a_row;
+  }
+  /// Whether the lock costs the worker next to nothing, unless another wants it.
+  bool is_favourite(std::size_t worker) const noexcept { return workers_[worker].is_favourite; }
+
+ private:
+  struct alignas(64) Worker {
+    std::uint32_t thread = 0;
+    bool is_favourite = false;  // as it knows; used by itself only
+    std::uint32_t waits_in_a_row = 0;
+    std::atomic<bool> is_inside{false};
+  };
+  static constexpr std::uint32_t kManyInARow = 64;
+
+  bool try_lock(Worker& self) noexcept {
+    std::uint32_t nobody = 0;
+    return word_.compare_exchange_strong(nobody, self.thread, std::memory_order_acquire);
+  }
+  void release(Worker& self) noexcept {
+    std::uint32_t owner = self.thread;
+    if (!word_.compare_exchange_strong(owner, 0, std::memory_order_release)) [[unlikely]]
+      release_to_waiter();
+  }
+  [[gnu::noinline]] void wait(Worker& self) noexcept;
+  [[gnu::noinline]] void release_to_waiter() noexcept;
+  [[gnu::noinline]] void favour(Worker& self) noexcept;
+  [[gnu::noinline]] void lose_title(Worker& self) noexcept;
+  bool take_title(Worker& self) noexcept;
+
+  const bool may_favour_;
+  std::vector<Worker> workers_;
+  std::atomic<Worker*> favourite_{nullptr};
+  PiMutex title_;                          // held where a title is taken or given back
+  std::atomic<std::uint32_t> waiting_{0};  // workers that wait, or are about to
+  alignas(64) std::atomic<std::uint32_t> word_{0};
+  std::uint32_t in_a_row_ = 0;    // guarded by the lock
+  const Worker* last_ = nullptr;  // the same
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_

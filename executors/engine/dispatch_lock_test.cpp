@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/dispatch_lock.hpp"
+
+#include <random>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+void lock_often(DispatchLock& lock, std::size_t worker) {
+  for (int i = 0; i < 1000; ++i) {
+    lock.lock(worker);
+    lock.unlock(worker);
+  }
+}
+
+TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
+  DispatchLock lock(2, true);
+  lock.enter(0);
+  lock_often(lock, 0);
+  if (!lock.is_favourite(0)) GTEST_SKIP() << "this kernel does not grant membarrier";
+  std::jthread([&] {
+    lock.enter(1);
+    lock.lock(1);  // the favourite is not inside, and need not be asked
+    EXPECT_EQ(lock.waits_in_a_row(1), 0u);
+    lock.unlock_and_leave(1);
+  }).join();
+  lock.lock(0);
+  EXPECT_FALSE(lock.is_favourite(0));
+  lock.unlock(0);
+}
+
+TEST(DispatchLock, FavoursNobodyWhereItMustNot) {
+  DispatchLock lock(2, false);
+  lock.enter(0);
+  lock_often(lock, 0);
+  EXPECT_FALSE(lock.is_favourite(0));
+}
+
+TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
+  DispatchLock lock(2, true);
+  lock.enter(0);
+  lock_often(lock, 0);
+  lock.lock(0);
+  std::atomic<bool> begins{false};
+  bool is_inside = true;
+  std::jthread other([&] {
+    lock.enter(1);
+    begins = true;
+    lock.lock(1);
+    EXPECT_FALSE(is_inside);
+    EXPECT_EQ(lock.waits_in_a_row(1), 1u);
+    lock.unlock_and_leave(1);
+  });
+  while (!begins) std::this_thread::yield();
+  for (int i = 0; i < 100; ++i) std::this_thread::yield();  // some go to the kernel meanwhile
+  is_inside = false;
+  lock.unlock(0);
+}
+
+// Another thread may be the worker later: the lock must not belong to the first one.
+TEST(DispatchLock, AFavouriteThatLeavesLeavesNothingBehind) {
+  DispatchLock lock(2, true);
+  for (int round = 0; round < 3; ++round) {
+    std::jthread([&] {
+      lock.enter(0);
+      lock_often(lock, 0);
+      lock.lock(0);
+      lock.unlock_and_leave(0);
+    }).join();
+    lock.enter(1);
+    lock.lock(1);
+    lock.unlock_and_leave(1);
+  }
+}
+
+// Bursts make favourites, pauses of random length end them at all their places.
+TEST(DispatchLock, ExcludesWhileFavouritesChange) {
+  constexpr std::size_t kWorkers = 3;
+  constexpr int kBursts = 2000;
+  DispatchLock lock(kWorkers, true);
+  std::uint64_t count = 0, expected = 0;
+  {
+    std::vector<std::jthread> threads;
+    std::atomic<std::uint64_t> sum{0};
+    for (std::size_t worker = 0; worker < kWorkers; ++worker) {
+      threads.emplace_back([&, worker] {
+        lock.enter(worker);
+        std::mt19937 random(static_cast<unsigned>(worker));
+        for (int burst = 0; burst < kBursts; ++burst) {
+          const std::uint64_t length = random() % 8 == 0 ? 200 : random() % 4;
+          for (std::uint64_t i = 0; i < length; ++i) {
+            lock.lock(worker);
+            ++count;
+            lock.unlock(worker);
+          }
+          lock.lock(worker);
+          ++count;
+          random() % 2 == 0 ? lock.unlock(worker) : lock.unlock_and_leave(worker);
+          sum += length + 1;
+          if (random() % 4 == 0) std::this_thread::yield();
+        }
+        lock.lock(worker);
+        lock.unlock_and_leave(worker);
+      });
+    }
+    threads.clear();
+    expected = sum;
+  }
+  EXPECT_EQ(count, expected);
+}
+
+}  // namespace
+}  // namespace takt
