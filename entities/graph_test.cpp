@@ -14,7 +14,7 @@
 #include "takt/testing/peer_process.hpp"
 #include "takt/testing/serve.hpp"
 
-namespace takt {
+namespace takt::graph_test {
 namespace {
 
 using testing::ElementsAre;
@@ -438,4 +438,4 @@ TEST_F(WireTest, AnActionsClient) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::graph_test

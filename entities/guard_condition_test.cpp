@@ -13,7 +13,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 
-namespace takt {
+namespace takt::guard_condition_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -156,4 +156,4 @@ TEST_F(GuardConditionTest, LosesNoTriggerOfManyThreads) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::guard_condition_test

@@ -13,7 +13,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace takt::qos_event_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -196,4 +196,4 @@ TEST_F(QosEvents, CostThePublisherNoAllocation) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::qos_event_test

@@ -17,7 +17,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace takt::subscription_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -435,4 +435,4 @@ TEST_F(SubscriptionTest, IsNotMatchedWithAPublisherThatOffersLess) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::subscription_test

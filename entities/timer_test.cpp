@@ -19,7 +19,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/simulated_clock.hpp"
 
-namespace takt {
+namespace takt::timer_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -255,4 +255,4 @@ TEST_F(TimerTest, GivesEachReleaseToOneOfSeveralThreads) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::timer_test

@@ -11,7 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace takt {
+namespace takt::lifecycle_state_machine_test {
 namespace {
 
 using testing::ElementsAre;
@@ -123,4 +123,4 @@ TEST(LifecycleStateMachine, DescribesWhatCanBeAskedFor) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::lifecycle_state_machine_test

@@ -15,7 +15,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/lifecycle_node_test.hpp"
 
-namespace takt {
+namespace takt::managed_entities_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -413,4 +413,4 @@ TEST_F(ManagedEntities, ATimersNameIsChecked) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::managed_entities_test

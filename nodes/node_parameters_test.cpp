@@ -12,7 +12,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace takt::node_parameters_test {
 namespace {
 
 using testing::ElementsAre;
@@ -425,4 +425,4 @@ TEST(SetParameters, TogetherIsSeenWholeByCallbacksOfSeveralThreads) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::node_parameters_test

@@ -13,7 +13,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/manual_clock.hpp"
 
-namespace takt {
+namespace takt::node_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -366,4 +366,4 @@ TEST(NodeListeners, OwnANodeOneAtATime) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::node_test

@@ -23,7 +23,7 @@
 #include "run/end_signals.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::action_command {
 namespace {
 
 using json = nlohmann::ordered_json;
@@ -378,4 +378,4 @@ const Command registered("action", "Lists actions, and sends goals to them, incl
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::action_command

@@ -12,7 +12,7 @@
 #include "report.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::analyze_command {
 namespace {
 
 using nlohmann::json;
@@ -102,4 +102,4 @@ const Command registered("analyze", "Bounds the latency of each chain of a file,
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::analyze_command

@@ -25,7 +25,7 @@
 #include "graph/type_finder.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::bag_command {
 namespace {
 
 using json = nlohmann::ordered_json;
@@ -254,4 +254,4 @@ void set_up(CLI::App* command) {
 const Command registered("bag", "Records, plays and shows messages, as ros2 bag does", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::bag_command

@@ -25,7 +25,7 @@
 #include "run/run_again.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::bench_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -253,4 +253,4 @@ const Command registered("bench", "Repeats the experiments of the paper on node 
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::bench_command

@@ -11,7 +11,7 @@
 #include "analyze/analyzed_file.hpp"
 #include "commands.hpp"
 
-namespace takt::tools {
+namespace takt::tools::check_command {
 
 namespace {
 
@@ -72,4 +72,4 @@ const Command registered(
     set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::check_command

@@ -19,7 +19,7 @@
 #include "run/run_again.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::compare_command {
 namespace {
 
 using nlohmann::json;
@@ -294,4 +294,4 @@ const Command registered("compare",
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::compare_command

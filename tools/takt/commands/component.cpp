@@ -22,7 +22,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::component_command {
 namespace {
 
 namespace ci = composition_interfaces::srv;
@@ -247,4 +247,4 @@ const Command registered("component", "Lists components, and loads them into run
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::component_command

@@ -25,7 +25,7 @@
 #include "commands.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::doctor_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -481,4 +481,4 @@ const Command registered(
     set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::doctor_command

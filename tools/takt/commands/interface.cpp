@@ -18,7 +18,7 @@
 #include "graph/known_types.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::interface_command {
 namespace {
 
 using json = nlohmann::ordered_json;
@@ -111,4 +111,4 @@ const Command registered("interface", "Shows definitions of messages, services a
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::interface_command

@@ -25,7 +25,7 @@
 #include "latency/output.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::latency_command {
 namespace {
 
 using namespace std::chrono_literals;
@@ -294,4 +294,4 @@ const Command registered(
     set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::latency_command

@@ -15,7 +15,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::lifecycle_command {
 namespace {
 
 namespace lm = lifecycle_msgs::srv;
@@ -116,4 +116,4 @@ void set_up(CLI::App* command) {
 const Command registered("lifecycle", "Shows and changes the state of lifecycle nodes", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::lifecycle_command

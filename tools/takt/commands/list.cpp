@@ -8,7 +8,7 @@
 
 #include "commands.hpp"
 
-namespace takt::tools {
+namespace takt::tools::list_command {
 namespace {
 
 template <class AnyRegistry>
@@ -61,4 +61,4 @@ void set_up(CLI::App* command) {
 const Command registered("list", "Lists executors, schedulers, components and more", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::list_command

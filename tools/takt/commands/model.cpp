@@ -12,7 +12,7 @@
 #include "model/extraction.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::model_command {
 namespace {
 
 struct Options {
@@ -72,4 +72,4 @@ const Command registered("model", "Makes a model of execution times and arrivals
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::model_command

@@ -13,7 +13,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::node_command {
 namespace {
 
 using nlohmann::json;
@@ -94,4 +94,4 @@ void set_up(CLI::App* command) {
 const Command registered("node", "Shows the nodes on a DDS domain, including ROS 2's", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::node_command

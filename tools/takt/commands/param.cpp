@@ -19,7 +19,7 @@
 #include "graph/service_call.hpp"
 #include "run/result_json.hpp"
 
-namespace takt::tools {
+namespace takt::tools::param_command {
 namespace {
 
 namespace msg = rcl_interfaces::msg;
@@ -406,4 +406,4 @@ const Command registered("param", "Lists, shows and sets parameters of nodes, in
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::param_command

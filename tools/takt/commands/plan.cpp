@@ -10,7 +10,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::plan_command {
 namespace {
 
 using nlohmann::json;
@@ -140,4 +140,4 @@ const Command registered(
     set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::plan_command

@@ -16,7 +16,7 @@
 #include "run/result_json.hpp"
 #include "yaml_file.hpp"
 
-namespace takt::tools {
+namespace takt::tools::random_command {
 namespace {
 
 constexpr std::size_t kUsualCpus = 3;
@@ -80,4 +80,4 @@ const Command registered("random", "Writes a random system: a file to run, check
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::random_command

@@ -14,7 +14,7 @@
 #include "commands.hpp"
 #include "embedded.hpp"
 
-namespace takt::tools {
+namespace takt::tools::reference_command {
 namespace {
 
 using Row = std::array<std::string, 4>;
@@ -125,4 +125,4 @@ void set_up(CLI::App* command) {
 const Command registered("reference", "Generates pages of the documentation from the code", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::reference_command

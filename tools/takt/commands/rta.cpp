@@ -12,7 +12,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::rta_command {
 namespace {
 
 namespace textbook = analysis::textbook;
@@ -141,4 +141,4 @@ void set_up(CLI::App* command) {
 const Command registered("rta", "Textbook analyses of response times on bare task sets", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::rta_command

@@ -18,7 +18,7 @@
 #include "run/trace.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::run_command {
 namespace {
 
 using nlohmann::json;
@@ -371,4 +371,4 @@ const Command registered("run", "Runs the system described by a file; Ctrl-C end
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::run_command

@@ -20,7 +20,7 @@
 #include "run/run_again.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::selftest_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -308,4 +308,4 @@ const Command registered(
     "Compares the figures that takt shows with independent measurements, on this machine", set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::selftest_command

@@ -17,7 +17,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::service_command {
 namespace {
 
 using nlohmann::json;
@@ -110,4 +110,4 @@ const Command registered("service", "Lists and calls services on a DDS domain, i
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::service_command

@@ -20,7 +20,7 @@
 #include "run/result_json.hpp"
 #include "table.hpp"
 
-namespace takt::tools {
+namespace takt::tools::topic_command {
 namespace {
 
 using nlohmann::json;
@@ -380,4 +380,4 @@ const Command registered("topic", "Shows and uses topics on a DDS domain, includ
                          set_up);
 
 }  // namespace
-}  // namespace takt::tools
+}  // namespace takt::tools::topic_command

@@ -17,7 +17,7 @@
 namespace takt::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 /// Size of an array element in bytes; 0: variable.
 std::size_t size_of(FieldShape::Id id) {
   switch (id) {
@@ -57,19 +57,19 @@ class Reader {
         offset_(options.skipped),
         most_(options.most) {}
 
-  json message(const MessageType& type) {
-    json result = json::object();
+  ordered_json message(const MessageType& type) {
+    ordered_json result = ordered_json::object();
     if (type.fields.empty()) number<std::uint8_t>();
     for (const MessageField& field : type.fields) result[field.name] = of(field.shape);
     return result;
   }
 
  private:
-  json of(const FieldShape& shape) {
+  ordered_json of(const FieldShape& shape) {
     if (!shape.is_array() && !shape.is_sequence()) return one(shape);
     const std::size_t count = shape.is_array() ? shape.capacity : number<std::uint32_t>();
     if (count > body_.size()) throw_short();  // each element has at least one byte
-    json result = json::array();
+    ordered_json result = ordered_json::array();
     for (std::size_t i = 0; i < std::min(count, most_); ++i) result.push_back(one(shape));
     if (count <= most_) return result;
     if (const std::size_t size = size_of(shape.element()); size != 0) {
@@ -80,7 +80,7 @@ class Reader {
     result.push_back(fmt::format("{}{} in all)", kCut, count));
     return result;
   }
-  json one(const FieldShape& shape) {
+  ordered_json one(const FieldShape& shape) {
     switch (shape.element()) {
       case FieldShape::nested:
         return message(*shape.type);
@@ -302,7 +302,7 @@ class Writer {
 std::string yaml_number(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value < 0 ? "-.inf" : ".inf";
-  std::string text = json(value).dump();
+  std::string text = ordered_json(value).dump();
   const std::size_t exponent = text.find('e');
   if (text.find('.') == std::string::npos && exponent != std::string::npos) {
     text.insert(exponent, ".0");
@@ -310,7 +310,7 @@ std::string yaml_number(double value) {
   return text;
 }
 
-void write_yaml(const json& value, std::size_t indent, std::string& text) {
+void write_yaml(const ordered_json& value, std::size_t indent, std::string& text) {
   const std::string spaces(indent, ' ');
   if (value.is_object()) {
     for (const auto& [name, field] : value.items()) {
@@ -329,7 +329,7 @@ void write_yaml(const json& value, std::size_t indent, std::string& text) {
   } else if (value.is_array()) {
     const bool is_nested = !value.empty() && value.front().is_object();
     const char* separator = "[";
-    for (const json& element : value) {
+    for (const ordered_json& element : value) {
       if (element.is_object()) {
         std::string fields;
         write_yaml(element, indent + 2, fields);

@@ -17,7 +17,7 @@
 namespace takt::tools {
 namespace {
 
-using json = nlohmann::ordered_json;
+using nlohmann::ordered_json;
 using std::chrono::microseconds;
 
 /// Draws numbers. The distributions of the standard library differ from one to another.
@@ -80,7 +80,7 @@ class RandomSystem {
     set_priorities();
   }
 
-  json document() const;
+  ordered_json document() const;
 
  private:
   void add_executor(std::size_t count);
@@ -88,7 +88,7 @@ class RandomSystem {
   void add_chain();
   void set_works(std::size_t executor);
   void set_priorities();
-  json component(std::size_t index) const;
+  ordered_json component(std::size_t index) const;
   std::string name_of(std::size_t callback) const;
 
   const RandomOptions& options_;
@@ -234,9 +234,9 @@ std::string RandomSystem::name_of(std::size_t callback) const {
   return sender ? topic_of(*sender) : topic_of(callback) + "_timer";
 }
 
-json RandomSystem::component(std::size_t index) const {
+ordered_json RandomSystem::component(std::size_t index) const {
   const Callback& callback = callbacks_[index];
-  json entities;
+  ordered_json entities;
   if (!callback.sender) {
     entities["publishers"] = {{"topic", {topic_of(index)}},
                               {"period_us", {callback.period.count()}},
@@ -261,7 +261,7 @@ json RandomSystem::component(std::size_t index) const {
              {{"priority", callback.priority}, {"deadline", to_string(callback.deadline)}}}}}};
 }
 
-json described(const Thread& thread) {
+ordered_json described(const Thread& thread) {
   if (!thread.cpu) {
     return {{"policy", "SCHED_DEADLINE"},
             {"runtime", to_string(thread.runtime)},
@@ -270,8 +270,8 @@ json described(const Thread& thread) {
   return {{"policy", "SCHED_FIFO"}, {"priority", thread.priority}, {"affinity", {*thread.cpu}}};
 }
 
-json RandomSystem::document() const {
-  json threads, executors, components, chains;
+ordered_json RandomSystem::document() const {
+  ordered_json threads, executors, components, chains;
   for (const Executor& executor : executors_) {
     const std::string name = fmt::format("executor_{}", executors.size() + 1);
     executors[name] = {{"type", executor.type}, {"scheduler", executor.scheduler}};
@@ -284,7 +284,7 @@ json RandomSystem::document() const {
   }
   for (std::size_t i = 0; i < callbacks_.size(); ++i) components.push_back(component(i));
   for (const Chain& chain : chains_) {
-    json path;
+    ordered_json path;
     for (const std::size_t i : chain.path) {
       path.push_back(fmt::format("node_{}/{}", i + 1, name_of(i)));
     }
@@ -303,7 +303,7 @@ json RandomSystem::document() const {
 
 }  // namespace
 
-json random_system(const RandomOptions& options) {
+ordered_json random_system(const RandomOptions& options) {
   return RandomSystem(options).document();
 }
 

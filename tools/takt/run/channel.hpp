@@ -46,7 +46,7 @@ class Channel {
   bool read_some() {
     std::array<char, 65536> buffer;
     for (;;) {
-      const ssize_t now = read(fd_, buffer.data(), buffer.size());
+      const ssize_t now = ::read(fd_, buffer.data(), buffer.size());
       if (now < 0 && errno == EINTR) continue;
       if (now > 0) received_.append(buffer.data(), static_cast<std::size_t>(now));
       return now > 0;

@@ -35,6 +35,8 @@ using namespace std::chrono_literals;
 
 constexpr auto kSharedMemoryEndLimit = 30s;
 
+}  // namespace
+
 /// Prints the output of a process line by line, with the process's name.
 class Output {
  public:
@@ -67,8 +69,6 @@ class Output {
   std::string text_;
   std::deque<std::string> last_;
 };
-
-}  // namespace
 
 struct Supervisor::Child {
   explicit Child(const SystemDescription& process) : name(process.name) {
