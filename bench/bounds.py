@@ -98,14 +98,13 @@ def without_bound(analyses):
     return "\n".join(f"- `{system}`, {variant}, {chain}: {reason}" for system, variant, chain, reason in reasons)
 
 
-def section(document, date, table, load):
+def section(document, table):
     analyses = document["analyses"]
     parts = [
-        "## Latencies and their bounds",
         f"Each system ran for {DURATION} as one process; one thread of SCHED_FIFO 80 on CPU 1 runs all callbacks, but for "
         "`planned`: there Takt makes executors, threads and CPUs from the chains (PiCAS). `takt analyze` then bounds "
         "each chain with the execution times, arrivals and overheads of that run (`--model`; longest execution + 20 %). "
-        f"Observed and bound as figures: [bounds.html]({date}/bounds.html). {load}",
+        "Observed and bound as figures: [bounds.html](bounds/bounds.html).",
         table(["system", "executor", "chains", "with a bound", "p99.9 above it", "p99.9 ÷ bound: least", "median", "most",
                "largest p99.9 (ms)", "largest bound (ms)", "analysed in (s)"], map(row_of, analyses)),
         "The hot paths of the Autoware reference system. Most of a bound is the wait at the fusion for the other lidar, "

@@ -2,8 +2,9 @@
 """Measures, and makes the page of docs/results and the README's figures from the data.
 
 usage: results.py measure [PART...]  measures into docs/results/DATE, 30 minutes; nothing else should run
-                                     (PART: only these again, of the newest date, while the code is the same)
-       results.py write              makes docs/results/DATE.md and the README's figures from that data
+                                     (PART: only these again, of the newest date, while the code is the same;
+                                     bounds: into docs/results/bounds, 13 minutes)
+       results.py write              makes docs/results/DATE.md, bounds.md and the README's figures from that data
        results.py check              exit status 1 if they are not what the data gives
 
 The newest date counts. A file of data is what the command wrote, without the histograms.
@@ -81,21 +82,26 @@ def measure_timers(out):
         key: {name: row[name] for name in kept} for key, row in document["thread"].items()}}
 
 
-def measure_bounds(out):
-    document = bounds.measure(ROOT / "build/release/bin/takt", ROOT)
-    page = pathlib.Path(out).with_name("bounds.html")
-    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", page], input=json.dumps(document), text=True, check=True)
-    return document
+def measure_bounds():
+    document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"),
+                **bounds.measure(ROOT / "build/release/bin/takt", ROOT)}
+    folder = ROOT / "docs/results/bounds"
+    folder.mkdir(exist_ok=True)
+    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", folder / "bounds.html"], input=json.dumps(document),
+                   text=True, check=True)
+    (folder / "bounds.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
 
 def measure(wanted):
     if git("status", "--porcelain", "--", *MEASURED):
         sys.exit("commit first: the page names the commit that it measures")
     parts = {"dispatch": measure_dispatch, "demo": measure_demo,
-             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers,
-             "bounds": measure_bounds}
+             **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
+    if wanted == ["bounds"]:
+        measure_bounds()
+        return
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -113,6 +119,7 @@ def measure(wanted):
         keep(name, parts[name](str(folder / "out.json")))
     if not wanted:
         keep("about", {**about, "load_after": os.getloadavg()[0]})
+        measure_bounds()
 
 
 def rows_on_lines(document):
@@ -201,17 +208,10 @@ def timers_section(timers):
             table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
 
 
-def bounds_section(date, data):
-    """None for data from before it was measured."""
-    if "bounds" not in data:
-        return []
-    return [bounds.section(data["bounds"], date, table, load_of(data["bounds"]).capitalize() + " at the end.")]
-
-
 # ---- Pages ----
 
-def first_line(data, is_older):
-    commit = data["about"]["commit"][:9]
+def first_line(commit, is_older):
+    commit = commit[:9]
     if is_older:
         return f"**Older than the code**, which has changed since commit {commit}, where this was measured."
     return f"Measured at commit {commit}; what is measured has not changed since."
@@ -221,7 +221,7 @@ def page(date, data, is_older):
     about = data["about"]
     experiments = [experiment_section(data[name]) for name in EXPERIMENTS]
     return "\n\n".join([
-        first_line(data, is_older),
+        first_line(about["commit"], is_older),
         f"# Results of {date}",
         f"On {machine_of(data['memory']['machine'])}, a virtual machine that shares its host: compare the rows, the "
         f"maxima depend on the machine. Load average {about['load_before']:.1f} at the start, "
@@ -230,8 +230,15 @@ def page(date, data, is_older):
         "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
         "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
         *experiments, timers_section(data["timers"]),
-        *bounds_section(date, data),
         "## The robot of the demo\n\n" + demo_table(data["demo"])]) + "\n"
+
+
+def bounds_page(document, is_older):
+    return "\n\n".join([
+        first_line(document["commit"], is_older), "# Latencies and their bounds",
+        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; "
+        f"{load_of(document)} at the end. Made by `./dev results bounds` from [the data](bounds/bounds.json).",
+        bounds.section(document, table)]) + "\n"
 
 
 def with_figures(readme, date, data):
@@ -260,27 +267,39 @@ def code_is_newer(root, commit):
     return bool(done.returncode) if done.returncode in (0, 1) else None
 
 
-def write(root):
+def pages(root):
+    """Each page: its path, the commit that it measures, and its text as a function of whether the code is newer."""
     date, data = newest(root)
-    (root / f"docs/results/{date}.md").write_text(
-        page(date, data, bool(code_is_newer(root, data["about"]["commit"]))), encoding="utf-8")
+    yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
+    path = root / "docs/results/bounds/bounds.json"
+    if path.exists():
+        document = json.loads(path.read_text(encoding="utf-8"))
+        yield root / "docs/results/bounds.md", document["commit"], functools.partial(bounds_page, document)
+
+
+def write(root):
+    for path, commit, text in pages(root):
+        path.write_text(text(bool(code_is_newer(root, commit))), encoding="utf-8")
     readme = root / "README.md"
-    readme.write_text(with_figures(readme.read_text(encoding="utf-8"), date, data), encoding="utf-8")
+    readme.write_text(with_figures(readme.read_text(encoding="utf-8"), *newest(root)), encoding="utf-8")
 
 
 def check(root):
     """A page that does not yet say that it is older is no error, as the commit that changes the code cannot measure."""
-    date, data = newest(root)
-    path = root / f"docs/results/{date}.md"
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    wrong = [] if text in (page(date, data, False), page(date, data, True)) else [path]
+    wrong, older = [], []
+    for path, commit, text in pages(root):
+        present = path.read_text(encoding="utf-8") if path.exists() else ""
+        if present not in (text(False), text(True)):
+            wrong.append(path)
+        elif present == text(False) and code_is_newer(root, commit):
+            older.append(path)
     readme = (root / "README.md").read_text(encoding="utf-8")
-    if readme != with_figures(readme, date, data):
+    if readme != with_figures(readme, *newest(root)):
         wrong.append(root / "README.md")
     for path in wrong:
-        print(f"{path.relative_to(root)}:1: not what docs/results/{date} gives: bench/results.py write")
-    if not wrong and code_is_newer(root, data["about"]["commit"]) and text == page(date, data, False):
-        print(f"note: docs/results/{date}.md is older than the code; let it say so: bench/results.py write")
+        print(f"{path.relative_to(root)}:1: not what the data of docs/results gives: bench/results.py write")
+    for path in older if not wrong else []:
+        print(f"note: {path.relative_to(root)} is older than the code; let it say so: bench/results.py write")
     return not wrong
 
 

@@ -58,7 +58,6 @@ def data(commit):
             "dispatch": {"context": {"load_avg": [0.5]}, "benchmarks": rows},
             "demo": {"machine": MACHINE, "table": "executor  p50\nevents    1.25"},
             "timers": {"machine": MACHINE, "thread": {"0": timer}},
-            "bounds": {"machine": MACHINE, "analyses": analyses()},
             **{name: experiment(name) for name in results.EXPERIMENTS}}
 
 
@@ -101,6 +100,9 @@ with tempfile.TemporaryDirectory() as folder:
             path.write_text(results.rows_on_lines(document), encoding="utf-8")
             check(f"{date}/{name}: rows on lines are the same data",
                   json.loads(path.read_text(encoding="utf-8")) == document)
+    (root / "docs/results/bounds").mkdir()
+    (root / "docs/results/bounds/bounds.json").write_text(results.rows_on_lines(
+        {"date": "2026-01-03", "commit": commit, "machine": MACHINE, "analyses": analyses()}), encoding="utf-8")
     check("nothing made yet: that is wrong", not outcome(root)[0])
     results.write(root)
     page = (root / "docs/results/2026-01-02.md").read_text(encoding="utf-8")
@@ -110,11 +112,14 @@ with tempfile.TemporaryDirectory() as folder:
     for text in ("| events | 5 | 12.3 (10 – 4000) | 3 |", "- The machine is another.", "loaned (no RouDi)",
                  "Statistics `full`; medians and ranges of 3 runs of 1s each", "Load average 0.2 at the end",
                  "Load average 0.1 at the start, 1.5 at the end", "2 × Some CPU, Linux 6.1, PREEMPT_RT",
-                 "| events | 1000 | 1.50 | 30.00 | 99 | 0 | 2.00 |",
+                 "| events | 1000 | 1.50 | 30.00 | 99 | 0 | 2.00 |"):
+        check(f"the page has: {text}", text in page, page)
+    page_of_bounds = (root / "docs/results/bounds.md").read_text(encoding="utf-8")
+    for text in ("Measured on 2026-01-03 on 2 × Some CPU", f"Measured at commit {commit[:9]};",
                  "| `reference_system` | planned | 3 | 2 | 0 | 0.40 | 0.60 | 0.60 | 7.000 | 10.000 | 0.25 |",
                  "| front | planned | 1.000 | 4.000 | 4.000 | 10.000 | 2.500 |",
                  "- `reference_system`, planned, other: its thread is late"):
-        check(f"the page has: {text}", text in page, page)
+        check(f"the page of bounds has: {text}", text in page_of_bounds, page_of_bounds)
     for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
                  "| `events`, statistics `full` |  | 122 (120 – 130) |", "by hand, nothing else | 27 (26 – 28) |  |",
                  "events    1.25", "statistics `full`; one run", "](docs/results/2026-01-02.md)"):
