@@ -384,8 +384,8 @@ void expect_received(const Life& life, std::int64_t last) {
 }
 
 // Each published message arrives once, in order, except those that died with their publisher: also
-// at a process that was stopped, as the publisher's depth is larger than what it misses. And nothing
-// is left behind.
+// at a process that was stopped, as the publisher's depth is larger than what it misses. And
+// nothing is left behind.
 TEST_F(TwoParticipants, SurviveOthersThatAreKilledStoppedAndRestarted) {
   const auto end = std::chrono::steady_clock::now() + fault_time();
   constexpr std::size_t kLives = 2;

@@ -16,7 +16,8 @@ using Times = std::vector<Nanoseconds>;
 
 /// A callback's periods are measured over so many arrivals; fewer tell too little.
 constexpr std::size_t kLeastArrivals = 10;
-/// An overhead is estimated from so many executions.
+/// An overhead is this percentile of so many executions.
+constexpr double kOverheads = 0.999;
 constexpr std::size_t kLeastOverheads = 100;
 constexpr std::size_t kFirst = 10;
 
@@ -86,9 +87,9 @@ class Extraction {
     std::sort(dispatches_.begin(), dispatches_.end());
     std::sort(wakes_.begin(), wakes_.end());
     if (dispatches_.size() >= kLeastOverheads) {
-      model.dispatch_overhead = percentile(dispatches_, 0.99);
+      model.dispatch_overhead = percentile(dispatches_, kOverheads);
     }
-    if (wakes_.size() >= kLeastOverheads) model.wake_overhead = percentile(wakes_, 0.99);
+    if (wakes_.size() >= kLeastOverheads) model.wake_overhead = percentile(wakes_, kOverheads);
     for (auto& [name, seen] : seen_) model.callbacks.push_back(measured(name, seen));
   }
 
