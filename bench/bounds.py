@@ -103,7 +103,7 @@ def section(document, table):
         f"Each system ran for {DURATION} as one process; one thread of SCHED_FIFO 80 on CPU 1 runs all callbacks, but for "
         "`planned`: there Takt makes executors, threads and CPUs from the chains (PiCAS). `takt analyze` then bounds "
         "each chain with the execution times, arrivals and overheads of that run (`--model`, without a margin: both are of one run). "
-        "Observed is p99.9, and p99 where a chain has fewer than 1,000 instances; a maximum tells of the host, too. "
+        "Observed is p99.9, and p99 where a chain has fewer than 1,000 instances; a maximum shows what the host did, too. "
         "As figures: [bounds.html](bounds/bounds.html).",
         table(["system", "executor", "chains", "with a bound", "observed above it", "observed ÷ bound: least", "median", "most",
                "largest observed (ms)", "largest bound (ms)", "analysed in (s)"], map(row_of, analyses)),
