@@ -193,9 +193,12 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 ///
 /// Thread safety: every method from any thread, from callbacks too; only one spin at a time
 /// (a second one throws Error). Destroy it when it does not spin.
-/// Real-time: after the start of spin, Takt's code allocates nothing, holds no lock without
-/// priority inheritance and never polls on the executor's threads. Adding and removing prepare
-/// everything on the calling thread and hand it over at a dispatch point.
+/// Real-time: after the start of spin, Takt's code on the executor's threads allocates nothing and
+/// holds no lock without priority inheritance. It polls in two cases only: for `early_wake`, and in
+/// an executor of several workers, where one that finds nothing watches the others while they
+/// dispatch, and for 20 µs after (docs/explanation/decisions/0030_one_worker_is_favoured.md). An
+/// idle executor sleeps. Adding and removing prepare everything on the calling thread and hand it
+/// over at a dispatch point.
 class Executor {
  public:
   using SharedPtr = std::shared_ptr<Executor>;
