@@ -67,10 +67,6 @@ bool has_priority(ThreadPolicy policy) {
   return policy == ThreadPolicy::fifo || policy == ThreadPolicy::rr;
 }
 
-bool is_realtime(ThreadPolicy policy) {
-  return has_priority(policy) || policy == ThreadPolicy::deadline;
-}
-
 std::string milliseconds(Nanoseconds duration) {
   return fmt::format("{}ms", static_cast<double>(duration.count()) / 1e6);
 }
@@ -161,6 +157,10 @@ std::string why(int error_number) {
 }
 
 }  // namespace
+
+bool is_realtime(ThreadPolicy policy) noexcept {
+  return has_priority(policy) || policy == ThreadPolicy::deadline;
+}
 
 std::string_view to_string(ThreadPolicy policy) noexcept {
   return kPolicies[static_cast<std::size_t>(policy)].name;

@@ -16,6 +16,9 @@ namespace takt {
 /// A Linux scheduling policy of threads (sched(7)). The order of callbacks is that of a Scheduler.
 enum class ThreadPolicy { other, fifo, rr, batch, idle, deadline };
 
+/// Whether it comes before all threads of the usual policies: fifo, rr or deadline.
+bool is_realtime(ThreadPolicy policy) noexcept;
+
 /// What to do when the system refuses what a thread asks for.
 enum class Realtime {
   off,      // ask for nothing but name and affinity

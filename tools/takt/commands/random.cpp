@@ -1,7 +1,5 @@
 // takt random: a random system, for comparisons and for tests of analyses.
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -34,10 +32,7 @@ void write(const RandomOptions& options, const std::string& path) {
     fmt::print("{}", text);
     return;
   }
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw not_written("the system", path);
+  write_text(text, "the system", path);
 }
 
 void set_up(CLI::App* command) {
@@ -63,7 +58,7 @@ void set_up(CLI::App* command) {
                       fmt::format("The CPUs of the threads: 0-1,3; default: the first {} of those "
                                   "that this process may use",
                                   kUsualCpus));
-  command->add_option("-o", *path, "Write to this file; default: stdout");
+  command->add_option("-o,--output", *path, "Write to this file; default: stdout");
   command->footer(
       "Examples:\n"
       "  takt random --seed 7 -o system.yaml && takt analyze system.yaml\n"

@@ -40,7 +40,7 @@ struct Options {
 /// "-" where nothing was measured.
 std::string us(const json& value) {
   if (value.is_null()) return "-";
-  return microseconds(Nanoseconds(std::llround(value.get<double>() * 1e3)));
+  return microseconds(from_us(value));
 }
 
 template <class T>

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "run/result_json.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -166,8 +168,7 @@ class Extraction {
                                       {"p99", &MeasuredChain::p99},
                                       {"p999", &MeasuredChain::p999},
                                       {"max", &MeasuredChain::longest}}) {
-        measured.*time = std::max(measured.*time,
-                                  Nanoseconds(std::llround(latency.at(key).get<double>() * 1e3)));
+        measured.*time = std::max(measured.*time, from_us(latency.at(key)));
       }
     }
   }

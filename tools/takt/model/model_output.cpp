@@ -1,7 +1,5 @@
 // A measured model as a file, as JSON and as tables.
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -111,12 +109,11 @@ json callback_json(const MeasuredCallback& callback) {
 }  // namespace
 
 void write_measured_model(const MeasuredModel& model, const std::string& path) {
-  std::ofstream file(path);
-  file << "# Measured by Takt: for `takt analyze --model`, or the key `model` of a configuration "
-          "file.\n"
-       << yaml_file(document(model));
-  file.close();
-  if (!file) throw not_written("the model", path);
+  write_text(
+      "# Measured by Takt: for `takt analyze --model`, or the key `model` of a configuration "
+      "file.\n" +
+          yaml_file(document(model)),
+      "the model", path);
 }
 
 json model_json(const MeasuredModel& model) {

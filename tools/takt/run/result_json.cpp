@@ -64,13 +64,11 @@ json trace_json(const std::string& process, const std::string& executor,
                       ns(event.start), ns(event.end), event.cpu_time.count(), event.path,
                       event.cause});
   }
-  const ThreadPolicy policy = thread.in_force.policy;
   return {{"process", process},
           {"executor", executor},
           {"thread", thread.in_force.name},
           {"tid", thread.in_force.tid},
-          {"is_realtime", policy == ThreadPolicy::fifo || policy == ThreadPolicy::rr ||
-                              policy == ThreadPolicy::deadline},
+          {"is_realtime", is_realtime(thread.in_force.policy)},
           {"overwritten", thread.trace_overwritten},
           {"events", std::move(events)}};
 }
@@ -169,17 +167,28 @@ Histogram read_histogram(const json& latency) {
   for (const json& bucket : latency.value("histogram", json::array())) {
     histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
   }
-  const auto ns = [&latency](const char* key) {
-    return Nanoseconds(std::llround(latency.at(key).get<double>() * 1e3));
-  };
-  if (histogram.count() != 0) histogram.set_exact(ns("min"), ns("max"), ns("sum"));
+  if (histogram.count() != 0) {
+    histogram.set_exact(from_us(latency.at("min")), from_us(latency.at("max")),
+                        from_us(latency.at("sum")));
+  }
   return histogram;
+}
+
+Nanoseconds from_us(const json& us) {
+  return Nanoseconds(std::llround(us.get<double>() * 1e3));
 }
 
 std::runtime_error not_written(const std::string& what, const std::string& path) {
   return std::runtime_error(Error(what + " could not be written",
                                   "choose a writable file on a disk with free space", path)
                                 .what());
+}
+
+void write_text(const std::string& text, const std::string& what, const std::string& path) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw not_written(what, path);
 }
 
 void check_writable(const std::string& path) {
@@ -193,10 +202,7 @@ void write_json(const json& document, const std::string& path) {
     fmt::print("{}", text);
     return;
   }
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw not_written("results", path);
+  write_text(text, "results", path);
 }
 
 }  // namespace takt::tools

@@ -25,8 +25,14 @@ Histogram read_histogram(const nlohmann::json& latency);
 /// run, so that no results are lost.
 void check_writable(const std::string& path);
 
+/// Of a time in floating-point microseconds, as the results have it: the inverse of rt::us.
+Nanoseconds from_us(const nlohmann::json& us);
+
 /// For a file that was opened, but could not be written: no usage error, so no Error.
 std::runtime_error not_written(const std::string& what, const std::string& path);
+
+/// Writes the text to the file. Throws not_written on failure.
+void write_text(const std::string& text, const std::string& what, const std::string& path);
 
 /// Writes the document to the file, or to stdout for "-". Throws Error on failure.
 void write_json(const nlohmann::json& document, const std::string& path);

@@ -196,10 +196,6 @@ class TraceWriter {
   json events_ = json::array();
 };
 
-Nanoseconds ns(const json& us) {
-  return Nanoseconds(std::llround(us.get<double>() * 1e3));
-}
-
 /// Throws json::exception if the document is something else.
 Trace trace_of(const json& document) {
   Trace trace{.about = document.at("otherData")};
@@ -222,11 +218,11 @@ Trace trace_of(const json& document) {
                                 .sequence = args.at("sequence"),
                                 .chain_instance = args.at("chain_instance"),
                                 .lost = args.at("lost"),
-                                .start = ns(event.at("ts")),
-                                .cpu_time = ns(args.at("cpu_us"))};
-      execution.end = execution.start + ns(event.at("dur"));
-      execution.ready = execution.start - ns(args.at("latency_us"));
-      execution.picked = execution.start - ns(args.at("take_us"));
+                                .start = from_us(event.at("ts")),
+                                .cpu_time = from_us(args.at("cpu_us"))};
+      execution.end = execution.start + from_us(event.at("dur"));
+      execution.ready = execution.start - from_us(args.at("latency_us"));
+      execution.picked = execution.start - from_us(args.at("take_us"));
       if (args.contains("caused_by")) execution.cause = args.at("caused_by");
       trace.executions.push_back(std::move(execution));
     }
@@ -265,10 +261,7 @@ Trace make_trace(const json& run) {
 }
 
 void write_trace(const Trace& trace, const std::string& path) {
-  std::ofstream file(path);
-  file << TraceWriter(trace).document().dump() << "\n";
-  file.close();
-  if (!file) throw not_written("the trace", path);
+  write_text(TraceWriter(trace).document().dump() + "\n", "the trace", path);
 }
 
 Trace read_trace(const std::string& path) {
