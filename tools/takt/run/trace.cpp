@@ -196,7 +196,20 @@ class TraceWriter {
   json events_ = json::array();
 };
 
-/// Throws json::exception if the document is something else.
+/// Throws json::exception if something that make_trace writes there is missing.
+void check_about(const json& about) {
+  for (const char* key : {"file", "machine"}) about.at(key).get<std::string>();
+  about.at("duration_s").get<double>();
+  about.at("callbacks").get<std::vector<std::string>>();
+  for (const json& chain : about.at("chains")) {
+    chain.at("name").get<std::string>();
+    const json& latency = chain.at("latency_us");
+    if (latency.at("count").get<std::uint64_t>() == 0) continue;  // then the others are null
+    for (const char* key : {"p50", "p99", "p999", "max"}) latency.at(key).get<double>();
+  }
+}
+
+/// Throws an exception of the library if the document is something else.
 Trace trace_of(const json& document) {
   Trace trace{.about = document.at("otherData")};
   std::map<int, std::string> processes;
@@ -227,8 +240,9 @@ Trace trace_of(const json& document) {
       trace.executions.push_back(std::move(execution));
     }
   }
-  for (const char* key : {"file", "machine", "duration_s", "callbacks", "chains"}) {
-    trace.about.at(key);
+  check_about(trace.about);
+  for (const TracedExecution& execution : trace.executions) {
+    if (execution.cause) trace.executions.at(*execution.cause);
   }
   return trace;
 }

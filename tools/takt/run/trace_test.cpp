@@ -23,7 +23,15 @@ json run(const std::vector<json>& threads) {
   return {{"file", "robot.yaml"},
           {"duration_s", 2.5},
           {"callbacks", {{{"node", "/node"}, {"callback", "tick"}}}},
-          {"chains", {{{"name", "c"}, {"latency_us", {{"count", 1}, {"histogram", {{3, 1}}}}}}}},
+          {"chains",
+           {{{"name", "c"},
+             {"latency_us",
+              {{"count", 1},
+               {"p50", 1},
+               {"p99", 1},
+               {"p999", 1},
+               {"max", 1},
+               {"histogram", {{3, 1}}}}}}}},
           {"trace", threads}};
 }
 
@@ -56,7 +64,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
     "displayTimeUnit": "ns",
     "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5,
                   "callbacks": ["/node/tick"],
-                  "chains": [{"name": "c", "latency_us": {"count": 1}}]},
+                  "chains": [{"name": "c", "latency_us": {"count": 1, "p50": 1, "p99": 1, "p999": 1, "max": 1}}]},
     "traceEvents": [
       {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},
       {"ph": "M", "pid": 1, "tid": 7, "name": "thread_name",
@@ -152,6 +160,15 @@ TEST(TraceFile, ThatIsNoneIsAnError) {
     EXPECT_THAT([] { read_trace(path_of_file()); },
                 ThrowsMessage<Error>(HasSubstr("this is no trace of this version of Takt")));
   }
+  json document = written(kCaused);
+  for (json& event : document.at("traceEvents")) {
+    if (event.at("ph") == "X" && event.at("args").contains("caused_by")) {
+      event["args"]["caused_by"] = 5;  // there are five, from 0
+    }
+  }
+  std::ofstream(path_of_file()) << document;
+  EXPECT_THAT([] { read_trace(path_of_file()); },
+              ThrowsMessage<Error>(HasSubstr("this is no trace of this version of Takt")));
   std::filesystem::remove(path_of_file());
 }
 
