@@ -26,7 +26,7 @@ namespace takt {
 
 /// A domain that no other test has while this process lives, see cmake/checks.py, which chooses
 /// likewise. Up to 100: the ports of larger ones lie where Linux gives out ephemeral ports.
-inline int test_domain() noexcept {
+inline int test_domain() {
   static const int domain = [] {
     for (int i = 0; i < 100; ++i) {
       const int candidate = 1 + (getpid() + i) % 100;
