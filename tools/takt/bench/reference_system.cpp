@@ -37,24 +37,14 @@ struct Execution {
 
 std::vector<Execution> read_executions(const json& timeline) {
   std::vector<Execution> executions;
-  std::map<std::pair<std::string, double>, std::uint64_t> drops;  // by callback and start
-  for (const json& event : timeline.at("traceEvents")) {
-    const std::string name = event.at("name");
-    if (event.at("ph") == "i") {
-      const std::size_t lost = name.rfind(" lost ");
-      drops[{name.substr(0, lost), event.at("ts")}] = std::stoull(name.substr(name.rfind(' ')));
-    }
-  }
   for (const json& event : timeline.at("traceEvents")) {
     if (event.at("ph") != "X") continue;
     const std::string name = event.at("name");
     const std::size_t slash = name.find('/', 1);
-    const double start_us = event.at("ts");
-    const auto lost = drops.find({name, start_us});
+    const json& args = event.at("args");
     executions.push_back({name.substr(1, slash - 1), name.substr(slash + 1),
-                          event.at("cat") == "timer", start_us / 1e3,
-                          event.at("args").at("chain_instance"),
-                          lost == drops.end() ? 0 : lost->second});
+                          event.at("cat") == "timer", event.at("ts").get<double>() / 1e3,
+                          args.at("chain_instance"), args.at("lost")});
   }
   std::stable_sort(executions.begin(), executions.end(),
                    [](const auto& a, const auto& b) { return a.start_ms < b.start_ms; });

@@ -61,10 +61,7 @@ class Timeline {
                        {"name", name},
                        {"cat", kind},
                        {"ts", ms * 1e3},
-                       {"args", {{"chain_instance", chain}}}});
-    if (lost == 0) return;
-    events_.push_back(
-        {{"ph", "i"}, {"name", fmt::format("{} lost {}", name, lost)}, {"ts", ms * 1e3}});
+                       {"args", {{"chain_instance", chain}, {"lost", lost}}}});
   }
 
   json events_ = json::array();
