@@ -41,4 +41,8 @@ std::string microseconds(Nanoseconds duration) {
                     : fmt::format("{:.0f}", us);
 }
 
+std::string milliseconds(Nanoseconds duration) {
+  return fmt::format("{:.3f}", static_cast<double>(duration.count()) / 1e6);
+}
+
 }  // namespace takt::tools

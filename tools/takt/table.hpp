@@ -24,6 +24,8 @@ class Table {
 
 /// Formats a duration in µs with about three significant digits: "0.85", "12.3", "1042".
 std::string microseconds(Nanoseconds duration);
+/// Formats a duration in ms, to the microsecond: "12.345".
+std::string milliseconds(Nanoseconds duration);
 
 }  // namespace takt::tools
 

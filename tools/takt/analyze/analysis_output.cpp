@@ -23,7 +23,7 @@ json us(analysis::Time bound) {
 }
 
 std::string ms(analysis::Time time) {
-  return time >= kUnbounded ? "-" : fmt::format("{:.3f}", static_cast<double>(time) / 1e6);
+  return time >= kUnbounded ? "-" : milliseconds(Nanoseconds(time));
 }
 
 /// The chain in the analysis; nullptr: it is not there.

@@ -75,7 +75,7 @@ json sweep(const std::string& path, const AnalyzeOptions& options, const std::st
     for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
       const auto& bound = file.bounds.chains[i].bound;
       if (rows.empty()) header.push_back(file.model.chains[i].name + "_ms");
-      row.push_back(bound ? fmt::format("{:.3f}", static_cast<double>(bound->count()) / 1e6) : "-");
+      row.push_back(bound ? milliseconds(*bound) : "-");
       chains.push_back({{"name", file.model.chains[i].name},
                         {"bound_us", bound ? json(rt::us(*bound)) : json()},
                         {"verdict", verdict(file.model.chains[i], file.bounds.chains[i])}});

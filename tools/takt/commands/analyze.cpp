@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "report.hpp"
 #include "run/result_json.hpp"
+#include "table.hpp"
 
 namespace takt::tools::analyze_command {
 namespace {
@@ -23,7 +24,7 @@ struct Options {
 };
 
 std::string ms(const std::optional<Nanoseconds>& bound) {
-  return bound ? fmt::format("{:.3f} ms", static_cast<double>(bound->count()) / 1e6) : "no bound";
+  return bound ? milliseconds(*bound) + " ms" : "no bound";
 }
 
 json print_suggestions(const AnalyzedFile& file, bool prints) {

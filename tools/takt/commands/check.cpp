@@ -6,18 +6,14 @@
 
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
-#include "takt/measuring/rounds.hpp"
 
 #include "analyze/analyzed_file.hpp"
 #include "commands.hpp"
+#include "table.hpp"
 
 namespace takt::tools::check_command {
 
 namespace {
-
-std::string ms(Nanoseconds time) {
-  return fmt::format("{:.3f} ms", rt::us(time) / 1e3);
-}
 
 /// Reports each chain that may miss its deadline. Returns whether there is none.
 bool meets_deadlines(const std::string& path) {
@@ -29,11 +25,11 @@ bool meets_deadlines(const std::string& path) {
     const auto described =
         std::find_if(file.system.chains.begin(), file.system.chains.end(),
                      [&](const auto& each) { return each.options.name == chain.name; });
-    rt::to_stderr("{}: chain '{}' {}, its deadline is {}; see `takt analyze {} --explain {}`\n",
+    rt::to_stderr("{}: chain '{}' {}, its deadline is {} ms; see `takt analyze {} --explain {}`\n",
                   described->where, chain.name,
-                  bound.bound ? "may take " + ms(*bound.bound)
+                  bound.bound ? fmt::format("may take {} ms", milliseconds(*bound.bound))
                               : fmt::format("has no bound ({})", bound.why_not),
-                  ms(chain.deadline), path, chain.name);
+                  milliseconds(chain.deadline), path, chain.name);
   }
   return file.is_guaranteed();
 }
