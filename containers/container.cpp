@@ -85,6 +85,7 @@ void Container::make_executor(const ExecutorDescription& executor) {
   if (!overrides_.scheduler.empty()) made.scheduler = overrides_.scheduler;
   options.scheduler = made.scheduler;
   options.wait = executor.wait;
+  options.spin = executor.spin;
   options.early_wake = executor.early_wake;
   options.per = executor.per;
   options.trigger = executor.trigger;

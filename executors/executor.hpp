@@ -76,8 +76,9 @@ struct TriggerOptions {
   std::size_t most_outputs = 256;
 };
 
-/// The limit of `early_wake`; a longer time would be polling.
-inline constexpr Nanoseconds kMostEarlyWake = std::chrono::milliseconds(1);
+/// The limit of `spin` and `early_wake`, but for kSpinAlways.
+inline constexpr Nanoseconds kMostSpin = std::chrono::milliseconds(1);
+inline constexpr Nanoseconds kSpinAlways = Nanoseconds::max();
 
 /// Options of an executor. An empty field selects the executor's default.
 struct ExecutorOptions {
@@ -94,9 +95,13 @@ struct ExecutorOptions {
   /// Callbacks, as "node/callback", that come first in the order of registration, as listed. Used
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
-  /// Threads that sleep until a timer is due wake up this much earlier, and poll the clock until
-  /// the release: the timer has no wake-up latency, at the cost of this CPU time per sleep. At most
-  /// kMostEarlyWake; other arrivals are served immediately, file descriptors after it.
+  /// A thread that finds nothing looks for arrivals for this long before it sleeps: what comes
+  /// meanwhile has no wake-up latency, and its sender makes no system call, at the cost of this CPU
+  /// time per sleep. File descriptors are looked at every 2 µs. At most kMostSpin, or kSpinAlways:
+  /// it never sleeps, which needs a CPU of its own. Under a manual clock it takes no time.
+  Nanoseconds spin{0};
+  /// The same for timers: a thread that sleeps until a release wakes up this much earlier, and
+  /// spins until then. At most kMostSpin.
   Nanoseconds early_wake{0};
   Realtime realtime = Realtime::prefer;
   StatisticsLevel statistics = StatisticsLevel::full;
@@ -149,6 +154,7 @@ struct ThreadStatistics {
   ThreadState in_force;
   ThreadCounters counters;
   Nanoseconds cpu_time{0}, wall_time{0};
+  Nanoseconds spin_time{0};  // of the CPU time: for `spin` and `early_wake`
   /// With logical execution time: periods that began late or not at all, and messages that did not
   /// fit into a period.
   std::uint64_t missed_periods = 0, dropped_outputs = 0;
@@ -156,10 +162,14 @@ struct ThreadStatistics {
   std::size_t trace_overwritten = 0;
 
   /// Of one CPU.
-  double cpu_percent() const noexcept {
-    return wall_time == Nanoseconds::zero() ? 0
-                                            : 100.0 * static_cast<double>(cpu_time.count()) /
-                                                  static_cast<double>(wall_time.count());
+  double cpu_percent() const noexcept { return percent(cpu_time); }
+  double spin_percent() const noexcept { return percent(spin_time); }
+
+ private:
+  double percent(Nanoseconds time) const noexcept {
+    return wall_time == Nanoseconds::zero()
+               ? 0
+               : 100.0 * static_cast<double>(time.count()) / static_cast<double>(wall_time.count());
   }
 };
 
@@ -194,8 +204,8 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// Thread safety: every method from any thread, from callbacks too; only one spin at a time
 /// (a second one throws Error). Destroy it when it does not spin.
 /// Real-time: after the start of spin, Takt's code on the executor's threads allocates nothing and
-/// holds no lock without priority inheritance. It polls in two cases only: for `early_wake`, and in
-/// an executor of several workers, where one that finds nothing watches the others while they
+/// holds no lock without priority inheritance. It polls in two cases only: for `spin` and
+/// `early_wake`, and in an executor of several workers, where one that finds nothing watches the others while they
 /// dispatch, and for 20 µs after (docs/explanation/decisions/0030_one_worker_is_favoured.md). An
 /// idle executor sleeps. Adding and removing prepare everything on the calling thread and hand it
 /// over at a dispatch point.

@@ -5,6 +5,8 @@
 
 #include <poll.h>
 
+#include "takt/executors/engine/spin_always.hpp"
+
 namespace takt {
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
@@ -38,6 +40,8 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const Executo
       traits_(traits),
       backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
   for (const ThreadAttributes& thread : options.threads) thread.check();
+  check_spin(options);
+  if (options.spin == kSpinAlways) check_spin_always(options.threads);
   make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
 }
@@ -90,6 +94,11 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   }
   thread.name = options.name;
   options.threads.push_back(thread);
+  if (options.spin == kSpinAlways) {
+    std::vector<ThreadAttributes> spinning{thread};
+    for (const auto& other : children_) spinning.push_back(other->attributes);
+    check_spin_always(spinning);
+  }
   const auto child = std::make_shared<Child>(*this, options, node, group);
   child->executor.release_timers(releases_timers_);
   children_.push_back(child);

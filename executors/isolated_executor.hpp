@@ -68,9 +68,14 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   struct Child {
     Child(IsolatedExecutor& parent, const ExecutorOptions& options,
           const std::shared_ptr<Node>& for_node, const std::shared_ptr<CallbackGroup>& for_group)
-        : node(for_node), group(for_group), executor(options, parent.traits_), waker(parent) {}
+        : node(for_node),
+          group(for_group),
+          attributes(options.threads.front()),
+          executor(options, parent.traits_),
+          waker(parent) {}
     std::weak_ptr<Node> node;
     std::weak_ptr<CallbackGroup> group;  // empty: of the whole node
+    const ThreadAttributes attributes;
     DispatchingExecutor executor;
     Waker waker;
     std::atomic<bool> runs{false};  // on its thread

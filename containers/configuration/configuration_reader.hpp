@@ -72,7 +72,9 @@ class ConfigurationReader : private SystemReader {
   void read_executor(const Value& value);
   std::vector<Field> executor_fields(ExecutorDescription& executor, ExecutorOptions& options,
                                      bool& is_sound);
+  Read into_spin(Nanoseconds& spin);
   Read into_trigger(TriggerOptions& trigger);
+  void check_spinning_threads();
   ThreadAttributes find_thread(int line, const std::string& name);
   Read into_executor(std::string& target);
 

@@ -36,7 +36,7 @@ struct ExecutorDescription {
   std::string scheduler;             // empty: the executor's default
   std::vector<std::string> threads;  // names in `threads:`; empty: none given
   std::string wait = "auto";         // or a wait back end
-  Nanoseconds early_wake{0};         // see ExecutorOptions
+  Nanoseconds spin{0}, early_wake{0};  // see ExecutorOptions
   Isolation per = Isolation::node;
   TriggerOptions trigger;
   std::vector<std::string> order;

@@ -110,30 +110,6 @@ TEST_P(ConformanceTime, DispatchAllocatesNothing) {
   }
 }
 
-// A timer that wakes early still waits for its release, and what arrives meanwhile waits for
-// nobody.
-TEST_P(ConformanceTime, WhoWakesEarlyRunsNothingEarly) {
-  ExecutorOptions options;
-  options.scheduler = scheduler_name();
-  options.early_wake = 500us;
-  const auto executor = make(options);
-  const auto node = make_node(Clock::steady());
-  std::atomic<int> releases{0}, early{0}, triggers{0};
-  const auto timer = node->create_timer("timer", 1ms, [&] {
-    if (Clock::steady().now() < Dispatch::current()->root_release) ++early;
-    ++releases;
-  });
-  const auto guard = node->create_guard_condition("guard", [&] { ++triggers; });
-  executor->add_node(node);
-  SpinThread spin(*executor);
-  for (int round = 1; round <= 20; ++round) {
-    const int before = releases;
-    guard->trigger();
-    ASSERT_TRUE(eventually([&] { return triggers == round && releases > before; }));
-  }
-  EXPECT_EQ(early, 0);
-}
-
 // What CIE does late, from another process: attributes hold before the first callback.
 TEST_P(ConformanceTime, ThreadsHaveTheirAttributesBeforeTheFirstCallback) {
   ExecutorOptions options;

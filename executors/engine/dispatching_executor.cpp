@@ -57,6 +57,7 @@ class DispatchingExecutor::Spin {
   }
   ~Spin() {
     executor_.has_workers_.store(false);
+    executor_.standing_by_.store(0);  // an only worker that has spun
     executor_.backend_->leave(0);
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_update();
@@ -125,6 +126,7 @@ void DispatchingExecutor::wake() noexcept {
 }
 
 void DispatchingExecutor::wake_all() noexcept {
+  is_left_over_.store(true);
   while (claim_idle()) backend_->post();
 }
 
@@ -135,7 +137,8 @@ void DispatchingExecutor::pass_on() noexcept {
   if (!shared_) return;
   dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (standing_by_.load() != 0) {
-    is_left_over_.store(ready_.waiting() > 1 || ready_.has_another(), std::memory_order_relaxed);
+    is_left_over_.store(exception_ != nullptr || ready_.waiting() > 1 || ready_.has_another(),
+                        std::memory_order_relaxed);
     return;
   }
   if (idle_.load() == 0) return;
@@ -344,6 +347,7 @@ void DispatchingExecutor::rethrow() {
   const Nanoseconds cpu_time = thread_cpu_time();
   const TimePoint start = Clock::steady().now();
   lock();
+  spin_times_[index] = Nanoseconds::zero();
   while (!stopping()) {
     if (shared_ && lock_.waits_in_a_row(index) >= kManyWaits) [[unlikely]]
       stand_by();
@@ -360,6 +364,7 @@ void DispatchingExecutor::rethrow() {
   statistics.counters = scope.so_far();
   statistics.cpu_time = thread_cpu_time() - cpu_time;
   statistics.wall_time = Clock::steady().now() - start;
+  statistics.spin_time = std::min(spin_times_[index], statistics.cpu_time);
   backend_->leave(index);
 }
 

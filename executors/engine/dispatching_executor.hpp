@@ -21,6 +21,9 @@
 
 namespace takt {
 
+/// Throws Error if `spin` or `early_wake` is out of its limits.
+void check_spin(const ExecutorOptions& options);
+
 /// Runs the callbacks of its nodes: the engine of the named executors.
 /// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready
 ///    set's inbox, and one sleeping worker is woken, if there is one.
@@ -52,6 +55,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool is_spinning() const noexcept override { return has_workers_.load(); }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
+    is_left_over_.store(true);
     wake();  // the timekeeper must look again
   }
   std::size_t pending() const noexcept override;
@@ -233,8 +237,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint picked, TimePoint start,
                     TimePoint end) noexcept;
   bool has_time_left(TimePoint limit) noexcept;
-  [[gnu::noinline]] bool wait(std::size_t index, TimePoint deadline, TimePoint release,
-                              const FutureState* future) noexcept;
+  [[gnu::noinline]] bool spin_until(TimePoint limit, std::size_t index,
+                                    const FutureState* future) noexcept;
   [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
                                const FutureState* future = nullptr) noexcept;
   [[gnu::noinline]] bool stand_by() noexcept;
@@ -252,6 +256,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
   bool has_announcements() const noexcept { return let_ == nullptr && ready_.has_announcements(); }
+  /// The same, and all else for which one does; exceptions excepted, which the lock guards.
+  bool must_look(const FutureState* future) const noexcept {
+    return has_announcements() || update_.load() != nullptr || cancelled_.load() ||
+           (future != nullptr && future->ready());
+  }
   bool stopping() const noexcept { return cancelled_.load() || exception_ != nullptr; }
   void rethrow();
 
@@ -278,7 +287,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const bool stands_by_;                   // its workers run at the same time
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
-  const Nanoseconds early_wake_;
+  const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
   std::unique_ptr<WaitBackend> backend_;  // `auto`: made at the first spin
 
   const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
@@ -290,14 +299,16 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::exception_ptr exception_;
   ExceptionHandler handler_;
   static constexpr std::size_t kNobody = SIZE_MAX;
-  std::size_t timekeeper_ = kNobody;  // the worker that sleeps until the first timer is due
+  std::vector<Nanoseconds> spin_times_;  // of each worker, since spin began
+  std::size_t timekeeper_ = kNobody;     // the worker that sleeps until the first timer is due
   TimePoint timekeeper_deadline_{};
   Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
-  std::atomic<std::size_t> standing_by_{0};       // workers that watch the others
+  std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
   std::atomic<std::uint64_t> dispatches_{0};  // what they watch, as the next; written serialised
-  std::atomic<bool> is_left_over_{false};     // more is ready than those that dispatch have taken
+  // More is ready than those that dispatch have taken, or something else calls who stands by.
+  std::atomic<bool> is_left_over_{false};
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in any kind of spin
   std::atomic<bool> has_workers_{false};  // and all its threads exist

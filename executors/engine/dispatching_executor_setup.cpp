@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/engine/spin_always.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -25,7 +26,21 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   return threads;
 }
 
+Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
+  return clock->as_manual() != nullptr ? Nanoseconds::zero() : time;
+}
+
 }  // namespace
+
+void check_spin(const ExecutorOptions& options) {
+  const auto check = [&](const char* option, Nanoseconds time) {
+    if (time >= Nanoseconds::zero() && time <= kMostSpin) return;
+    throw Error(fmt::format("executor '{}': {} is {} ns", options.name, option, time.count()),
+                fmt::format("write 0 to {} ns", kMostSpin.count()));
+  };
+  if (options.spin != kSpinAlways) check("spin", options.spin);
+  check("early_wake", options.early_wake);
+}
 
 DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
                                          const ExecutorTraits& traits)
@@ -37,7 +52,8 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       stands_by_(shared_ && options.clock->as_manual() == nullptr),
       records_times_(options.statistics == StatisticsLevel::full),
       times_take_(shared_ || records_times_ || options.trace_events != 0),
-      early_wake_(options.clock->as_manual() != nullptr ? Nanoseconds::zero() : options.early_wake),
+      spin_(unless_manual(options.spin, options.clock)),
+      early_wake_(unless_manual(options.early_wake, options.clock)),
       trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
                    ? std::make_unique<Trigger>(options_.trigger)
                    : nullptr),
@@ -49,13 +65,10 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().traits(scheduler_).uses_time,
              options.watchdog.get(), trigger_.get()),
+      spin_times_(threads_.size()),
       has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
-  if (early_wake_ < Nanoseconds::zero() || early_wake_ > kMostEarlyWake) {
-    throw Error(
-        fmt::format("executor '{}': early_wake is {} ns", options.name, early_wake_.count()),
-        fmt::format("write 0 to {} ns", kMostEarlyWake.count()));
-  }
+  check_spin(options);
   if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
     throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
                             options.name),
@@ -82,6 +95,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
     }
     thread.check();
   }
+  if (options.spin == kSpinAlways) check_spin_always(threads_);
   if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
     backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
   }

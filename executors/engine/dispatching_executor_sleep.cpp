@@ -1,4 +1,4 @@
-// What a worker does while there is nothing for it: it stands by, then sleeps.
+// What a worker does while there is nothing for it: it stands by, spins, then sleeps.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -7,52 +7,78 @@
 
 namespace takt {
 
-// Called without the lock. Returns true if another thread has posted.
-bool DispatchingExecutor::wait(std::size_t index, TimePoint deadline, TimePoint release,
-                               const FutureState* future) noexcept {
+// Called with the lock held. Until the limit, looks for what a sleeper is woken for: nobody has to
+// wake this worker meanwhile. Returns true if there is something. An only worker counts as one that
+// stands by until it sleeps, also in callbacks: to leave and come back each time would cost it a
+// transfer of the cache line that publishers read.
+bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
+                                     const FutureState* future) noexcept {
+  constexpr int kLooks = 8;           // between two readings of the clock
+  constexpr Nanoseconds kLook(2000);  // between two looks at file descriptors
+  if (shared_ || standing_by_.load() == 0) standing_by_.fetch_add(1);
+  unlock_and_leave();
   const Clock& clock = *options_.clock;
-  if (early_wake_ == Nanoseconds::zero() || deadline != release || deadline == kNever) {
-    return backend_->wait(index, deadline);
-  }
-  const TimePoint early = deadline - early_wake_;
-  TimePoint now = clock.now();
-  if (now < early) {
-    if (backend_->wait(index, early)) return true;
+  const TimePoint start = clock.now();
+  TimePoint now = start, looked = start;
+  bool is_needed = false;
+  do {
+    for (int i = 0; i < kLooks && !is_needed; ++i) {
+      is_needed = is_left_over_.load(std::memory_order_relaxed) || must_look(future);
+    }
     now = clock.now();
-    if (now < early) return false;  // the wait has ended for another reason
-  }
-  while (now < deadline && !has_announcements() && update_.load() == nullptr &&
-         !cancelled_.load() && (future == nullptr || !future->ready())) {
-    now = clock.now();
-  }
-  return false;
+    if (watched_.load(std::memory_order_relaxed) != 0 && now - looked >= kLook) {
+      if (backend_->look()) is_needed = true;  // an only worker announces beside the inbox
+      looked = now;
+    }
+  } while (!is_needed && now < limit);
+  lock();
+  if (shared_) standing_by_.fetch_sub(1);
+  spin_times_[index] += now - start;
+  return is_needed;
 }
 
 // Called with the lock held, after `next` found nothing. Returns true if the worker must look
 // again, false at the limit.
 bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                                 const FutureState* future) noexcept {
-  TimePoint deadline = limit;
+  is_left_over_.store(exception_ != nullptr);  // before the next release is read
   const TimePoint release = let_ != nullptr ? let_->next : ready_.next_release();
+  TimePoint deadline = std::min(limit, release);
+  if (spin_ != Nanoseconds::zero()) {
+    const bool is_needed =
+        spin_until(std::min(deadline, later(options_.clock->now(), spin_)), index, future);
+    ready_.read_clock();
+    if (is_needed || ready_.now() >= deadline) return is_needed || ready_.now() < limit;
+  }
   if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
     timekeeper_ = index;
     timekeeper_deadline_ = release;
-    deadline = std::min(deadline, release);
+  } else {
+    deadline = limit;
   }
+  const bool wakes_early =
+      early_wake_ != Nanoseconds::zero() && deadline == release && release != kNever;
+  const TimePoint end = wakes_early ? deadline - early_wake_ : deadline;
+  if (!shared_) standing_by_.store(0);
   idle_.fetch_add(1);
-  const bool is_needed = has_announcements() || update_.load() != nullptr || stopping() ||
-                         (future != nullptr && future->ready());
+  bool is_needed = must_look(future) || exception_ != nullptr;
   unlock_and_leave();
-  const bool was_woken = !is_needed && wait(index, deadline, release, future);
+  bool was_woken =
+      !is_needed && (!wakes_early || options_.clock->now() < end) && backend_->wait(index, end);
   // This worker still counts as idle, unless another thread is about to wake it: then it takes the
   // post.
   if (!was_woken && !claim_idle()) {
     while (!backend_->wait(index, kNever)) {
     }
+    was_woken = true;
   }
   lock();
-  if (timekeeper_ == index) timekeeper_ = kNobody;
   ready_.read_clock();
+  if (wakes_early && !is_needed && !was_woken && ready_.now() >= end) {
+    is_needed = spin_until(deadline, index, future);
+    ready_.read_clock();
+  }
+  if (timekeeper_ == index) timekeeper_ = kNobody;
   return ready_.now() < limit || is_needed;
 }
 
@@ -66,8 +92,8 @@ bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   standing_by_.fetch_add(1);
+  is_left_over_.store(exception_ != nullptr || ready_.waiting() != 0);
   const TimePoint release = ready_.next_release();
-  is_left_over_.store(ready_.waiting() != 0, std::memory_order_relaxed);
   std::uint64_t before = dispatches_.load(std::memory_order_relaxed);
   unlock();
   const Clock& clock = options_.clock->real();

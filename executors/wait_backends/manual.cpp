@@ -72,10 +72,11 @@ void ManualWaitBackend::unwatch(const ArrivalListener* listener) noexcept {
 }
 
 // The listener asks the descriptor itself.
-void ManualWaitBackend::look() noexcept {
+bool ManualWaitBackend::look() noexcept {
   const std::lock_guard lock(watches_mutex_);
   const ReadSection section;
   for (const Watch& watch : watches_) watch.listener->announce({next_sequence(), clock_.now()});
+  return !watches_.empty();
 }
 
 }  // namespace takt

@@ -28,7 +28,7 @@ class ManualWaitBackend final : public WaitBackend {
   bool serves_file_descriptors() const noexcept override { return true; }
   void watch(const Watch& watch) override;
   void unwatch(const ArrivalListener* listener) noexcept override;
-  void look() noexcept override;
+  bool look() noexcept override;
 
  private:
   struct Worker {

@@ -36,9 +36,10 @@ bool Reactor::wait(std::size_t, TimePoint deadline) noexcept {
   }
 }
 
-void Reactor::look() noexcept {
-  harvest(kNow);
+bool Reactor::look() noexcept {
+  const bool has_announced = harvest(kNow);
   if (has_several_workers_ && posts_.load() != 0) kick();
+  return has_announced;
 }
 
 void Reactor::post() noexcept {

@@ -31,7 +31,7 @@ class Reactor : public WaitBackend {
   bool serves_file_descriptors() const noexcept final { return true; }
   void watch(const Watch& watch) final;
   void unwatch(const ArrivalListener* listener) noexcept final;
-  void look() noexcept final;
+  bool look() noexcept final;
 
  protected:
   /// One descriptor. Its place in memory is never given back, so the kernel may hand us its address

@@ -39,8 +39,8 @@ class WaitBackend {
   virtual void unwatch(const ArrivalListener*) noexcept {}
   /// The calling thread is the one that will wait and look. Throws Error when that cannot be.
   virtual void prepare() {}
-  /// Announces what is ready now, and does not wait.
-  virtual void look() noexcept {}
+  /// Announces what is ready now, and does not wait. Returns true if there was something.
+  virtual bool look() noexcept { return false; }
   /// For another back end to watch: readable when `look` would find something; -1 when nothing is
   /// served. For the thread that has called prepare.
   virtual int fd() noexcept { return -1; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
@@ -112,13 +113,17 @@ int set_affinity(const std::vector<int>& affinity) {
   return sched_setaffinity(0, sizeof set, &set) == 0 ? 0 : errno;
 }
 
-// How many CPUs the kernel lets SCHED_DEADLINE reserve.
-double cpus_to_reserve() {
-  const auto cpus = static_cast<double>(available_cpus().size());
+// The share of a CPU that the kernel leaves to real-time threads.
+double realtime_share() {
   double runtime_us = -1, period_us = 1;
   const bool is_known = std::ifstream("/proc/sys/kernel/sched_rt_runtime_us") >> runtime_us &&
                         std::ifstream("/proc/sys/kernel/sched_rt_period_us") >> period_us;
-  return is_known && runtime_us >= 0 ? cpus * runtime_us / period_us : cpus;
+  return is_known && runtime_us >= 0 ? runtime_us / period_us : 1;
+}
+
+// How many CPUs the kernel lets SCHED_DEADLINE reserve.
+double cpus_to_reserve() {
+  return static_cast<double>(available_cpus().size()) * realtime_share();
 }
 
 std::string why_not_reserved(int error_number) {
@@ -263,6 +268,10 @@ void check_admission(std::span<const ThreadAttributes> threads, double most_cpus
       fmt::format("SCHED_DEADLINE threads reserve {:.4g} CPUs, of {:.4g} that there are for them",
                   sum, most_cpus),
       "shorten runtimes, lengthen periods, or raise kernel.sched_rt_runtime_us");
+}
+
+Nanoseconds throttled_realtime() {
+  return std::chrono::microseconds(std::llround(1e6 * (1 - realtime_share())));
 }
 
 ThreadState this_thread_state() {

@@ -73,6 +73,10 @@ void check_admission(std::span<const ThreadAttributes> threads);
 /// The same, where so much may be reserved, in CPUs.
 void check_admission(std::span<const ThreadAttributes> threads, double most_cpus);
 
+/// How long Linux may keep the SCHED_FIFO and SCHED_RR threads of a CPU from it in each second, for
+/// other threads (`sched_rt_runtime_us`).
+Nanoseconds throttled_realtime();
+
 /// What the calling thread has.
 ThreadState this_thread_state();
 /// What a thread of this process has.

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/time.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
+#include "takt/executors/engine/spin_always.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/sched/scheduler_library.hpp"
@@ -82,10 +84,14 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
        "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
        "descriptors and `io_uring` with several threads are errors.",
        noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
+      {"spin",
+       "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
+       "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "
+       "that much CPU time. `always`: it never sleeps, so it needs a CPU of its own.",
+       noting(is_sound, into_spin(executor.spin))},
       {"early_wake",
-       "At most `1ms`. A thread that waits for a timer wakes up this much earlier and polls the "
-       "clock until the release. This hides the wake-up latency, but uses that much CPU time for "
-       "each wait.",
+       "At most `1ms`. The same for timers: a thread that sleeps until a release wakes up this "
+       "much earlier and spins until then.",
        into_duration(executor.early_wake, [] {})},
       {"per",
        "For `isolated`: whether each node or each callback group gets its own executor and "
@@ -132,12 +138,49 @@ void ConfigurationReader::read_executor(const Value& value) {
   }
   options.scheduler = executor.scheduler;
   options.wait = executor.wait;
+  options.spin = executor.spin;
   options.early_wake = executor.early_wake;
   options.per = executor.per;
   options.trigger = executor.trigger;
   if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
   executors_.insert(executor.name);
   system_.executors.push_back(std::move(executor));
+}
+
+SystemReader::Read ConfigurationReader::into_spin(Nanoseconds& spin) {
+  return [this, &spin](const Value& value) {
+    const auto* word = std::get_if<std::string>(&value.content);
+    if (word != nullptr && *word == "always") {
+      spin = kSpinAlways;
+      return;
+    }
+    describes("`always`");
+    into_duration(spin, [] {})(value);
+  };
+}
+
+// Each executor has checked its own threads; this is about all of them.
+void ConfigurationReader::check_spinning_threads() {
+  std::vector<ThreadAttributes> spinning, others;
+  std::set<std::string> names;
+  for (const ExecutorDescription& executor : system_.executors) {
+    if (executor.spin != kSpinAlways) continue;
+    for (const std::string& name : executor.threads) spinning.push_back(threads_.at(name));
+    if (executor.threads.empty()) spinning.push_back({.name = executor.name});
+    names.insert(executor.threads.begin(), executor.threads.end());
+  }
+  for (const auto& [name, thread] : threads_) {
+    if (!names.contains(name)) others.push_back(thread);
+  }
+  check_spin_always(spinning, others);
+  const Nanoseconds lost = throttled_realtime();
+  for (const ThreadAttributes& thread : spinning) {
+    if (lost == Nanoseconds::zero() || thread.priority == 0) continue;
+    system_.notes.push_back(fmt::format(
+        "thread '{}' never sleeps (`spin: always`) and has {}: Linux may stop it for {} "
+        "of each second, as kernel.sched_rt_runtime_us is not -1",
+        thread.name, to_string(thread.policy), to_string(lost)));
+  }
 }
 
 SystemReader::Read ConfigurationReader::into_trigger(TriggerOptions& trigger) {

@@ -272,7 +272,7 @@ void set_up(CLI::App* command) {
   command
       ->add_option("--early-wake", options->early_wake_us,
                    "Add a row for each executor that wakes up this many µs early")
-      ->check(CLI::Range(1, static_cast<int>(kMostEarlyWake / 1us)));
+      ->check(CLI::Range(1, static_cast<int>(kMostSpin / 1us)));
   command->add_option("--load", options->load, "Background load: cpu, io or none")
       ->check(CLI::IsMember(rt::load_names()));
   command

@@ -135,7 +135,7 @@ void print_topics(const json& run) {
 
 void print_threads(const json& run) {
   ProcessTable table(
-      run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%", "wakeups"});
+      run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%", "spin_%", "wakeups"});
   for (const json& row : run.at("threads")) {
     const json& state = row.at("in_force");
     table.add(row.at("process"),
@@ -143,6 +143,7 @@ void print_threads(const json& run) {
                text<int>(state.at("priority")), text<int>(state.at("nice")),
                fmt::format("{}", fmt::join(state.at("affinity").get<std::vector<int>>(), ",")),
                fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
+               fmt::format("{:.2f}", row.at("spin_percent").get<double>()),
                text<std::uint64_t>(row.at("wakeups"))});
   }
   table.print("threads (attributes in force)");

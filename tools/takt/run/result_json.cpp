@@ -138,6 +138,7 @@ json process_json(const ProcessResult& process) {
                        {"asked", attributes_json(statistics.asked)},
                        {"in_force", std::move(in_force)},
                        {"cpu_percent", statistics.cpu_percent()},
+                       {"spin_percent", statistics.spin_percent()},
                        {"wakeups", statistics.counters.voluntary_switches}});
     if (!statistics.trace.empty()) {
       trace.push_back(trace_json(process.name, thread.executor, statistics));

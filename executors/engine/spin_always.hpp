@@ -1,0 +1,26 @@
+// What `spin: always` needs: CPUs of its own.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
+#define TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
+
+#include <cstddef>
+#include <span>
+
+#include "takt/sched/threads/thread_attributes.hpp"
+
+namespace takt {
+
+/// Checks the threads that never sleep; `others` are those that do. None may have SCHED_DEADLINE,
+/// whose runtime it would use up. One that nothing can preempt starves what else is on its CPU, so
+/// with SCHED_FIFO or SCHED_RR it has one CPU, on which no other thread may run, but of
+/// SCHED_DEADLINE. Together they leave a CPU to the rest of the system.
+/// Throws Error with what to do. Set-up only.
+void check_spin_always(std::span<const ThreadAttributes> spinning,
+                       std::span<const ThreadAttributes> others = {});
+/// The same on a machine with so many CPUs.
+void check_spin_always(std::span<const ThreadAttributes> spinning,
+                       std::span<const ThreadAttributes> others, std::size_t cpus);
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
