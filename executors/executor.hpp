@@ -205,10 +205,10 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// (a second one throws Error). Destroy it when it does not spin.
 /// Real-time: after the start of spin, Takt's code on the executor's threads allocates nothing and
 /// holds no lock without priority inheritance. It polls in two cases only: for `spin` and
-/// `early_wake`, and in an executor of several workers, where one that finds nothing watches the others while they
-/// dispatch, and for 20 µs after (docs/explanation/decisions/0030_one_worker_is_favoured.md). An
-/// idle executor sleeps. Adding and removing prepare everything on the calling thread and hand it
-/// over at a dispatch point.
+/// `early_wake`, and in an executor of several workers, where one that finds nothing watches the
+/// others while they dispatch, and for 20 µs after
+/// (docs/explanation/decisions/0030_one_worker_is_favoured.md). An idle executor sleeps. Adding and
+/// removing prepare everything on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:
   using SharedPtr = std::shared_ptr<Executor>;

@@ -5,8 +5,6 @@
 
 #include <poll.h>
 
-#include "takt/executors/engine/spin_always.hpp"
-
 namespace takt {
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
@@ -40,8 +38,7 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const Executo
       traits_(traits),
       backend_(make_wait_backend(kAutoWait, *options.clock, 1, true)) {
   for (const ThreadAttributes& thread : options.threads) thread.check();
-  check_spin(options);
-  if (options.spin == kSpinAlways) check_spin_always(options.threads);
+  check_spin(options, options.threads);
   make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
 }
@@ -83,22 +80,17 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::make_child(
   ExecutorOptions options = options_;
   options.name = node->name();
   options.per = Isolation::node;
-  options.threads.clear();
-  ThreadAttributes thread;
-  if (!options_.threads.empty()) {
-    thread = options_.threads[children_.size() % options_.threads.size()];
-  }
+  const auto& all = options_.threads;
+  ThreadAttributes thread = all.empty() ? ThreadAttributes{} : all[children_.size() % all.size()];
   if (group != nullptr) {
     if (group != node->default_callback_group()) options.name += "/" + group->name();
     apply_parameters(group->parameters(), thread);
   }
   thread.name = options.name;
-  options.threads.push_back(thread);
-  if (options.spin == kSpinAlways) {
-    std::vector<ThreadAttributes> spinning{thread};
-    for (const auto& other : children_) spinning.push_back(other->attributes);
-    check_spin_always(spinning);
-  }
+  options.threads = {thread};
+  std::vector<ThreadAttributes> threads = options.threads;
+  for (const auto& other : children_) threads.push_back(other->attributes);
+  check_spin(options, threads);
   const auto child = std::make_shared<Child>(*this, options, node, group);
   child->executor.release_timers(releases_timers_);
   children_.push_back(child);

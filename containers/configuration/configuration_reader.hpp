@@ -72,6 +72,7 @@ class ConfigurationReader : private SystemReader {
   void read_executor(const Value& value);
   std::vector<Field> executor_fields(ExecutorDescription& executor, ExecutorOptions& options,
                                      bool& is_sound);
+  std::vector<Field> waiting_fields(ExecutorDescription& executor, bool& is_sound);
   Read into_spin(Nanoseconds& spin);
   Read into_trigger(TriggerOptions& trigger);
   void check_spinning_threads();

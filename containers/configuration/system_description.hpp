@@ -32,10 +32,10 @@ struct ThreadDescription {
 struct ExecutorDescription {
   std::string name;
   std::string type = "single_threaded";
-  std::string library;               // registers the type; empty: it is registered already
-  std::string scheduler;             // empty: the executor's default
-  std::vector<std::string> threads;  // names in `threads:`; empty: none given
-  std::string wait = "auto";         // or a wait back end
+  std::string library;                 // registers the type; empty: it is registered already
+  std::string scheduler;               // empty: the executor's default
+  std::vector<std::string> threads;    // names in `threads:`; empty: none given
+  std::string wait = "auto";           // or a wait back end
   Nanoseconds spin{0}, early_wake{0};  // see ExecutorOptions
   Isolation per = Isolation::node;
   TriggerOptions trigger;

@@ -91,6 +91,22 @@ TEST_F(ThreadsAndExecutors, RefusesReservationsThatTogetherAreMoreThanTheMachine
                     HasSubstr(" CPUs, of "), HasSubstr("; shorten runtimes, lengthen periods")));
 }
 
+TEST_F(ThreadsAndExecutors, RefusesThreadsThatSpinAlwaysAndWouldStarveOthers) {
+  const std::string spinning =
+      "executors:\n  a: {spin: always, threads: [t]}\n"
+      "threads:\n  t: {policy: SCHED_FIFO, priority: 1, affinity: [0]}\n";
+  if (available_cpus().size() < 2) GTEST_SKIP() << "needs two CPUs";
+  EXPECT_EQ(errors_of(spinning), "no error\n");
+  EXPECT_THAT(
+      errors_of(spinning + "  dds: {}\n"),
+      AllOf(StartsWith("robot.yaml:1: thread 't' never sleeps"), HasSubstr("'dds' may run")));
+  const std::string anywhere = errors_of(
+      "executors:\n  a: {spin: always, threads: [t]}\n"
+      "threads:\n  t: {policy: SCHED_RR, priority: 1}\n");
+  EXPECT_THAT(anywhere, StartsWith("robot.yaml:2: thread 't' never sleeps"));
+  EXPECT_EQ(std::count(anywhere.begin(), anywhere.end(), '\n'), 1) << "reported once";
+}
+
 TEST_F(ThreadsAndExecutors, RefusesUnknownPoliciesWithoutFurtherComplaint) {
   EXPECT_EQ(errors_of("threads:\n  control: {policy: SCHED_FIFI, priority: 80}\n"),
             "robot.yaml:2: 'policy' cannot be 'SCHED_FIFI'; did you mean 'SCHED_FIFO'? "
@@ -115,10 +131,10 @@ TEST_F(ThreadsAndExecutors, ReadsHowAnExecutorWaits) {
   EXPECT_THAT(
       errors_of("executors:\n  a: {early_wake: 5ms}\n"),
       HasSubstr("robot.yaml:2: executor 'a': early_wake is 5000000 ns; write 0 to 1000000"));
-  const SystemDescription spinning =
-      read("executors:\n  a: {spin: 50us}\n  b: {spin: always, threads: [t]}\n"
-           "threads: {t: {affinity: [0]}}\n"
-           "container: {components: [{component: takt::Workload}]}\n");
+  const SystemDescription spinning = read(
+      "executors:\n  a: {spin: 50us}\n  b: {spin: always, threads: [t]}\n"
+      "threads: {t: {affinity: [0]}}\n"
+      "container: {components: [{component: takt::Workload}]}\n");
   EXPECT_EQ(spinning.executors[0].spin, 50us);
   EXPECT_EQ(spinning.executors[1].spin, kSpinAlways);
   EXPECT_THAT(errors_of("executors:\n  a: {spin: 5ms}\n"),

@@ -21,8 +21,9 @@
 
 namespace takt {
 
-/// Throws Error if `spin` or `early_wake` is out of its limits.
-void check_spin(const ExecutorOptions& options);
+/// Throws Error if `spin` or `early_wake` is out of its limits, or if these threads, instead of
+/// those of the options, cannot spin always.
+void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads);
 
 /// Runs the callbacks of its nodes: the engine of the named executors.
 /// 1. An entity announces itself to its record, on whatever thread: the record goes into the ready

@@ -32,14 +32,15 @@ Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
 
 }  // namespace
 
-void check_spin(const ExecutorOptions& options) {
+void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads) {
   const auto check = [&](const char* option, Nanoseconds time) {
     if (time >= Nanoseconds::zero() && time <= kMostSpin) return;
     throw Error(fmt::format("executor '{}': {} is {} ns", options.name, option, time.count()),
                 fmt::format("write 0 to {} ns", kMostSpin.count()));
   };
-  if (options.spin != kSpinAlways) check("spin", options.spin);
   check("early_wake", options.early_wake);
+  if (options.spin == kSpinAlways) return check_spin_always(threads);
+  check("spin", options.spin);
 }
 
 DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
@@ -68,7 +69,6 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       spin_times_(threads_.size()),
       has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
-  check_spin(options);
   if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {
     throw Error(fmt::format("executor '{}' is of a type that no trigger and no period governs",
                             options.name),
@@ -95,7 +95,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
     }
     thread.check();
   }
-  if (options.spin == kSpinAlways) check_spin_always(threads_);
+  check_spin(options, threads_);
   if (options.wait != kAutoWait || options.clock->as_manual() != nullptr) {
     backend_ = make_wait_backend(options.wait, *options.clock, threads_.size(), false);
   }

@@ -63,7 +63,7 @@ SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
 std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDescription& executor,
                                                                       ExecutorOptions& options,
                                                                       bool& is_sound) {
-  return {
+  std::vector<Field> fields = {
       {"library",
        "A shared library that registers the type. It is found as the library of a scheduler is.",
        noting(is_sound, [&](const Value& library) { read_library(library, executor.library); })},
@@ -78,21 +78,9 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
       {"scheduler",
        "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
        "type.",
-       noting(is_sound, into_scheduler(executor.scheduler))},
-      {"wait",
-       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
-       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
-       "descriptors and `io_uring` with several threads are errors.",
-       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
-      {"spin",
-       "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
-       "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "
-       "that much CPU time. `always`: it never sleeps, so it needs a CPU of its own.",
-       noting(is_sound, into_spin(executor.spin))},
-      {"early_wake",
-       "At most `1ms`. The same for timers: a thread that sleeps until a release wakes up this "
-       "much earlier and spins until then.",
-       into_duration(executor.early_wake, [] {})},
+       noting(is_sound, into_scheduler(executor.scheduler))}};
+  for (Field& field : waiting_fields(executor, is_sound)) fields.push_back(std::move(field));
+  const std::vector<Field> others = {
       {"per",
        "For `isolated`: whether each node or each callback group gets its own executor and "
        "thread. With `group`, the thread takes over parameters of the callback group: the "
@@ -122,6 +110,27 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
          options.threads.push_back(find_thread(thread.line, name));
          executors_threads_.push_back(options.threads.back());
        })}};
+  fields.insert(fields.end(), others.begin(), others.end());
+  return fields;
+}
+
+std::vector<SystemReader::Field> ConfigurationReader::waiting_fields(ExecutorDescription& executor,
+                                                                     bool& is_sound) {
+  return {
+      {"wait",
+       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
+       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
+       "descriptors and `io_uring` with several threads are errors.",
+       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
+      {"spin",
+       "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
+       "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "
+       "that much CPU time. `always`: it never sleeps, so it needs a CPU of its own.",
+       noting(is_sound, into_spin(executor.spin))},
+      {"early_wake",
+       "At most `1ms`. The same for timers: a thread that sleeps until a release wakes up this "
+       "much earlier and spins until then.",
+       into_duration(executor.early_wake, [] {})}};
 }
 
 void ConfigurationReader::read_executor(const Value& value) {

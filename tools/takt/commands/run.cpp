@@ -134,8 +134,8 @@ void print_topics(const json& run) {
 }
 
 void print_threads(const json& run) {
-  ProcessTable table(
-      run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%", "spin_%", "wakeups"});
+  ProcessTable table(run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%",
+                           "spin_%", "wakeups"});
   for (const json& row : run.at("threads")) {
     const json& state = row.at("in_force");
     table.add(row.at("process"),
