@@ -1,190 +1,14 @@
 // Runs the ring and the pool through all interleavings of a few operations with a few preemptions.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <cstddef>
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <deque>
-#include <functional>
 #include <limits>
-#include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <ucontext.h>
 
-// How it works:
-// 1. The headers under test are compiled once more, in the namespace takt_explored, where
-//    std::atomic is a class of ours: a plain value that calls the explorer before each access.
-// 2. The explorer runs the operations in contexts of one thread. At each access it chooses which
-//    context goes on. It tries the choices one after the other, depth first, by running everything
-//    again from the start, and allows a limited number of preemptions (a context that has ended is
-//    followed by any other for free).
-// 3. After each run the history is checked against what the header promises.
-// Covered: every interleaving of the accesses within the limit of preemptions, if memory is
-// sequentially consistent. Not covered: weaker memory (the thread sanitizer's task, and review's),
-// more operations or preemptions than the scenarios below, and spurious failures of weak swaps.
-
-namespace takt_explored {
-
-class Explorer {
- public:
-  using Bodies = std::vector<std::function<void()>>;
-
-  /// Calls `begin`, runs what it returns, calls `end`, for every schedule. Returns how many.
-  std::size_t explore(int preemptions, const std::function<Bodies()>& begin,
-                      const std::function<void()>& end) {
-    std::size_t schedules = 0;
-    do {
-      bodies_ = begin();
-      run(preemptions);
-      end();
-      ++schedules;
-    } while (next_schedule());
-    return schedules;
-  }
-
-  /// An access to shared memory is about to happen.
-  static void point() {
-    if (++steps > kMaxSteps) {
-      std::fputs("an operation does not come to an end\n", stderr);
-      std::abort();
-    }
-    if (running != nullptr) running->may_switch();
-  }
-
- private:
-  struct Choice {
-    std::size_t taken, options;
-  };
-  static constexpr std::size_t kStackBytes = 128 * 1024;
-  static constexpr std::size_t kMaxBodies = 4;
-  static constexpr int kMaxSteps = 100'000;
-
-  void run(int preemptions) {
-    steps = 0;
-    preemptions_left_ = preemptions;
-    position_ = 0;
-    unfinished_.clear();
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      unfinished_.push_back(i);
-      ucontext_t& context = contexts_.at(i);
-      getcontext(&context);
-      context.uc_stack.ss_sp = stacks_[i].get();
-      context.uc_stack.ss_size = kStackBytes;
-      context.uc_link = nullptr;
-      makecontext(&context, &Explorer::enter, 0);
-    }
-    running = this;
-    while (!unfinished_.empty()) {
-      current_ = unfinished_[choose(unfinished_.size())];
-      swapcontext(&main_, &contexts_[current_]);
-    }
-    running = nullptr;
-  }
-
-  static void enter() {
-    Explorer& self = *running;
-    self.bodies_[self.current_]();
-    std::erase(self.unfinished_, self.current_);
-    setcontext(&self.main_);
-  }
-
-  void may_switch() {
-    if (preemptions_left_ == 0) return;
-    const std::size_t choice = choose(unfinished_.size());
-    if (choice == 0) return;
-    --preemptions_left_;
-    // The others, in order, without the one that runs.
-    std::size_t next = choice - 1;
-    const auto self = std::find(unfinished_.begin(), unfinished_.end(), current_);
-    if (next >= static_cast<std::size_t>(self - unfinished_.begin())) ++next;
-    const std::size_t preempted = std::exchange(current_, unfinished_[next]);
-    swapcontext(&contexts_[preempted], &contexts_[current_]);
-  }
-
-  std::size_t choose(std::size_t options) {
-    if (options == 1) return 0;
-    if (position_ == choices_.size()) choices_.push_back({0, options});
-    return choices_[position_++].taken;
-  }
-
-  bool next_schedule() {
-    while (!choices_.empty() && choices_.back().taken + 1 == choices_.back().options) {
-      choices_.pop_back();
-    }
-    if (choices_.empty()) return false;
-    ++choices_.back().taken;
-    return true;
-  }
-
-  static inline Explorer* running = nullptr;
-  static inline int steps = 0;  // of this run
-
-  Bodies bodies_;
-  std::vector<std::size_t> unfinished_;
-  std::vector<Choice> choices_;
-  std::size_t position_ = 0;
-  std::size_t current_ = 0;
-  int preemptions_left_ = 0;
-  ucontext_t main_;
-  std::array<ucontext_t, kMaxBodies> contexts_;
-  std::array<std::unique_ptr<char[]>, kMaxBodies> stacks_{
-      std::make_unique<char[]>(kStackBytes), std::make_unique<char[]>(kStackBytes),
-      std::make_unique<char[]>(kStackBytes), std::make_unique<char[]>(kStackBytes)};
-};
-
-// What the headers below find when they say std.
-namespace std {
-using namespace ::std;  // NOLINT(google-build-using-namespace)
-
-template <class T>
-class atomic {
- public:
-  atomic(T value = T()) : value_(value) {}  // NOLINT(google-explicit-constructor)
-  atomic& operator=(T value) {
-    store(value);
-    return *this;
-  }
-  T load(memory_order = memory_order_seq_cst) const {
-    Explorer::point();
-    return value_;
-  }
-  void store(T value, memory_order = memory_order_seq_cst) {
-    Explorer::point();
-    value_ = value;
-  }
-  T exchange(T value, memory_order = memory_order_seq_cst) {
-    Explorer::point();
-    return ::std::exchange(value_, value);
-  }
-  T fetch_add(T value, memory_order = memory_order_seq_cst) {
-    Explorer::point();
-    return ::std::exchange(value_, value_ + value);
-  }
-  bool compare_exchange_strong(T& expected, T value, memory_order = memory_order_seq_cst,
-                               memory_order = memory_order_seq_cst) {
-    Explorer::point();
-    const bool equal = value_ == expected;
-    (equal ? value_ : expected) = equal ? value : value_;
-    return equal;
-  }
-  bool compare_exchange_weak(T& expected, T value, memory_order = memory_order_seq_cst,
-                             memory_order = memory_order_seq_cst) {
-    return compare_exchange_strong(expected, value);
-  }
-
- private:
-  T value_;
-};
-
-}  // namespace std
-}  // namespace takt_explored
+#include "takt/testing/explorer.hpp"
 
 #define takt takt_explored
 #include "takt/base/lockfree/keep_last_ring.hpp"
@@ -199,18 +23,6 @@ void PoolBase::sweep(PoolBase* closed) noexcept {
 }
 
 namespace {
-
-#if defined(__SANITIZE_THREAD__)
-constexpr bool kContextsWork = false;
-#else
-constexpr bool kContextsWork = true;
-#endif
-#if defined(__SANITIZE_ADDRESS__)
-constexpr int kFewer = 1;  // preemptions, because each run takes longer
-#else
-constexpr int kFewer = 0;
-#endif
-constexpr const char* kNoContexts = "the thread sanitizer does not know ucontext";
 
 // ---- The ring ----
 
@@ -357,7 +169,7 @@ std::size_t explore(const RingScenario& scenario) {
 }
 
 TEST(KeepLastRingInterleavings, OfTwoPublishersKeepTheLastItems) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   for (const std::size_t depth : {1u, 2u, 3u}) {
     EXPECT_GT(explore({.depth = depth, .pushes = {2, 3}, .pops = {}, .preemptions = 4 - kFewer}),
               100u);
@@ -365,7 +177,7 @@ TEST(KeepLastRingInterleavings, OfTwoPublishersKeepTheLastItems) {
 }
 
 TEST(KeepLastRingInterleavings, OfOnePublisherAndOneTakerKeepEveryPromise) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   for (const std::size_t depth : {1u, 2u, 3u}) {
     EXPECT_GT(explore({.depth = depth, .pushes = {4}, .pops = {3}, .preemptions = 4 - kFewer}),
               100u);
@@ -373,7 +185,7 @@ TEST(KeepLastRingInterleavings, OfOnePublisherAndOneTakerKeepEveryPromise) {
 }
 
 TEST(KeepLastRingInterleavings, OfTwoPublishersAndOneTakerKeepEveryPromise) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   for (const std::size_t depth : {1u, 2u, 3u}) {
     EXPECT_GT(explore({.depth = depth, .pushes = {1, 3}, .pops = {3}, .preemptions = 3 - kFewer}),
               100u);
@@ -381,7 +193,7 @@ TEST(KeepLastRingInterleavings, OfTwoPublishersAndOneTakerKeepEveryPromise) {
 }
 
 TEST(KeepLastRingInterleavings, OfTwoPublishersAndTwoTakersKeepEveryPromise) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   for (const std::size_t depth : {1u, 2u}) {
     EXPECT_GT(
         explore({.depth = depth, .pushes = {2, 2}, .pops = {2, 2}, .preemptions = 2 - kFewer}),
@@ -390,7 +202,7 @@ TEST(KeepLastRingInterleavings, OfTwoPublishersAndTwoTakersKeepEveryPromise) {
 }
 
 TEST(KeepLastRingInterleavings, OfOnePublisherAndATakerThatPublishesKeepEveryPromise) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   for (const std::size_t depth : {1u, 2u, 3u}) {
     for (const char* own : {"hhphp", "hphpp", "phhhp", "hpphp"}) {
       EXPECT_GT(
@@ -483,7 +295,7 @@ std::size_t explore(std::size_t capacity, const std::vector<std::string>& borrow
 // The long one does what could deceive the other: while that is inside an acquire, the object that
 // it saw first goes out and comes back first, with another behind it (the ABA problem).
 TEST(PoolInterleavings, NeverLendAnObjectTwiceOrLoseOne) {
-  if (!kContextsWork) GTEST_SKIP() << kNoContexts;
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
   EXPECT_GT(explore(3, {"ar", "aaarrraraaa"}, 3 - kFewer), 100u);
   EXPECT_GT(explore(3, {"arar", "aararr"}, 4 - kFewer), 100u);
   EXPECT_GT(explore(2, {"ar", "ar", "arar"}, 3 - kFewer), 100u);
