@@ -24,9 +24,9 @@ class ConformanceWorkers : public Conformance {
   std::shared_ptr<CallbackGroup> make_group(const std::string& name) const {
     return node_->create_callback_group(name, CallbackGroupType::MutuallyExclusive);
   }
-  /// A callback that is at work until the condition holds. False: it did not, for ten seconds.
+  /// A callback that is at work until the condition holds. False: it did not, for half a minute.
   static bool work_until(const std::function<bool()>& condition) {
-    const TimePoint limit = Clock::steady().now() + 10s;
+    const TimePoint limit = Clock::steady().now() + 30s;
     while (!condition()) {
       if (Clock::steady().now() > limit) return false;
     }
