@@ -5,7 +5,8 @@
 # INTERFACE library, or may be any target that is there already; targets that link it include
 # <robot_msgs/msg/scan.hpp>. The first folder is the package's name, which is the target's own unless
 # PACKAGE gives another. LIBRARIES are targets with messages that these files use; those of ROS 2's own
-# packages are known without.
+# packages are known without. A shared library that has or links the messages registers their types, for
+# `takt topic echo --library` and others that know a type by its name.
 function(takt_add_messages target)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "PACKAGE" "LIBRARIES")
   set(call "takt_add_messages(${target} …)")
@@ -48,9 +49,11 @@ function(takt_add_messages target)
   string(MD5 hash "${files}")
   string(SUBSTRING ${hash} 0 8 hash)
   set(stamp ${tree}/${hash}.stamp)
+  set(registration ${tree}/register_${hash}.cpp)
   set_target_properties(${target} PROPERTIES TAKT_MESSAGE_STAMPS "${earlier};${stamp}")
   takt_generate_messages("${call}" ${ARG_PACKAGE} ${tree} ${stamp} FILES ${files} DEPENDS ${earlier}
-    OPTIONS "$<$<BOOL:${folders}>:-I$<JOIN:${folders},;-I>>")
+    OPTIONS --register ${registration} "$<$<BOOL:${folders}>:-I$<JOIN:${folders},;-I>>"
+    BYPRODUCTS ${registration})
   add_custom_target(${target}_messages_${hash} DEPENDS ${stamp})
   add_dependencies(${target} ${target}_messages_${hash})
   if(TARGET takt_idl)  # part of this build, which generates ROS 2's packages first
@@ -61,13 +64,22 @@ function(takt_add_messages target)
       add_dependencies(${target}_messages_${hash} ${library})
     endif()
   endforeach()
+
+  if(type MATCHES "^(SHARED|MODULE)_LIBRARY$")
+    target_sources(${target} PRIVATE ${registration})
+  elseif(NOT type STREQUAL EXECUTABLE)
+    set(user $<TARGET_PROPERTY:TYPE>)
+    set(is_loaded $<OR:$<STREQUAL:${user},SHARED_LIBRARY>,$<STREQUAL:${user},MODULE_LIBRARY>>)
+    target_sources(${target} INTERFACE $<BUILD_INTERFACE:$<${is_loaded}:${registration}>>)
+  endif()
 endfunction()
 
-# takt_generate_messages(CALL PACKAGE TREE STAMP FILES file… [OPTIONS argument…] [DEPENDS file…])
+# takt_generate_messages(CALL PACKAGE TREE STAMP FILES file… [OPTIONS argument…] [DEPENDS file…]
+#                        [BYPRODUCTS file…])
 # Makes the headers of a package in the folder TREE, by one call of the generator, and then the file
 # STAMP. Sets `headers` to their paths below TREE. Errors begin with CALL.
 function(takt_generate_messages call package tree stamp)
-  cmake_parse_arguments(PARSE_ARGV 4 ARG "" "" "FILES;OPTIONS;DEPENDS")
+  cmake_parse_arguments(PARSE_ARGV 4 ARG "" "" "FILES;OPTIONS;DEPENDS;BYPRODUCTS")
   find_program(TAKT_IDLC idlc DOC "Cyclone's IDL compiler, for messages")
   find_program(TAKT_PYTHON python3 DOC "Python 3, for messages")
   foreach(need "TAKT_IDLC idlc cyclonedds-tools" "TAKT_PYTHON python3 python3")
@@ -90,7 +102,7 @@ function(takt_generate_messages call package tree stamp)
   list(TRANSFORM headers PREPEND ${tree}/)
   add_custom_command(
     OUTPUT ${stamp}
-    BYPRODUCTS ${headers}
+    BYPRODUCTS ${headers} ${ARG_BYPRODUCTS}
     COMMAND ${command} --idlc ${TAKT_IDLC} --plugin $<TARGET_FILE:takt::takt_idl> ${ARG_OPTIONS} ${ARG_FILES}
     COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
     DEPENDS ${ARG_FILES} ${ARG_DEPENDS} ${script} takt::takt_idl
