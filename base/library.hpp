@@ -1,4 +1,4 @@
-// Loads shared libraries that register executors, schedulers or components.
+// Loads shared libraries that register executors, schedulers, components or message types.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_LIBRARY_HPP_
 #define TAKT_BASE_LIBRARY_HPP_

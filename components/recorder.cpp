@@ -7,6 +7,7 @@
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/messages/described_types.hpp"
+#include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/local_topics.hpp"
 
@@ -103,7 +104,7 @@ void Recorder::look() {
   if (participant() != nullptr) {
     for (const GraphEndpoint& publisher : participant()->graph().publishers) {
       if (!is_wanted(publisher.name)) continue;
-      const std::string definition = definitions_ ? definitions_(publisher.type) : "";
+      const std::string definition = definition_of(publisher.type);
       const std::size_t topic =
           subscribe(publisher.name, publisher.type, publisher.qos, definition);
       if (definition.empty()) ask_for_definition(topic, publisher.type);
@@ -112,6 +113,12 @@ void Recorder::look() {
   const bool has_all = wanted_.empty() ? clock().timeline().now() >= discovered_by_
                                        : topics_.size() == wanted_.size();
   if (has_all) looking_->cancel();
+}
+
+// Empty: only the nodes that use it may know it.
+std::string Recorder::definition_of(const std::string& type) const {
+  if (const MessageType* known = message_types().find(type)) return message_definition(*known);
+  return definitions_ ? definitions_(type) : "";
 }
 
 std::size_t Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,

@@ -26,7 +26,8 @@ namespace takt {
 /// - `compression` (none): `lz4` or `zstd`; the recorder's thread compresses buffer by buffer.
 ///
 /// The file contains the definitions of the types. Nodes of other processes are asked for those of
-/// their types; meanwhile messages wait, at most `depth` of a topic.
+/// their types that no library of this process registers; meanwhile messages wait, at most `depth`
+/// of a topic.
 ///
 /// Publishers in the same process pass messages by pointer; the recorder's thread encodes them. So
 /// recording costs a publisher no more than another subscription does, and blocks no callback if
@@ -38,7 +39,8 @@ namespace takt {
 /// Thread safety: as Node. Real-time: no.
 class Recorder : public Node, public Completing {
  public:
-  /// The definition of a type that only other processes publish; empty: their nodes are asked.
+  /// The definition of a type that only other processes publish, and that is not registered here;
+  /// empty: their nodes are asked.
   using Definitions = std::function<std::string(const std::string& type)>;
 
   explicit Recorder(const NodeOptions& options, Definitions definitions = {});
@@ -64,6 +66,7 @@ class Recorder : public Node, public Completing {
   };
 
   void look();
+  std::string definition_of(const std::string& type) const;
   std::size_t subscribe(const std::string& topic, const std::string& type, const QoS& qos,
                         std::string definition);
   void ask_for_definition(std::size_t topic, const std::string& type);

@@ -9,6 +9,7 @@
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/messages/message_types.hpp"
 #include "takt/nodes/chain_join.hpp"
 
 namespace takt {
@@ -440,3 +441,5 @@ std::optional<Nanoseconds> LifecycleWorkload::execution_time(std::string_view ca
 TAKT_REGISTER_COMPONENT(takt::Workload,
                         "publishes, receives and uses CPU time as its parameters describe")
 TAKT_REGISTER_COMPONENT(takt::LifecycleWorkload, "takt::Workload as a lifecycle node")
+TAKT_REGISTER_MESSAGES(takt::WorkloadMessage, takt::WorkloadService::Request,
+                       takt::WorkloadService::Response)

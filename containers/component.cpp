@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/library.hpp"
+#include "takt/messages/message_types.hpp"
 
 namespace takt {
 namespace {
@@ -77,7 +78,7 @@ bool is_registered(const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Registers all classes of a library or none.
+// Registers all classes and message types of a library, or none.
 void add_all(std::vector<Registration>& registrations, const std::string& name,
              const std::string& library) {
   std::vector<std::string> names;
@@ -103,6 +104,7 @@ void add_all(std::vector<Registration>& registrations, const std::string& name,
                   "give each class its own name, or load only one of the two libraries");
     }
   }
+  message_types().add(registrations, library);
   for (Registration* registration : fresh) {
     components().add(registration->name,
                      std::any_cast<ComponentRegistry::Entry>(registration->entry));

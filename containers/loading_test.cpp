@@ -12,6 +12,7 @@
 #include "takt/base/library.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
+#include "takt/messages/message_types.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
 namespace takt::test {
@@ -429,6 +430,24 @@ TEST(ComponentLibrary, ThatIsBrokenIsRefusedWithTheReason) {
   EXPECT_THAT(error_of(TAKT_SECOND_COMPONENTS),
               HasSubstr("registers component 'guests::Good', and there is one already"));
   EXPECT_THAT(error_of("./no.so"), HasSubstr("cannot be loaded: ./no.so: cannot open"));
+}
+
+TEST(ComponentLibrary, BringsItsMessageTypes) {
+  EXPECT_EQ(message_types().find("weather/msg/Wind"), nullptr);
+  find_component("weather::Roof", TAKT_WEATHER);
+  EXPECT_NE(message_types().find("weather/msg/Wind"), nullptr);
+  EXPECT_NE(message_types().find("weather/srv/Calibrate_Request"), nullptr);
+}
+
+TEST(ComponentLibrary, WithAnotherLayoutOfATypeIsRefused) {
+  load_message_types(TAKT_WEATHER);
+  try {
+    find_component("weather::Roof", TAKT_OTHER_WEATHER);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("register the message type weather/msg/Wind with "
+                                        "different layouts"));
+  }
 }
 
 TEST(ComponentIndex, IsReadFromThePrefixesOfTheEnvironment) {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 
 namespace takt {
@@ -22,7 +23,9 @@ class Search {
     if (found_) return;
     const ServiceIdentity& service = end.identity;
     if (service.id.empty()) {
-      message(*end.type);
+      const MessageType* type =
+          end.type->is_serialized ? message_types().find(end.type->name) : end.type;
+      if (type != nullptr) message(*type);
     } else {
       message(*service.request);
       message(*service.response);

@@ -5,7 +5,8 @@
 # INTERFACE library, or may be any target that is there already; targets that link it include
 # <robot_msgs/msg/scan.hpp>. The first folder is the package's name, which is the target's own unless
 # PACKAGE gives another. LIBRARIES are targets with messages that these files use; those of ROS 2's own
-# packages are known without.
+# packages are known without. A shared library that has or links the messages registers their types, for
+# `takt topic echo --library` and others that know a type by its name.
 function(takt_add_messages target)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "PACKAGE" "LIBRARIES")
   set(call "takt_add_messages(${target} …)")
@@ -16,17 +17,6 @@ function(takt_add_messages target)
   if(NOT ARG_PACKAGE)
     set(ARG_PACKAGE ${target})
   endif()
-  find_program(TAKT_IDLC idlc DOC "Cyclone's IDL compiler, for takt_add_messages")
-  find_program(TAKT_PYTHON python3 DOC "Python 3, for takt_add_messages")
-  foreach(need "TAKT_IDLC idlc cyclonedds-tools" "TAKT_PYTHON python3 python3")
-    separate_arguments(need)
-    list(POP_FRONT need variable program package)
-    if(NOT ${variable})
-      message(FATAL_ERROR "${call} needs ${program}, which is not there; on Debian: "
-                          "apt-get install ${package}. Elsewhere it is named by -D ${variable}=…")
-    endif()
-  endforeach()
-
   set(files "")
   foreach(file ${ARG_UNPARSED_ARGUMENTS})
     cmake_path(ABSOLUTE_PATH file BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
@@ -35,15 +25,6 @@ function(takt_add_messages target)
     endif()
     list(APPEND files ${file})
   endforeach()
-  set(tree ${CMAKE_CURRENT_BINARY_DIR}/takt_messages/${target})
-  set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/takt_messages.py)
-  set(command ${TAKT_PYTHON} ${script} --package ${ARG_PACKAGE} --tree ${tree})
-  execute_process(COMMAND ${command} --print-headers ${files} RESULT_VARIABLE result
-                  OUTPUT_VARIABLE headers ERROR_VARIABLE wrong)
-  if(NOT result EQUAL 0)
-    message(FATAL_ERROR "${call}:\n${wrong}")
-  endif()
-  list(TRANSFORM headers PREPEND ${tree}/)
 
   if(NOT TARGET ${target})
     add_library(${target} INTERFACE)
@@ -56,25 +37,24 @@ function(takt_add_messages target)
     set(scope PUBLIC)
     set(folders "$<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>")
   endif()
+  set(tree ${CMAKE_CURRENT_BINARY_DIR}/takt_messages/${target})
   target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${tree}>)
   target_link_libraries(${target} ${scope} takt::takt ${ARG_LIBRARIES})
 
   # What other calls have given the target may be used here.
-  get_target_property(earlier ${target} TAKT_MESSAGE_HEADERS)
+  get_target_property(earlier ${target} TAKT_MESSAGE_STAMPS)
   if(NOT earlier)
     set(earlier "")
   endif()
-  set_target_properties(${target} PROPERTIES TAKT_MESSAGE_HEADERS "${earlier};${headers}")
-  add_custom_command(
-    OUTPUT ${headers}
-    COMMAND ${command} --idlc ${TAKT_IDLC} --plugin $<TARGET_FILE:takt::takt_idl>
-            "$<$<BOOL:${folders}>:-I$<JOIN:${folders},;-I>>" ${files}
-    DEPENDS ${files} ${earlier} ${script} takt::takt_idl
-    COMMENT "Messages of ${target}"
-    COMMAND_EXPAND_LISTS VERBATIM)
-  string(MD5 hash "${headers}")
+  string(MD5 hash "${files}")
   string(SUBSTRING ${hash} 0 8 hash)
-  add_custom_target(${target}_messages_${hash} DEPENDS ${headers})
+  set(stamp ${tree}/${hash}.stamp)
+  set(registration ${tree}/register_${hash}.cpp)
+  set_target_properties(${target} PROPERTIES TAKT_MESSAGE_STAMPS "${earlier};${stamp}")
+  takt_generate_messages("${call}" ${ARG_PACKAGE} ${tree} ${stamp} FILES ${files} DEPENDS ${earlier}
+    OPTIONS --register ${registration} "$<$<BOOL:${folders}>:-I$<JOIN:${folders},;-I>>"
+    BYPRODUCTS ${registration})
+  add_custom_target(${target}_messages_${hash} DEPENDS ${stamp})
   add_dependencies(${target} ${target}_messages_${hash})
   if(TARGET takt_idl)  # part of this build, which generates ROS 2's packages first
     add_dependencies(${target}_messages_${hash} takt_ros_messages)
@@ -84,4 +64,48 @@ function(takt_add_messages target)
       add_dependencies(${target}_messages_${hash} ${library})
     endif()
   endforeach()
+
+  if(type MATCHES "^(SHARED|MODULE)_LIBRARY$")
+    target_sources(${target} PRIVATE ${registration})
+  elseif(NOT type STREQUAL EXECUTABLE)
+    set(user $<TARGET_PROPERTY:TYPE>)
+    set(is_loaded $<OR:$<STREQUAL:${user},SHARED_LIBRARY>,$<STREQUAL:${user},MODULE_LIBRARY>>)
+    target_sources(${target} INTERFACE $<BUILD_INTERFACE:$<${is_loaded}:${registration}>>)
+  endif()
+endfunction()
+
+# takt_generate_messages(CALL PACKAGE TREE STAMP FILES file… [OPTIONS argument…] [DEPENDS file…]
+#                        [BYPRODUCTS file…])
+# Makes the headers of a package in the folder TREE, by one call of the generator, and then the file
+# STAMP. Sets `headers` to their paths below TREE. Errors begin with CALL.
+function(takt_generate_messages call package tree stamp)
+  cmake_parse_arguments(PARSE_ARGV 4 ARG "" "" "FILES;OPTIONS;DEPENDS;BYPRODUCTS")
+  find_program(TAKT_IDLC idlc DOC "Cyclone's IDL compiler, for messages")
+  find_program(TAKT_PYTHON python3 DOC "Python 3, for messages")
+  foreach(need "TAKT_IDLC idlc cyclonedds-tools" "TAKT_PYTHON python3 python3")
+    separate_arguments(need)
+    list(POP_FRONT need variable program debian)
+    if(NOT ${variable})
+      message(FATAL_ERROR "${call} needs ${program}, which is not there; on Debian: "
+                          "apt-get install ${debian}. Elsewhere it is named by -D ${variable}=…")
+    endif()
+  endforeach()
+
+  set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/takt_messages.py)
+  set(command ${TAKT_PYTHON} ${script} --package ${package} --tree ${tree})
+  execute_process(COMMAND ${command} --print-headers ${ARG_FILES} RESULT_VARIABLE result
+                  OUTPUT_VARIABLE headers ERROR_VARIABLE wrong)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${call}:\n${wrong}")
+  endif()
+  set(headers ${headers} PARENT_SCOPE)
+  list(TRANSFORM headers PREPEND ${tree}/)
+  add_custom_command(
+    OUTPUT ${stamp}
+    BYPRODUCTS ${headers} ${ARG_BYPRODUCTS}
+    COMMAND ${command} --idlc ${TAKT_IDLC} --plugin $<TARGET_FILE:takt::takt_idl> ${ARG_OPTIONS} ${ARG_FILES}
+    COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
+    DEPENDS ${ARG_FILES} ${ARG_DEPENDS} ${script} takt::takt_idl
+    COMMENT "Messages of ${package}"
+    COMMAND_EXPAND_LISTS VERBATIM)
 endfunction()

@@ -2,13 +2,14 @@
 """Makes C++ headers from interface files, for takt_add_messages of CMake.
 
 usage: takt_messages.py --package NAME --tree FOLDER [--idlc PROGRAM --plugin LIBRARY]
-                        [-I FOLDER]... [--print-headers] FILE...
+                        [-I FOLDER]... [--print-headers] [--register FILE] FILE...
 
 1. Each FILE is put into the tree as TREE/NAME/msg/Scan.idl: an .idl as it is, and ROS 2's .msg,
    .srv and .action in IDL's words, the same as rosidl's. Those of other trees, which are among the
    folders after -I, are linked into it: idlc 0.10.2 crashes on many folders, and so needs one only.
 2. idlc with our plugin makes C++ of each, beside it: TREE/NAME/msg/scan.hpp. So an include of an
    IDL file is one of the header beside that file.
+3. With --register, a C++ file that registers all types of these headers.
 
 SPDX-License-Identifier: Apache-2.0
 """
@@ -330,6 +331,24 @@ def include(options, file, idl):
                 "name the target that has it after LIBRARIES")
 
 
+def registration(headers):
+    """Step 3."""
+    types = []
+    for header in headers:
+        scope = ""
+        for line in header.read_text().splitlines():
+            if match := re.fullmatch(r"namespace (\S+) {", line):
+                scope = match[1]
+            elif match := re.fullmatch(r"using (\w+) = \1_<std::allocator<void>>;", line):
+                types.append(f"::{scope}::{match[1]}" if scope else f"::{match[1]}")
+            elif line.startswith("}  // namespace"):
+                scope = ""
+    includes = "".join(f'#include "{header}"\n' for header in headers)
+    registered = f"\nTAKT_REGISTER_MESSAGES({', '.join(types)})\n" if types else ""
+    return (f"// Made by takt_add_messages; it will be made again.\n{includes}"
+            f'#include "takt/messages/message_types.hpp"\n{registered}')
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--package", required=True)
@@ -338,6 +357,7 @@ def main():
     parser.add_argument("--plugin", type=pathlib.Path)
     parser.add_argument("-I", dest="includes", action="append", type=pathlib.Path, default=[])
     parser.add_argument("--print-headers", action="store_true")
+    parser.add_argument("--register", type=pathlib.Path)
     parser.add_argument("files", type=pathlib.Path, nargs="+")
     options = parser.parse_args()
     options.tree = pathlib.Path(os.path.abspath(options.tree))
@@ -370,6 +390,8 @@ def main():
         each(lambda file, idl: stage(options, file, idl), work)
     if not wrong:
         each(lambda file, idl: compile_idl(options, file, idl), work)
+    if options.register and not wrong:
+        write(options.register, registration([header_of(idl) for _, idl in work]))
     if wrong:
         print("\n".join(wrong), file=sys.stderr)
     return 1 if wrong else 0

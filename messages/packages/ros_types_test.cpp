@@ -100,16 +100,14 @@ struct Known {
   const MessageType* type;
   void (*expect_sample)(const json&);
 };
-template <class T>
-void add(std::map<std::string, Known>& all) {
-  all[message_type<T>().name] = {&message_type<T>(), &expect_sample<T>};
+template <class... T>
+std::map<std::string, Known> all_of() {
+  std::map<std::string, Known> all;
+  ((all[message_type<T>().name] = {&message_type<T>(), &expect_sample<T>}), ...);
+  return all;
 }
 std::map<std::string, Known> shipped() {
-  std::map<std::string, Known> all;
-#define TAKT_ADD(T) add<T>(all);
-  TAKT_ROS_TYPES(TAKT_ADD)
-#undef TAKT_ADD
-  return all;
+  return all_of<TAKT_ROS_TYPES>();
 }
 
 /// "Request" of "rcl_interfaces/srv/GetParameters".

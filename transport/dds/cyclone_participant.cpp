@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/messages/message_types.hpp"
+#include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
 #include "takt/transport/shared_memory/refused_chunks.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
@@ -194,7 +196,8 @@ std::string CycloneParticipant::discovered_hash(const Endpoint& endpoint) {
       if (is_same && !end.type_hash.empty()) return end.type_hash;
     }
   }
-  return {};
+  const MessageType* registered = message_types().find(endpoint.type->name);
+  return registered != nullptr ? type_hash(*registered) : "";
 }
 
 std::shared_ptr<ServiceMatches> CycloneParticipant::service_matches(const std::string& id) {

@@ -363,6 +363,7 @@ void set_up(CLI::App* command) {
       ->add_option("TYPE", options->type,
                    "The type, for example example_interfaces/action/Fibonacci")
       ->required();
+  add_library_option(*send_command, options->libraries);
   send_command->add_option("GOAL", options->goal, "The goal as YAML; missing fields are zero");
   send_command->add_flag("-f,--feedback", options->feedback, "Print the feedback");
   send_command

@@ -20,6 +20,7 @@
 #include "takt/executors/spin.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/type_description.hpp"
+#include "takt/ros2/type_description_service.hpp"
 
 #include "commands.hpp"
 #include "graph/type_finder.hpp"
@@ -124,6 +125,7 @@ void play(const Options& options) {
                      {"start_offset_ms", milliseconds(options.start_offset_s)},
                      {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay_s), 1)}};
   const auto player = std::make_shared<Player>(node);
+  const TypeDescriptionService describes(*player, *player);  // those registered
   run(player, 0, [&] { return player->has_ended(); });
   if (options.prints()) fmt::print("{} messages were played\n", player->played());
   if (!options.json_path.empty()) {
@@ -210,6 +212,7 @@ void set_up(CLI::App* command) {
   CLI::App* record_command =
       command->add_subcommand("record", "Records topics to an MCAP file until Ctrl-C");
   add_observer_options(*record_command, *options);
+  add_library_option(*record_command, options->libraries);
   record_command->add_option("TOPIC", options->topics, "The topics' names");
   record_command->add_flag("-a,--all", options->all,
                            "Record all topics, also those that come later");
@@ -225,6 +228,7 @@ void set_up(CLI::App* command) {
   CLI::App* play_command = command->add_subcommand(
       "play", "Publishes the messages of an MCAP file, of takt's or ros2 bag's");
   add_observer_options(*play_command, *options);
+  add_library_option(*play_command, options->libraries);
   play_command->add_option("FILE", options->file, "The recording")->required();
   play_command->add_option("-r,--rate", options->rate, "Speed: 2 is twice as fast as recorded (1)")
       ->check(CLI::Range(0.001, 1000.0));
@@ -249,7 +253,7 @@ void set_up(CLI::App* command) {
       "Example:\n"
       "  takt bag record --all -o drive.mcap --compression zstd\n"
       "  takt bag info drive.mcap\n"
-      "  takt bag play drive.mcap --rate 2\n");
+      "  takt bag play drive.mcap --rate 2 --library libweather.so\n");
 }
 const Command registered("bag", "Records, plays and shows messages, as ros2 bag does", set_up);
 

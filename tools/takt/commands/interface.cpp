@@ -10,12 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
+#include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 
 #include "commands.hpp"
 #include "embedded.hpp"
 #include "graph/definitions.hpp"
-#include "graph/known_types.hpp"
+#include "graph/observer.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::interface_command {
@@ -25,6 +26,7 @@ using json = nlohmann::ordered_json;
 
 struct Options {
   std::string type, json_path;
+  std::vector<std::string> libraries;
 };
 
 [[noreturn]] void unknown(const std::string& type) {
@@ -38,13 +40,15 @@ struct Options {
   throw Error(fmt::format("takt does not know the interface {}", type),
               !of_package.empty()
                   ? suggest(type, of_package)
-                  : fmt::format("it knows those of {}, and those below AMENT_PREFIX_PATH",
+                  : fmt::format("name a library that registers it with --library, or a folder "
+                                "with its definition in AMENT_PREFIX_PATH; without, takt knows "
+                                "those of {}",
                                 fmt::join(packages, ", ")));
 }
 
 std::vector<std::string> lines_of(const std::string& type) {
   if (const auto lines = definition_lines(type)) return *lines;
-  const MessageType* known = known_type(type);
+  const MessageType* known = message_types().find(type);
   if (known == nullptr || type.find("/msg/") == std::string::npos) unknown(type);
   std::vector<std::string> lines;
   std::istringstream stream(message_definition(*known));
@@ -89,6 +93,7 @@ json to_json(const std::string& type) {
 }
 
 void show(const Options& options) {
+  for (const std::string& library : options.libraries) load_message_types(library);
   if (options.json_path != "-") print(options.type, 0);
   if (!options.json_path.empty()) write_json(to_json(options.type), options.json_path);
 }
@@ -102,6 +107,7 @@ void set_up(CLI::App* command) {
       ->required();
   show_command->add_option("--json", options->json_path,
                            "Also write the definition as JSON; - for stdout");
+  add_library_option(*show_command, options->libraries);
   show_command->callback([options] { show(*options); });
   command->footer(
       "Example:\n"

@@ -94,6 +94,7 @@ void set_up(CLI::App* command) {
   CLI::App* call_command =
       command->add_subcommand("call", "Calls a service, and prints the response");
   add_observer_options(*call_command, *options);
+  add_library_option(*call_command, options->libraries);
   call_command->add_option("SERVICE", options->service, "Its name")->required();
   call_command->add_option("REQUEST", options->request,
                            "The request as YAML; missing fields are zero");
@@ -104,7 +105,8 @@ void set_up(CLI::App* command) {
   command->footer(
       "Example:\n"
       "  takt service list\n"
-      "  takt service call /lidar/get_parameters '{names: [rate_hz]}'\n");
+      "  takt service call /lidar/get_parameters '{names: [rate_hz]}'\n"
+      "  takt service call /calibrate '{offset: 0.5}' --library libweather.so\n");
 }
 const Command registered("service", "Lists and calls services on a DDS domain, including ROS 2's",
                          set_up);

@@ -353,10 +353,12 @@ void set_up(CLI::App* command) {
         ->check(CLI::PositiveNumber);
   }
   CLI::App* echo_command = add_listening(add("echo", "Prints each message", echo));
+  add_library_option(*echo_command, options->libraries);
   echo_command->add_option("-n,--count", options->count, "Stop after this many messages");
   echo_command->add_flag("--full", options->full, "Print all elements of long arrays");
   echo_command->add_flag("--raw", options->raw, "Print bytes, for types that nobody knows");
   CLI::App* pub_command = add("pub", "Publishes a message, once or repeatedly", pub, true, false);
+  add_library_option(*pub_command, options->libraries);
   pub_command->add_option("TYPE", options->type, "The type, for example std_msgs/msg/String")
       ->required();
   pub_command->add_option("MESSAGE", options->message,
@@ -374,6 +376,7 @@ void set_up(CLI::App* command) {
       "  takt topic list\n"
       "  takt topic hz /scan\n"
       "  takt topic echo /odom -n 1\n"
+      "  takt topic echo /weather --library libweather.so\n"
       "  takt topic pub /cmd_vel geometry_msgs/msg/Twist '{linear: {x: 0.2}}' --rate 10\n");
 }
 const Command registered("topic", "Shows and uses topics on a DDS domain, including ROS 2's",

@@ -11,11 +11,13 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/messages/message_types.hpp"
 
 namespace takt::tools {
 namespace {
 
 std::shared_ptr<Participant> join(const ObserverOptions& observer) {
+  for (const std::string& library : observer.libraries) load_message_types(library);
   DdsOptions options;
   options.domain = observer.domain;
   options.ros_graph = observer.form;
@@ -36,6 +38,13 @@ void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_
   if (has_json) {
     command.add_option("--json", options.json_path, "Also write the table as JSON; - for stdout");
   }
+}
+
+void add_library_option(CLI::App& command, std::vector<std::string>& libraries) {
+  command
+      .add_option("--library", libraries,
+                  "A shared library that registers message types; may be repeated")
+      ->allow_extra_args(false);
 }
 
 bool is_hidden(const std::string& name) {

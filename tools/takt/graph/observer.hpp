@@ -21,13 +21,17 @@ struct ObserverOptions {
   RosGraph form = RosGraph::jazzy;
   bool all = false;  // include hidden names: those with a part that begins with '_'
   std::string json_path;
+  std::vector<std::string> libraries;  // with message types
 };
 void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json = true);
+/// --library, for commands that need to know types.
+void add_library_option(CLI::App& command, std::vector<std::string>& libraries);
 
 bool is_hidden(const std::string& name);
 
 class Observer {
  public:
+  /// Loads the libraries first. Throws Error if one cannot be loaded or registers no type.
   explicit Observer(const ObserverOptions& options);
 
   const std::shared_ptr<Participant>& participant() const noexcept { return participant_; }

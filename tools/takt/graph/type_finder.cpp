@@ -8,13 +8,14 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 
 #include "graph/definitions.hpp"
-#include "graph/known_types.hpp"
 
 namespace takt::tools {
 namespace {
@@ -30,6 +31,25 @@ std::string interface_of(const std::string& name) {
   return name.substr(0, name.rfind('_'));
 }
 
+[[noreturn]] void throw_unknown_type(const std::string& name) {
+  std::set<std::string> packages;
+  std::vector<std::string> of_package;
+  const std::string package = name.substr(0, name.find('/') + 1);
+  for (const std::string& known : message_types().names()) {
+    packages.insert(known.substr(0, known.find('/')));
+    if (known.starts_with(package)) of_package.push_back(known);
+  }
+  throw Error(
+      fmt::format("takt does not know the type {}", name),
+      !package.empty() && !of_package.empty()
+          ? suggest(name, of_package)
+          : fmt::format("name a library that registers it with --library, or a folder with its "
+                        "definition in AMENT_PREFIX_PATH, or start a node that describes it; "
+                        "without, takt knows the types of {}; `hz`, `bw` and `echo --raw` need "
+                        "none",
+                        fmt::join(packages, ", ")));
+}
+
 }  // namespace
 
 const MessageType& TypeFinder::require(const std::string& name) {
@@ -39,7 +59,7 @@ const MessageType& TypeFinder::require(const std::string& name) {
 }
 
 const MessageType* TypeFinder::find_here(const std::string& name) {
-  if (const MessageType* known = known_type(name)) return known;
+  if (const MessageType* known = message_types().find(name)) return known;
   const auto description = defined(interface_of(name));
   return description ? described(*description, name) : nullptr;
 }

@@ -14,8 +14,9 @@
 
 namespace takt::tools {
 
-/// Knows a type if Takt contains it, if AMENT_PREFIX_PATH leads to its definition, or if a node on
-/// the domain that uses it answers `get_type_description`. The types live as long as the finder.
+/// Knows a type if it is registered (ROS 2's common ones, and those of the libraries that --library
+/// names), if AMENT_PREFIX_PATH leads to its definition, or if a node on the domain that uses it
+/// answers `get_type_description`. The types live as long as the finder.
 class TypeFinder {
  public:
   explicit TypeFinder(const Observer& observer) : observer_(observer) {}
