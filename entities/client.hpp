@@ -16,13 +16,14 @@
 
 #include "takt/base/future.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct ClientOptions {
   /// Limit of outstanding calls; one more throws an Error.

@@ -9,11 +9,12 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Whose call it is, and which of the caller's: as it stands in request and response.
 struct RequestId {

@@ -9,11 +9,12 @@
 #include <memory>
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A type that describes a service: `struct AddTwoInts { struct Request {...}; struct Response
 /// {...}; };`, with TAKT_MESSAGE(AddTwoInts::Request, "example_interfaces/srv/AddTwoInts_Request",

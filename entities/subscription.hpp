@@ -14,12 +14,13 @@
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The part of a subscription that does not depend on the message's type.
 /// Thread safety and real-time: as Entity and IntraProcessReader.

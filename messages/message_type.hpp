@@ -14,9 +14,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/cdr.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct MessageType;
 

@@ -7,13 +7,14 @@
 #include <string>
 #include <string_view>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/messages/action_msgs/msg/goal_status_array.hpp"
 #include "takt/messages/action_msgs/srv/cancel_goal.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A type that describes an action: `struct Fibonacci { struct Goal {...}; struct Result {...};
 /// struct Feedback {...}; };`, with TAKT_MESSAGE(Fibonacci::Goal,
