@@ -119,7 +119,7 @@ class Service : public SubscriptionBase {
   }
 
   const bool has_loans_;
-  DecodedMessages<Request> decoded_;
+  detail::DecodedMessages<Request> decoded_;
   Publisher<Response> responses_;
 };
 

@@ -34,15 +34,15 @@ struct ServiceMessage {
 template <Message T>
 const MessageType& takt_message_type(const ServiceMessage<T>*) {
   using Type = ServiceMessage<T>;
-  static const MessageType type = finish_message_type(
+  static const MessageType type = detail::finish_message_type(
       {.name = message_type<T>().name,
-       .fields = {describe_field<std::uint64_t>("client", offsetof(Type, client)),
-                  describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
-                  describe_field<T>("body", offsetof(Type, body))},
+       .fields = {detail::describe_field<std::uint64_t>("client", offsetof(Type, client)),
+                  detail::describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
+                  detail::describe_field<T>("body", offsetof(Type, body))},
        .size = sizeof(Type),
        .alignment = alignof(Type),
-       .encode = &encode_message<Type>,
-       .decode = &decode_message<Type>});
+       .encode = &detail::encode_message<Type>,
+       .decode = &detail::decode_message<Type>});
   return type;
 }
 

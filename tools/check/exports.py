@@ -9,9 +9,11 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# What is exported without being in such a header, with the reason.
+# What is exported without being declared in such a header as part of an interface, with the reason.
 OTHERS = {
-    "takt_try_library": "takt_try_library calls it by name",
+    "takt_try_library": "the program of this name calls it",
+    "takt::detail::finish_message_type": "TAKT_MESSAGE calls it",
+    "takt::detail::ControlBlocks": "templates of subscriptions call it",
 }
 
 
@@ -42,7 +44,8 @@ def main():
     for name in exported(sys.argv[1]):
         path = re.sub(r"\(.*|<.*|^.* for ", "", name)
         parts = path.replace("~", "").split("::")
-        if path not in OTHERS and ("detail" in parts or not words.issuperset(parts)):
+        is_other = any(path == other or path.startswith(other + "::") for other in OTHERS)
+        if not is_other and ("detail" in parts or not words.issuperset(parts)):
             found.append(name)
     print("\n".join(found))
     sys.exit(f"{len(found)} names are exported that no TAKT_PUBLIC or TAKT_INTERNAL header has" if found else 0)
