@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "takt/analysis/system.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt::analysis {
+namespace takt {
+namespace TAKT_PUBLIC analysis {
 
 struct Options {
   std::vector<std::string> methods;  // by name; empty: all
@@ -68,6 +70,7 @@ struct Bounds {
 /// Real-time: no.
 Bounds analyze(const System& system, const Options& options = {});
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_ANALYSIS_HPP_

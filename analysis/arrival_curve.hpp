@@ -6,7 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-namespace takt::analysis {
+#include "takt/base/visibility.hpp"
+
+namespace takt {
+namespace TAKT_PUBLIC analysis {
 
 /// Nanoseconds, or any other unit of whole numbers: the analyses only add and compare.
 using Time = std::int64_t;
@@ -54,6 +57,7 @@ class ArrivalCurve {
   Time closest_ = 0;  // whatever the jitter
 };
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_ARRIVAL_CURVE_HPP_

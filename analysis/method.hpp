@@ -10,8 +10,10 @@
 
 #include "takt/analysis/system.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt::analysis {
+namespace takt {
+namespace TAKT_INTERNAL analysis {
 
 /// Arrivals at a callback from outside its executor: of a timer, of other executors, or from
 /// outside the system.
@@ -163,6 +165,7 @@ MethodRegistry& methods();
        true);                                                                             \
   }
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_METHOD_HPP_

@@ -3,7 +3,10 @@
 #ifndef TAKT_ANALYSIS_ORDER_HPP_
 #define TAKT_ANALYSIS_ORDER_HPP_
 
-namespace takt::analysis {
+#include "takt/base/visibility.hpp"
+
+namespace takt {
+namespace TAKT_PUBLIC analysis {
 
 /// Which of the ready callbacks an executor runs next. A scheduler that fits none of these has an
 /// arbitrary order, for which there are bounds, too.
@@ -17,6 +20,7 @@ enum class Order {
   in_turns,    // one callback of each Callback::group in turn; inside, by arrival
 };
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_ORDER_HPP_

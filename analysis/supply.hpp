@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "takt/analysis/arrival_curve.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt::analysis {
+namespace takt {
+namespace TAKT_PUBLIC analysis {
 
 /// The least x ≥ `from` with x ≥ f(x), for a function that never decreases. kUnbounded when it is
 /// larger than `limit`, or takes too many steps to find.
@@ -60,6 +62,7 @@ class Supply {
   bool has_equals_ = false;
 };
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_SUPPLY_HPP_

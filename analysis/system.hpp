@@ -10,8 +10,10 @@
 #include "takt/analysis/arrival_curve.hpp"
 #include "takt/analysis/order.hpp"
 #include "takt/analysis/supply.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt::analysis {
+namespace takt {
+namespace TAKT_PUBLIC analysis {
 
 /// Messages that each execution of a callback sends to another one, at its end.
 struct Output {
@@ -93,6 +95,7 @@ struct System {
 /// Thread safety: a pure function. Real-time: no.
 void check(const System& system);
 
-}  // namespace takt::analysis
+}  // namespace analysis
+}  // namespace takt
 
 #endif  // TAKT_ANALYSIS_SYSTEM_HPP_

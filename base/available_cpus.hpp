@@ -5,7 +5,9 @@
 
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// The CPUs that this process was given when it started, in order.
 /// Thread safety: from any thread. Real-time: set-up only.

@@ -6,8 +6,9 @@
 #include <memory>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class ManualClock;
 class SimulatedClock;

@@ -8,7 +8,9 @@
 #include <string>
 #include <string_view>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Says what is wrong, where, and what to do. The message is `where: what; what to do`.
 /// Thread safety: as std::runtime_error.

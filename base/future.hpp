@@ -10,8 +10,9 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A sleeping thread that can be woken.
 /// Thread safety: wake from any thread.

@@ -10,8 +10,9 @@
 #include <cstdint>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A log-linear histogram: 32 buckets for each power of two, so a percentile is at most 3.2 % too
 /// high and never too low, from 1 ns to 2^40 ns (18 minutes). Longer durations count in the last

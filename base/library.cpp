@@ -57,7 +57,7 @@ std::string_view minor_version(std::string_view version) {
 }  // namespace
 
 // For the program takt_try_library. What dlopen itself refuses, it refuses here again.
-extern "C" void takt_try_library(const char* path) {
+extern "C" TAKT_INTERNAL void takt_try_library(const char* path) {
   Registrations noted;
   open_library(path, noted);
 }

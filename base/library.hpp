@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "takt/base/registry.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// A registration by a static initialiser of a library. An exception must not leave a static
 /// initialiser, so the entry is only recorded, and checked after loading.

@@ -6,8 +6,9 @@
 #include <string>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Throws Error unless `path` is a regular file and, if it is an ELF file, has all parts that its
 /// headers describe: dlopen(3) blocks at a FIFO, and a truncated library kills the process by

@@ -17,8 +17,9 @@
 
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/pool.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 enum class LogLevel { debug, info, warn, error };
 

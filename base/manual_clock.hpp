@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Virtual time with a baton: of all participating threads exactly one runs at any moment, selected
 /// by (virtual wake-up time, rank). So a program with N executor threads gives the same trace on

@@ -5,7 +5,9 @@
 
 #include <pthread.h>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// PTHREAD_PRIO_INHERIT, for every lock that threads of different priority share while a system
 /// runs. Meets the standard's Lockable requirements.

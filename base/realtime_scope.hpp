@@ -5,7 +5,9 @@
 
 #include <cstdint>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Counters of a thread, since its start or between two points.
 struct ThreadCounters {

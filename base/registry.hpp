@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "takt/base/error.hpp"
+#include "takt/base/visibility.hpp"
 
 // A name that stands once in a file, for the macros that register: several files may be compiled as
 // one. Two steps, because __COUNTER__ must be expanded before it is pasted.
@@ -19,7 +20,7 @@
 #define TAKT_CONCATENATE_EXPANDED(a, b) TAKT_CONCATENATE(a, b)
 #define TAKT_UNIQUE(name) TAKT_CONCATENATE_EXPANDED(name, __COUNTER__)
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Traits of products without properties.
 struct NoTraits {};

@@ -8,7 +8,9 @@
 #include <span>
 #include <string>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
 
 /// Opens only regular files: opening or reading a FIFO or a device can block forever.
 /// Thread safety: all functions are const, and may be called from any thread.

@@ -9,8 +9,9 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// While it simulates, it stands still until it is set. Threads do not sleep on it: when it is set,
 /// it notifies threads that wait for a time, and they check the time. While it does not simulate,

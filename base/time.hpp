@@ -8,7 +8,9 @@
 #include <string>
 #include <string_view>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 using Nanoseconds = std::chrono::nanoseconds;
 /// A point in time of a Clock, by default of CLOCK_MONOTONIC.

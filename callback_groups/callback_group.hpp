@@ -8,10 +8,11 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/visibility.hpp"
 #include "takt/callback_groups/callback_parameters.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 enum class CallbackGroupType {
   MutuallyExclusive,  // one callback of the group at a time

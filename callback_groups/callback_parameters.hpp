@@ -10,9 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The reaction when a callback misses its deadline, exceeds its budget, or is a timer that still
 /// runs at its next release. All overruns are counted.

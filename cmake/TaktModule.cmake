@@ -15,7 +15,10 @@ function(takt_module)
   file(CREATE_LINK ${folder} ${link} SYMBOLIC)
 
   add_library(takt_${ARG_NAME} OBJECT ${ARG_SOURCES})
-  set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON
+                                                    # <takt/base/visibility.hpp> says what is exported.
+                                                    C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
+                                                    VISIBILITY_INLINES_HIDDEN ON)
   set(modules ${ARG_NAME} ${ARG_USES})
   foreach(module ${modules})
     target_include_directories(takt_${ARG_NAME} PRIVATE ${PROJECT_BINARY_DIR}/include/${module})

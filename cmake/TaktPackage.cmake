@@ -15,20 +15,22 @@ install(TARGETS takt EXPORT taktTargets INCLUDES DESTINATION ${CMAKE_INSTALL_INC
 install(TARGETS takt_try_library RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/takt)
 install(TARGETS takt_idl EXPORT taktTargets LIBRARY DESTINATION ${package_folder})
 
+# A header is public if its namespace is (base/visibility.hpp), or if it has none.
 foreach(module ${takt_modules})
   file(GLOB_RECURSE headers RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS ${module}/*.hpp)
-  # These are for files of the library; most need Cyclone's headers.
-  list(FILTER headers EXCLUDE REGEX "_test\\.hpp$|/(conformance|sequences|testdata)/|/(bounded_end|configuration_reader|container_parts|\
-cyclone_endpoint|cyclone_entity|cyclone_participant|cyclone_type|domain|domain_configuration|graph_reader|loopback_sockets|manual|node_announcer|process_usage|reactor|refused_chunks|\
-roudi_probe|service_matches|topic_watch|unloading_threads|wait_in_callback|writer_clocks|writer_sequences)\\.hpp$")
-  list(REMOVE_ITEM headers containers/takt.hpp)
   foreach(header ${headers})
+    file(STRINGS ${header} namespaces REGEX "^namespace ")
+    file(STRINGS ${header} public REGEX "^namespace TAKT_PUBLIC ")
+    if(namespaces AND NOT public)
+      continue()
+    endif()
     cmake_path(GET header PARENT_PATH folder)
+    if(header STREQUAL containers/takt.hpp)
+      set(folder "")
+    endif()
     install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt/${folder})
   endforeach()
 endforeach()
-
-install(FILES containers/takt.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/takt)
 
 # find_package(takt). Before 1.0 each minor version may break its users.
 include(CMakePackageConfigHelpers)

@@ -8,11 +8,12 @@
 #include <memory>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/recording/mcap.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The component takt::Player. Its parameters:
 /// - `file`: an MCAP file, by takt::Recorder or ros2 bag;

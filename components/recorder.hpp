@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/recording/mcap.hpp"
 #include "takt/ros2/type_description_client.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The component takt::Recorder. Its parameters:
 /// - `file`: an MCAP file, which is overwritten;

@@ -12,10 +12,11 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Message of variable size.
 struct WorkloadMessage {

@@ -11,9 +11,10 @@
 
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// An instance of a component class, as its container holds it.
 struct Component {

@@ -6,11 +6,12 @@
 #include <memory>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class Container;
 

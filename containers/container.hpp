@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/configuration/system_description.hpp"
@@ -26,7 +27,7 @@
 #include "takt/ros2/time_source.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class UnloadingThreads;
 

@@ -10,11 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Sent periodically by the process of a lifecycle node: shows that the process is alive, and the
 /// node's state.

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// A library runs code in the process that loads it, and every process on the DDS domain can send a
 /// load request. So a container loads only libraries that its owner has named: in the component

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct LoadedComponent {
   std::uint64_t id = 0;  // 1, 2, … in the order of loading

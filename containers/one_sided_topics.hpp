@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/participant.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A topic that this process publishes without any subscription, or subscribes to without any
 /// publisher.

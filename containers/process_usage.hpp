@@ -8,8 +8,9 @@
 #include <sys/types.h>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The CPU time of all threads of this process (0), also of those that have ended; or of those that
 /// another process has now.

@@ -7,10 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/nodes/chain.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The measurements of one process: its callbacks and threads, each with its executor.
 struct ProcessResult {

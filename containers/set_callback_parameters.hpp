@@ -6,9 +6,10 @@
 #include <map>
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The service `/CONTAINER/set_callback_parameters`. A container has it if it uses DDS or has a
 /// thread called `container`. A request contains changes by node, written as in the configuration

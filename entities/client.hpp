@@ -16,13 +16,14 @@
 
 #include "takt/base/future.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct ClientOptions {
   /// Limit of outstanding calls; one more throws an Error.
@@ -30,6 +31,8 @@ struct ClientOptions {
   /// The timeout of a call, after which it ends without an answer. 0: none.
   Nanoseconds timeout{0};
 };
+
+namespace detail {
 
 /// A coroutine that waits for an answer. It goes on when its call has been sent and is over: while
 /// it is being sent, both the request in the coroutine's frame and the client, which the coroutine
@@ -154,6 +157,8 @@ class PendingCalls {
   std::int64_t last_sequence_ = 0;
 };
 
+}  // namespace detail
+
 /// A number that no other client has.
 std::uint64_t new_client_id();
 
@@ -187,7 +192,7 @@ class Client : public SubscriptionBase {
         clock_(clock),
         id_(new_client_id()),
         path_(path),
-        pending_(std::make_shared<PendingCalls<AnswerCallback>>(options)),
+        pending_(std::make_shared<detail::PendingCalls<AnswerCallback>>(options)),
         decoded_(participant != nullptr ? 4 : 0),
         requests_({request_topic(path), &message_type<Request>(), kServiceDepth, node,
                    endpoint().identity},
@@ -246,8 +251,8 @@ class Client : public SubscriptionBase {
 
  private:
   void send(const typename S::Request& request, AnswerCallback callback,
-            AwaitedAnswer* awaited = nullptr) {
-    const std::shared_ptr<PendingCalls<AnswerCallback>> pending = pending_;
+            detail::AwaitedAnswer* awaited = nullptr) {
+    const std::shared_ptr<detail::PendingCalls<AnswerCallback>> pending = pending_;
     const auto sequence = pending->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
       throw Error(fmt::format("service '{}': {} calls wait for their answers already", path_,
@@ -277,9 +282,10 @@ class Client : public SubscriptionBase {
   Clock& clock_;
   const std::uint64_t id_;
   const std::string path_;
-  const std::shared_ptr<PendingCalls<AnswerCallback>> pending_;  // with coroutines that wait
+  const std::shared_ptr<detail::PendingCalls<AnswerCallback>>
+      pending_;  // with coroutines that wait
   PiMutex alarm_mutex_;
-  DecodedMessages<Response> decoded_;
+  detail::DecodedMessages<Response> decoded_;
   Publisher<Request> requests_;
   std::shared_ptr<Timer> timer_;
 };
@@ -315,8 +321,8 @@ class Client<S>::Call {
  private:
   Client& client_;
   const typename S::Request& request_;
-  std::shared_ptr<PendingCalls<AnswerCallback>> pending_;
-  AwaitedAnswer awaited_;
+  std::shared_ptr<detail::PendingCalls<AnswerCallback>> pending_;
+  detail::AwaitedAnswer awaited_;
 };
 
 }  // namespace takt

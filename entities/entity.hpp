@@ -12,10 +12,11 @@
 
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/callback_groups/callback_group.hpp"
 #include "takt/transport/message_block.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct Waiting;
 

@@ -8,9 +8,10 @@
 #include <functional>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// What to wait for (`readable`, `writable`, or both), and what a callback gets.
 enum class FileDescriptorEvents : std::uint8_t {

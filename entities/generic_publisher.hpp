@@ -7,10 +7,11 @@
 #include <span>
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Publishes bytes as they are on the wire: CDR with its header. Readers in this process decode
 /// them, on their threads. What is no message of the type is dropped there, and counted.

@@ -9,9 +9,10 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/subscription.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A message as it is on the wire, CDR with its header, and when it was published. The bytes are
 /// there until the callback returns.

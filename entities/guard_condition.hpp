@@ -7,9 +7,10 @@
 #include <functional>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Triggered from anywhere; several triggers before the callback starts count as one.
 /// Thread safety: every method from any thread.

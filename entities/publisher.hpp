@@ -8,13 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/send.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 template <Message T>
 class Publisher;

@@ -9,11 +9,12 @@
 #include <utility>
 
 #include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/guard_condition.hpp"
 #include "takt/entities/timer.hpp"
 #include "takt/transport/endpoint_events.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The callback is called once for everything since its last call, on its executor like every
 /// other. It also reports what was true already when the event was made. Made by

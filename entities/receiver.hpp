@@ -9,10 +9,11 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/task_runner.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A subscription without a callback: `auto message = co_await receiver->receive()` in a coroutine
 /// gets the oldest message, or waits for the next one. Of several waiting coroutines, the first one

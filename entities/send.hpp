@@ -3,10 +3,11 @@
 #ifndef TAKT_ENTITIES_SEND_HPP_
 #define TAKT_ENTITIES_SEND_HPP_
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Sends a message with what a publisher has: near first, then far. Takes the caller's hold of it
 /// over. `remote` may be nullptr.

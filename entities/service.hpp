@@ -9,11 +9,12 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Whose call it is, and which of the caller's: as it stands in request and response.
 struct RequestId {
@@ -118,7 +119,7 @@ class Service : public SubscriptionBase {
   }
 
   const bool has_loans_;
-  DecodedMessages<Request> decoded_;
+  detail::DecodedMessages<Request> decoded_;
   Publisher<Response> responses_;
 };
 

@@ -9,11 +9,12 @@
 #include <memory>
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A type that describes a service: `struct AddTwoInts { struct Request {...}; struct Response
 /// {...}; };`, with TAKT_MESSAGE(AddTwoInts::Request, "example_interfaces/srv/AddTwoInts_Request",
@@ -33,15 +34,15 @@ struct ServiceMessage {
 template <Message T>
 const MessageType& takt_message_type(const ServiceMessage<T>*) {
   using Type = ServiceMessage<T>;
-  static const MessageType type = finish_message_type(
+  static const MessageType type = detail::finish_message_type(
       {.name = message_type<T>().name,
-       .fields = {describe_field<std::uint64_t>("client", offsetof(Type, client)),
-                  describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
-                  describe_field<T>("body", offsetof(Type, body))},
+       .fields = {detail::describe_field<std::uint64_t>("client", offsetof(Type, client)),
+                  detail::describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
+                  detail::describe_field<T>("body", offsetof(Type, body))},
        .size = sizeof(Type),
        .alignment = alignof(Type),
-       .encode = &encode_message<Type>,
-       .decode = &decode_message<Type>});
+       .encode = &detail::encode_message<Type>,
+       .decode = &detail::decode_message<Type>});
   return type;
 }
 

@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Where publishers put their messages while a callback runs under logical execution time. They are
 /// published together, in the order in which they came. When it is full, a message is dropped and

@@ -90,7 +90,7 @@ bool SubscriptionBase::take(Slot& slot) noexcept {
   return true;
 }
 
-ControlBlocks::ControlBlocks(std::size_t count)
+detail::ControlBlocks::ControlBlocks(std::size_t count)
     : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {
 }
 

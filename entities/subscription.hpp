@@ -14,12 +14,13 @@
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/task_runner.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The part of a subscription that does not depend on the message's type.
 /// Thread safety and real-time: as Entity and IntraProcessReader.
@@ -96,6 +97,8 @@ struct MessageInfo {
         source_time(slot.message->origin.source_time),
         writer(slot.message->origin.writer) {}
 };
+
+namespace detail {
 
 /// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
 /// small cells; beyond that, and for larger requests, the heap.
@@ -177,6 +180,8 @@ class DecodedMessages {
   PoolPtr<LoanedBlock<T>> loans_;
 };
 
+}  // namespace detail
+
 /// A subscription, as its node creates it. Dropping the last pointer removes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
 /// Thread safety and real-time: as SubscriptionBase; a message from another process is decoded as
@@ -209,7 +214,7 @@ class Subscription : public SubscriptionBase {
     return decoded_.decode(bytes);
   }
 
-  DecodedMessages<T> decoded_;
+  detail::DecodedMessages<T> decoded_;
 };
 
 /// The forms of callback: how it takes the message, and whether MessageInfo follows.
@@ -320,7 +325,8 @@ class CallbackSubscription : public Subscription<T> {
   struct NoControlBlocks {
     explicit NoControlBlocks(std::size_t) noexcept {}
   };
-  [[no_unique_address]] std::conditional_t<kShares, ControlBlocks, NoControlBlocks> control_blocks_;
+  [[no_unique_address]] std::conditional_t<kShares, detail::ControlBlocks, NoControlBlocks>
+      control_blocks_;
 };
 
 /// A subscription whose callback is a coroutine.

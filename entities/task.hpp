@@ -12,9 +12,10 @@
 #include <utility>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/transport/message_block.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class TaskRunner;
 

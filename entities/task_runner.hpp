@@ -13,11 +13,12 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/entities/task.hpp"
 #include "takt/entities/timer.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Has a runner, and waits for one of its tasks to end.
 /// Thread safety and real-time: task_ended on any thread; it neither blocks nor allocates.

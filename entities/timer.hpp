@@ -10,9 +10,10 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/simulated_clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A periodic timer. Its releases are start + n × period: it always keeps this phase. At most one
 /// release is outstanding; those that come due meanwhile are counted as missed, and the timer

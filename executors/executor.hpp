@@ -18,11 +18,12 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/executors/engine/trace_ring.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class Watchdog;
 

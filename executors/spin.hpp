@@ -5,9 +5,10 @@
 
 #include <memory>
 
+#include "takt/base/visibility.hpp"
 #include "takt/executors/executor.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// While this object lives, SIGINT and SIGTERM cancel the executor instead of ending the process. A
 /// second signal of the same kind ends the process, so pressing Ctrl-C twice always works. Several

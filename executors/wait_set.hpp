@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// For a loop in user code, like rclcpp::WaitSet: wait until an entity is ready, then take from the
 /// entities in any order. It is level-triggered: an entity stays ready until everything is taken.

@@ -10,7 +10,9 @@
 #include <string>
 #include <utility>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// A std::string or std::vector with at most `kMost` elements. An operation that would exceed the
 /// bound throws std::length_error and changes nothing. `get()` gives read access to the container.

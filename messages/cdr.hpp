@@ -17,9 +17,10 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/bounded.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 static_assert(std::endian::native == std::endian::little, "the encoding equals the memory layout");
 

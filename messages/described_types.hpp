@@ -7,9 +7,10 @@
 #include <string>
 #include <string_view>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/type_description.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The types of one description: names and fields, for those that read and write bytes field by
 /// field. No program has a C++ type of them, so they have no size and encode nothing.

@@ -8,7 +8,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 build=$(cd "$1" && pwd)
 shift
 compile=(clang++ -std=c++20 -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all
-  -I "$build/include/messages")
+  -I "$build/include/messages" -I "$build/include/base")
 
 work=$build/fuzz
 mkdir -p "$work"

@@ -8,7 +8,7 @@
 
 namespace takt {
 
-MessageType finish_message_type(MessageType type) {
+MessageType detail::finish_message_type(MessageType type) {
   // FNV-1a, 64 bits.
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&hash](std::string_view text) {
@@ -44,7 +44,8 @@ const MessageType& serialized_type(std::string_view name) {
                          std::memcpy(bytes.extend(from.size()), from.data(), from.size());
                        },
                    .decode = [](std::span<const std::byte>, void*) { return false; }};
-  return types.try_emplace(std::string(name), finish_message_type(std::move(type))).first->second;
+  return types.try_emplace(std::string(name), detail::finish_message_type(std::move(type)))
+      .first->second;
 }
 
 }  // namespace takt

@@ -14,9 +14,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/cdr.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 struct MessageType;
 
@@ -96,6 +97,8 @@ const MessageType& message_type() {
 const MessageType& serialized_type(std::string_view name);
 
 // ---- Implementation of TAKT_MESSAGE ----
+
+namespace detail {
 
 /// Computes size and hash from the fields.
 MessageType finish_message_type(MessageType type);
@@ -206,6 +209,8 @@ bool decode_message(std::span<const std::byte> bytes, void* message) {
   return reader.ok();
 }
 
+}  // namespace detail
+
 // ---- Common parts of generated messages ----
 
 /// Initialization of a generated message, as in ROS 2. Every field always has a value: zero or
@@ -226,6 +231,8 @@ struct MessagePointers {
   friend bool operator==(const MessagePointers&, const MessagePointers&) = default;
 };
 
+namespace detail {
+
 template <class T>
 MessageType generated_message_type(const char* name, std::vector<MessageField> fields) {
   return finish_message_type({.name = name,
@@ -236,6 +243,8 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
                               .encode = &encode_message<T>,
                               .decode = &decode_message<T>});
 }
+
+}  // namespace detail
 
 // ---- TAKT_MESSAGE ----
 
@@ -251,7 +260,7 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
   macro(type, field) __VA_OPT__(, TAKT_FOR_EACH_AGAIN TAKT_PARENS(macro, type, __VA_ARGS__))
 #define TAKT_FOR_EACH_AGAIN() TAKT_FOR_EACH_STEP
 #define TAKT_DESCRIBE_FIELD(type, field) \
-  ::takt::describe_field<decltype(type::field)>(#field, offsetof(type, field))
+  ::takt::detail::describe_field<decltype(type::field)>(#field, offsetof(type, field))
 
 #define TAKT_VISIT_FIELD(message, field) visitor(message.field)
 
@@ -260,14 +269,14 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
 /// of declaration.
 #define TAKT_MESSAGE(Type, type_name, ...)                                                  \
   [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {       \
-    static const ::takt::MessageType type = ::takt::finish_message_type(                    \
+    static const ::takt::MessageType type = ::takt::detail::finish_message_type(            \
         {.name = type_name,                                                                 \
          .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},   \
          .size = sizeof(Type),                                                              \
          .alignment = alignof(Type),                                                        \
          .fixed_size = std::is_trivially_copyable_v<Type>,                                  \
-         .encode = &::takt::encode_message<Type>,                                           \
-         .decode = &::takt::decode_message<Type>});                                         \
+         .encode = &::takt::detail::encode_message<Type>,                                   \
+         .decode = &::takt::detail::decode_message<Type>});                                 \
     return type;                                                                            \
   }                                                                                         \
   template <class Visitor, class Message>                                                   \

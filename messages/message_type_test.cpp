@@ -169,7 +169,8 @@ TEST(MessageType, HasALayoutHashThatSeesNestedMessages) {
 
 TEST(MessageType, EndsEachWordThatGoesIntoTheHash) {
   const auto hash = [](const char* name, const char* type) {
-    return finish_message_type({.name = "x", .fields = {{name, type, 0, true}}}).layout_hash;
+    return detail::finish_message_type({.name = "x", .fields = {{name, type, 0, true}}})
+        .layout_hash;
   };
   EXPECT_NE(hash("ab", "c"), hash("a", "bc"));
 }

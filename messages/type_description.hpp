@@ -7,10 +7,11 @@
 #include <string>
 #include <string_view>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/messages/type_description_interfaces/msg/type_description.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 using TypeDescription = type_description_interfaces::msg::TypeDescription;
 

@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cstdint>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Shared by the managed entities of one LifecycleNode. It begins closed.
 ///

@@ -12,9 +12,10 @@
 #include <vector>
 
 #include "takt/base/histogram.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 class Node;
 

@@ -9,9 +9,10 @@
 #include <optional>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Chain instances that are about to continue as one.
 /// Thread safety: none; the owner's lock guards it.

@@ -12,13 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/callback_gate.hpp"
 #include "takt/nodes/lifecycle_publisher.hpp"
 #include "takt/nodes/lifecycle_state_machine.hpp"
 #include "takt/nodes/managed_entities.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The result of a request. True: the callback returned SUCCESS.
 struct TransitionResult {

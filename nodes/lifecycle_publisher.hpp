@@ -9,10 +9,11 @@
 #include <utility>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/nodes/callback_gate.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A publisher of a LifecycleNode: what is published while the node is not active goes nowhere. It
 /// is counted, and a warning is logged once for each time that the node is not active. Callbacks

@@ -9,7 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 // Source of the table: design.ros2.org/articles/node_lifecycle.html, with the ids, labels and order
 // of rcl_lifecycle. Nothing here changes or throws, so it may be used from any thread.

@@ -12,11 +12,12 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/entities/timer.hpp"
 #include "takt/nodes/callback_gate.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// How a LifecycleNode notifies its managed entities. The gate alone decides whether they run;
 /// these calls wake their listeners.

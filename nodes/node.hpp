@@ -20,6 +20,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/client.hpp"
 #include "takt/entities/file_descriptor.hpp"
 #include "takt/entities/generic_publisher.hpp"
@@ -35,7 +36,7 @@
 #include "takt/nodes/node_options.hpp"
 #include "takt/nodes/node_parameters.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The callbacks of a node that publish on a topic, as the options of its publishers say.
 struct PublishingCallbacks {

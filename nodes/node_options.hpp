@@ -12,11 +12,12 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/simulated_clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/parameter.hpp"
 #include "takt/transport/dds/participant.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Settings of a node that the system description gives. A component's constructor takes them and
 /// passes them to Node.

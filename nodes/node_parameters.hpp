@@ -18,9 +18,10 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/parameter.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Called first, with the values that are to be set; may change, add and remove some.
 using PreSetParametersCallback = std::function<void(Parameters&)>;

@@ -11,7 +11,9 @@
 #include <variant>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// The value of a parameter: rcl_interfaces' types in their order. The first one is not set.
 using ParameterValue =

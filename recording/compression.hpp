@@ -11,7 +11,9 @@
 #include <string_view>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
 
 /// The names of compressions in MCAP files, but that of none is empty there: "none", "lz4", "zstd".
 std::span<const std::string> compressions();

@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "takt/base/regular_file.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/recording/compression.hpp"
 #include "takt/recording/ring_file.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// A recorded topic.
 struct RecordedTopic {

@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
 
 /// The constructor registers the buffers with the kernel. The caller fills one buffer at a time and
 /// passes it on; the kernel writes it while the caller fills the next one. While all buffers are

@@ -7,13 +7,14 @@
 #include <string>
 #include <string_view>
 
+#include "takt/base/visibility.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/messages/action_msgs/msg/goal_status_array.hpp"
 #include "takt/messages/action_msgs/srv/cancel_goal.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A type that describes an action: `struct Fibonacci { struct Goal {...}; struct Result {...};
 /// struct Feedback {...}; };`, with TAKT_MESSAGE(Fibonacci::Goal,
@@ -72,8 +73,8 @@ struct SendGoal {
       visitor(self.goal_id), visitor(self.goal);
     }
     static std::vector<MessageField> fields() {
-      return {describe_field<GoalId>("goal_id", offsetof(Request, goal_id)),
-              describe_field<typename A::Goal>("goal", offsetof(Request, goal))};
+      return {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id)),
+              detail::describe_field<typename A::Goal>("goal", offsetof(Request, goal))};
     }
   };
   struct Response {
@@ -87,8 +88,9 @@ struct SendGoal {
       visitor(self.accepted), visitor(self.stamp);
     }
     static std::vector<MessageField> fields() {
-      return {describe_field<bool>("accepted", offsetof(Response, accepted)),
-              describe_field<builtin_interfaces::msg::Time>("stamp", offsetof(Response, stamp))};
+      return {detail::describe_field<bool>("accepted", offsetof(Response, accepted)),
+              detail::describe_field<builtin_interfaces::msg::Time>("stamp",
+                                                                    offsetof(Response, stamp))};
     }
   };
 };
@@ -105,7 +107,7 @@ struct GetResult {
       visitor(self.goal_id);
     }
     static std::vector<MessageField> fields() {
-      return {describe_field<GoalId>("goal_id", offsetof(Request, goal_id))};
+      return {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id))};
     }
   };
   struct Response {
@@ -119,8 +121,8 @@ struct GetResult {
       visitor(self.status), visitor(self.result);
     }
     static std::vector<MessageField> fields() {
-      return {describe_field<std::int8_t>("status", offsetof(Response, status)),
-              describe_field<typename A::Result>("result", offsetof(Response, result))};
+      return {detail::describe_field<std::int8_t>("status", offsetof(Response, status)),
+              detail::describe_field<typename A::Result>("result", offsetof(Response, result))};
     }
   };
 };
@@ -137,8 +139,9 @@ struct FeedbackMessage {
     visitor(self.goal_id), visitor(self.feedback);
   }
   static std::vector<MessageField> fields() {
-    return {describe_field<GoalId>("goal_id", offsetof(FeedbackMessage, goal_id)),
-            describe_field<typename A::Feedback>("feedback", offsetof(FeedbackMessage, feedback))};
+    return {detail::describe_field<GoalId>("goal_id", offsetof(FeedbackMessage, goal_id)),
+            detail::describe_field<typename A::Feedback>("feedback",
+                                                         offsetof(FeedbackMessage, feedback))};
   }
 };
 
@@ -154,12 +157,12 @@ const MessageType& takt_message_type(const T*) {
     constexpr std::string_view kGoal = "_Goal";
     std::string name = message_type<typename T::Action::Goal>().name;
     if (name.ends_with(kGoal)) name.resize(name.size() - kGoal.size());
-    return finish_message_type({.name = name.append(T::kName),
-                                .fields = T::fields(),
-                                .size = sizeof(T),
-                                .alignment = alignof(T),
-                                .encode = &encode_message<T>,
-                                .decode = &decode_message<T>});
+    return detail::finish_message_type({.name = name.append(T::kName),
+                                        .fields = T::fields(),
+                                        .size = sizeof(T),
+                                        .alignment = alignof(T),
+                                        .encode = &detail::encode_message<T>,
+                                        .decode = &detail::decode_message<T>});
   }();
   return type;
 }

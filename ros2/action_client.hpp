@@ -13,10 +13,11 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A goal that a server has accepted. `state` is the last one that the server reported.
 /// Thread safety: every method from any thread.

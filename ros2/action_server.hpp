@@ -15,11 +15,12 @@
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
 #include "takt/ros2/wire_time.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A goal that is deferred stays accepted until ServerGoalHandle::execute.
 enum class GoalResponse { reject, accept_and_execute, accept_and_defer };

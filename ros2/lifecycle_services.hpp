@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/lifecycle_msgs/msg/transition_event.hpp"
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_available_states.hpp"
@@ -12,7 +13,7 @@
 #include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// ROS 2's interface of a managed node, as `ros2 lifecycle` and launch files use it: the services
 /// ~/change_state, ~/get_state, ~/get_available_states, ~/get_available_transitions,

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_event.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_value.hpp"
 #include "takt/messages/rcl_interfaces/srv/describe_parameters.hpp"
@@ -15,7 +16,7 @@
 #include "takt/messages/rcl_interfaces/srv/set_parameters_atomically.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The value on the wire, and back. Throws Error when it is of an unknown type.
 rcl_interfaces::msg::ParameterValue to_message(const ParameterValue& value);

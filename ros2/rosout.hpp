@@ -5,10 +5,11 @@
 
 #include <memory>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/rcl_interfaces/msg/log.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Publishes every line that this process logs on `/rosout`, as a publisher of the host, from the
 /// thread `log`: a callback that logs does no more than before. Lines of nodes have their names,

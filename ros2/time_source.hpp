@@ -9,10 +9,11 @@
 
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/simulated_clock.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/messages/rosgraph_msgs/msg/clock.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Follows `/clock` while a clock needs it: that of a node which has this as its time source, and
 /// whose `use_sim_time` is true. Several nodes may share one.

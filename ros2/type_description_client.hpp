@@ -8,10 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Asks the nodes that publish or subscribe to a type for its description, by their service
 /// `get_type_description`: one node after the other, two seconds each. Nothing blocks; a timer of

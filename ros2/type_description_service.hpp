@@ -5,10 +5,11 @@
 
 #include <memory>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 #include "takt/nodes/node.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Serves `get_type_description` under the full name of a node: others ask it for a type that they
 /// have not compiled in, by the name and hash that the node's topics, services and actions

@@ -6,9 +6,10 @@
 #include <chrono>
 #include <cstdint>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/builtin_interfaces/msg/time.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Time since 1970, as ROS 2 sends it.
 inline builtin_interfaces::msg::Time wire_time(

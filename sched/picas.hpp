@@ -7,7 +7,10 @@
 #include <limits>
 #include <vector>
 
-namespace takt::picas {
+#include "takt/base/visibility.hpp"
+
+namespace takt {
+namespace TAKT_PUBLIC picas {
 
 /// What is known of a callback. A unit is what an executor is given as a whole: a callback group.
 struct Callback {
@@ -50,6 +53,7 @@ struct Assignment {
 Assignment assign(const std::vector<Callback>& callbacks, const std::vector<Chain>& chains,
                   const std::vector<int>& cpus, int highest);
 
-}  // namespace takt::picas
+}  // namespace picas
+}  // namespace takt
 
 #endif  // TAKT_SCHED_PICAS_HPP_

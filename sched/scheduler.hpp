@@ -16,8 +16,9 @@
 #include "takt/base/registry.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/version.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The kind of a callback; the order is that in which rclcpp serves them.
 enum class EntityKind : std::uint8_t { timer, subscription, service, client, waitable };

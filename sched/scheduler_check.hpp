@@ -5,9 +5,10 @@
 
 #include <string_view>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Creates a few of these schedulers and uses them as executors do, with a fixed random sequence.
 /// Throws Error if one loses, repeats or invents callbacks, allocates after configure() (detected

@@ -5,7 +5,9 @@
 
 #include <string>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Loads the library, checks the scheduler that it registers under this name (see check_scheduler),
 /// and adds it to schedulers(). Other schedulers of the library are added by their own calls.

@@ -10,8 +10,9 @@
 #include <string_view>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 enum class EndpointEvent {
   matched,             // a compatible endpoint has appeared or disappeared

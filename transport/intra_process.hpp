@@ -12,12 +12,13 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/keep_last_ring.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 #include "takt/transport/endpoint_events.hpp"
 #include "takt/transport/message_block.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// What both ends of a service, or of a client, publish about it.
 struct ServiceIdentity {

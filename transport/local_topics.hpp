@@ -5,9 +5,10 @@
 
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 struct LocalTopics {
   std::vector<Endpoint> publishers, subscriptions;

@@ -12,8 +12,9 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/pool.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// When something became ready: in order of arrival and, where a receiver needs it, in time.
 struct Arrival {

@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 enum class Reliability { best_effort, reliable };
 enum class Durability {

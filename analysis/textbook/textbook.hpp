@@ -13,8 +13,10 @@
 
 #include "takt/analysis/supply.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt::analysis::textbook {
+namespace takt::analysis {
+namespace TAKT_INTERNAL textbook {
 
 /// A task, or a chain of callbacks that a task begins. Each analysis reads some of it.
 struct Task {
@@ -129,6 +131,7 @@ Response longest_response(const TaskSet& set, const Task& task, Work&& work, ByO
        true);                                                                    \
   }
 
-}  // namespace takt::analysis::textbook
+}  // namespace textbook
+}  // namespace takt::analysis
 
 #endif  // TAKT_ANALYSIS_TEXTBOOK_TEXTBOOK_HPP_

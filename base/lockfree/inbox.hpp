@@ -5,7 +5,9 @@
 
 #include <atomic>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// An intrusive list of T (linked by `T::inbox_next`). A push is a single compare-and-swap, so a
 /// thread that is preempted anywhere never hides what others pushed (unlike the exchange-based

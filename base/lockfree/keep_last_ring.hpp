@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <memory>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Pointers to items in order of arrival; a push into a full ring gives back the oldest.
 ///

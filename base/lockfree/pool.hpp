@@ -9,7 +9,9 @@
 #include <memory>
 #include <utility>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// What does not depend on the type of a pool's objects: which of them, by their numbers, may be
 /// lent.

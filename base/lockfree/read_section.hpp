@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cstdint>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// While an object of this class lives, nothing that the thread reached through an atomic pointer
 /// *after* constructing it is freed by a thread that calls `wait_for_readers()` first.

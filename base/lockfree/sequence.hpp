@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cstdint>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// The next number: every message and every timer release draws one, so that a scheduler can tell
 /// which came first whatever they are. One counter for all costs a cache line that publishing

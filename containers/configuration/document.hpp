@@ -13,9 +13,11 @@
 #include <variant>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 
-namespace takt::document {
+namespace takt {
+namespace TAKT_INTERNAL document {
 
 /// Collects the errors of one file.
 /// Thread safety: none.
@@ -116,6 +118,7 @@ bool is_json(std::string_view path);
 /// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.
 Value read(const std::string& path, Errors& errors);
 
-}  // namespace takt::document
+}  // namespace document
+}  // namespace takt
 
 #endif  // TAKT_CONTAINERS_CONFIGURATION_DOCUMENT_HPP_

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_INTERNAL takt {
 
 /// One key of a map. Texts are Markdown.
 struct ReferenceKey {

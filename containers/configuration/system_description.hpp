@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/callback_groups/callback_group.hpp"
 #include "takt/containers/load_policy.hpp"
 #include "takt/executors/executor.hpp"
@@ -17,7 +18,7 @@
 #include "takt/sched/threads/thread_attributes.hpp"
 #include "takt/transport/dds/participant.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A position in a file: "robot.yaml:12".
 using SourceLine = std::string;

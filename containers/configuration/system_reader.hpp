@@ -14,10 +14,11 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/document.hpp"
 #include "takt/containers/configuration/reference.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Converts a document to a SystemDescription. It collects errors and continues, so that one run
 /// reports all of them. The same tables generate the reference: while describing, the reader visits

@@ -10,8 +10,9 @@
 #include <vector>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// One callback in a run. Execution times are processor time, not wall-clock time.
 struct MeasuredCallback {

@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "takt/analysis/system.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// A thread of an executor.
 struct ModelledThread {

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The places of callbacks that become ready at the same time, from 0. Those between which the
 /// order of arrival decides have the same. `infos` have the ids 0, 1, …

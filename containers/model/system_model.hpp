@@ -10,11 +10,12 @@
 #include <vector>
 
 #include "takt/analysis/analysis.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/model/measured_model.hpp"
 #include "takt/containers/planning/plan.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// What a container says of its process, see Container::modelled.
 struct ModelledProcess {

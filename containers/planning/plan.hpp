@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/picas.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// "/node/callback".
 std::string to_string(const Chain::Step& step);

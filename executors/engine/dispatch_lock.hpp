@@ -11,8 +11,9 @@
 #include <linux/futex.h>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A lock with priority inheritance that favours a worker which is alone with it: it then costs
 /// that worker two stores and two loads, and no atomic operation, as long as no other wants it.

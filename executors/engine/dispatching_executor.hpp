@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/pace.hpp"
@@ -19,7 +20,7 @@
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Throws Error if `spin` or `early_wake` is out of its limits, or if these threads, instead of
 /// those of the options, cannot spin always.

@@ -7,8 +7,9 @@
 #include <cstdint>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Shows a fast loop that about one interval has passed, with few clock readings: one in a tenth of
 /// the interval, or one in 64 rounds when these are very short. When short rounds suddenly become

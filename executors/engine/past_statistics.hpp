@@ -6,9 +6,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/executors/executor.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The statistics of removed callbacks, for the result of a run: for example of a lifecycle node
 /// that drops its callbacks before the end. Node, group, name and kind identify a callback; one

@@ -15,12 +15,13 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/watchdog.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The effective parameters of a callback. They may change at a dispatch point.
 struct CallbackSettings {

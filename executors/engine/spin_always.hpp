@@ -6,9 +6,10 @@
 #include <cstddef>
 #include <span>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Checks the threads that never sleep; `others` are those that do. None may have SCHED_DEADLINE,
 /// whose runtime it would use up. One that nothing can preempt starves what else is on its CPU, so

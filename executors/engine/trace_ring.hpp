@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// One execution of a callback.
 struct TraceEvent {

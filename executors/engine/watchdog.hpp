@@ -11,10 +11,11 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A thread that sleeps until the first deadline of all executors that use it, and calls the
 /// handlers of callbacks that have not ended by then. It costs about one wake-up for each release

@@ -9,10 +9,11 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/registry.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A semaphore with a deadline: a post is never lost, and wakes one worker. Some watch file
 /// descriptors in the same wait. They report edges, not levels: a notified listener checks the

@@ -226,8 +226,9 @@ static void write_description(Writer* writer, const idl_member_t* member,
   writer->describes = true;
   declared_type(writer, member->type_spec, declarator, type);
   writer->describes = false;
-  fprintf(writer->out, "             ::takt::describe_field<%s>(\"%s\", offsetof(Type, %s)),\n",
-          type, name, name);
+  fprintf(writer->out,
+          "             ::takt::detail::describe_field<%s>(\"%s\", offsetof(Type, %s)),\n", type,
+          name, name);
 }
 
 static void write_visit(Writer* writer, const idl_member_t* member,
@@ -242,11 +243,12 @@ static void write_visit(Writer* writer, const idl_member_t* member,
 static void write_message_type(Writer* writer, const idl_struct_t* type) {
   char wire[kMostName];
   wire_name(type, wire);
-  fprintf(writer->out,
-          "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
-          "    static const ::takt::MessageType type = ::takt::generated_message_type<Type>(\n"
-          "        \"%s\",\n        {\n",
-          wire);
+  fprintf(
+      writer->out,
+      "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
+      "    static const ::takt::MessageType type = ::takt::detail::generated_message_type<Type>(\n"
+      "        \"%s\",\n        {\n",
+      wire);
   for_each_field(writer, type, 0, write_description);
   fputs("        });\n    return type;\n  }\n", writer->out);
   static const char* const kConst[] = {"", "const "};

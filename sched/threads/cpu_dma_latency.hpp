@@ -5,9 +5,10 @@
 
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// While the object lives, the kernel uses no idle state that takes longer than this to leave
 /// (/dev/cpu_dma_latency, kernel documentation "PM Quality of Service"). It holds for all CPUs, and

@@ -6,9 +6,10 @@
 #include <cstddef>
 #include <string>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Locks all present and future pages of the process (mlockall), and sets malloc to keep its
 /// memory, so that no callback meets a page fault. Returns what was refused and why, or nothing.

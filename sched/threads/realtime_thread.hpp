@@ -6,9 +6,10 @@
 #include <functional>
 #include <thread>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// Starts a thread, gives it its attributes in the thread itself, touches its stack, and only then
 /// calls `body`. The constructor returns when the attributes are in force, and throws the Error

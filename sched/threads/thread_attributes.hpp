@@ -10,8 +10,9 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/time.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A Linux scheduling policy of threads (sched(7)). The order of callbacks is that of a Scheduler.
 enum class ThreadPolicy { other, fifo, rr, batch, idle, deadline };

@@ -17,7 +17,7 @@ import urllib.parse
 
 import cpp_source
 from phrases import RETIRED
-from public_headers import internal_headers, is_public
+from public_headers import is_public
 
 MOST_LINES = 500
 MOST_LINES_OF_FUNCTION = 60
@@ -31,6 +31,7 @@ RULES = {
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
     "spdx": "sources with the SPDX line",
+    "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
@@ -98,8 +99,29 @@ def check_spdx(file, _):
         yield Finding(file.path, 1, "spdx", "no line 'SPDX-License-Identifier: Apache-2.0'")
 
 
-def check_contract(file, root):
-    if not is_public(file.path, internal_headers(root)):
+def check_public(file, root):
+    exporting = re.search(r"(?m)^namespace TAKT_(PUBLIC|INTERNAL) ", file.text)
+    public = is_public(file.path, file.text)
+    if not file.path.endswith(".hpp") or not (public or exporting):
+        return
+    macro = exporting[1] if exporting else "PUBLIC"
+    for found in re.finditer(r"(?m)^namespace (?!TAKT_)(takt\b.*)\{\n(?!namespace TAKT_)", file.text):
+        yield Finding(file.path, file.text.count("\n", 0, found.start()) + 1, "public",
+                      f"write 'namespace TAKT_{macro} {found[1]}{{', or move it to a header of its own")
+    for number, line in enumerate(file.lines, 1):
+        included = re.match(r'#include "takt/(.*)"', line)
+        header = root / included[1] if included else None
+        if not header or not header.is_file():
+            continue
+        text = header.read_text(encoding="utf-8")
+        if not is_public(included[1], text) and (public or "\nnamespace TAKT_INTERNAL " not in text):
+            yield Finding(file.path, number, "public",
+                          f"the namespace of {included[1]} must be " +
+                          ("TAKT_PUBLIC" if public else "TAKT_PUBLIC or TAKT_INTERNAL") + ", too")
+
+
+def check_contract(file, _):
+    if not is_public(file.path, file.text):
         return
     for kind, name, first, _, around in cpp_source.outline(file.text):
         is_public_class = (
@@ -270,8 +292,8 @@ def main():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
     findings = list(check_format(files, root))
     for file in files:
-        for rule in (check_file_length, check_function_length, check_spdx, check_contract,
-                     check_links, check_phrases):
+        for rule in (check_file_length, check_function_length, check_spdx, check_public,
+                     check_contract, check_links, check_phrases):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -54,7 +54,7 @@ def function(name, lines):
 
 GOOD = {
     "base/good.hpp": SPDX + """
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// A list of `news { of } {`.
 ///
@@ -121,15 +121,28 @@ def test_rules():
         refused(f"no SPDX line in {path}", {path: "\n"},
                 f"{path}:1: no line 'SPDX-License-Identifier: Apache-2.0'")
     refused("a public class without its contract",
-            {"base/a.hpp": SPDX + "\nnamespace takt {\n\n/// A.\n/// Real-time: yes.\nclass A {};\n\n"
+            {"base/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\n/// A.\n/// Real-time: yes.\nclass A {};\n\n"
              "class B {};\n\n}  // namespace takt\n"},
             "base/a.hpp:7: the comment of A has no 'Thread safety:'",
             "base/a.hpp:9: the comment of B has no 'Thread safety:' and no 'Real-time:'")
     a_class = SPDX + "class A {};\n"
     accepted("a class that is not installed has none",
-             {"tools/a.hpp": a_class, "base/own.hpp": a_class, "base/other.hpp": a_class,
-              "cmake/TaktPackage.cmake": "# SPDX-License-Identifier: Apache-2.0\nlist(FILTER headers "
-              'EXCLUDE REGEX "_test\\\\.hpp$|/(own|\\\nother)\\\\.hpp$")\n'})
+             {"tools/a.hpp": a_class, "base/own.hpp": SPDX + "namespace takt {\n\nclass A {};\n\n"
+              "}  // namespace takt\n"})
+    own = SPDX + "namespace takt {\n\nint c();\n\n}  // namespace takt\n"
+    refused("a public header with what is not exported, or not installed",
+            {"base/a.hpp": SPDX + '#include "takt/base/own.hpp"\n\nnamespace TAKT_PUBLIC takt {\n\nint a();\n\n'
+             "}  // namespace takt\n\nnamespace takt {\n\nint b();\n\n}  // namespace takt\n",
+             "base/own.hpp": own},
+            "base/a.hpp:2: the namespace of base/own.hpp must be TAKT_PUBLIC, too",
+            "base/a.hpp:10: write 'namespace TAKT_PUBLIC takt {', or move it to a header of its own")
+    internal = (SPDX + '#include "takt/base/a.hpp"\n\nnamespace takt {\nnamespace TAKT_INTERNAL inner {\n\nint a();\n\n'
+                "}  // namespace inner\n}  // namespace takt\n")
+    refused("an internal header that includes one whose names are hidden",
+            {"base/b.hpp": internal, "base/a.hpp": own},
+            "base/b.hpp:2: the namespace of base/a.hpp must be TAKT_PUBLIC or TAKT_INTERNAL, too")
+    accepted("an internal header that includes a public one",
+             {"base/b.hpp": internal, "base/a.hpp": own.replace("namespace", "namespace TAKT_PUBLIC", 1)})
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},

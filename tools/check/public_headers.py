@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Prints the headers that are installed, and so make the interface of the library.
 
-cmake/TaktPackage.cmake says which are not.
+These are the headers of the library whose namespace is TAKT_PUBLIC, and those without one, which
+have macros or includes only. cmake/TaktPackage.cmake installs them.
 SPDX-License-Identifier: Apache-2.0
 """
-import functools
 import pathlib
 import re
 import subprocess
@@ -12,23 +12,16 @@ import subprocess
 NOT_INSTALLED = {"bench", "examples", "measuring", "rt_tests", "testing", "tools"}
 
 
-@functools.lru_cache
-def internal_headers(root):
-    """The pattern of the headers that cmake/TaktPackage.cmake does not install."""
-    package = root / "cmake/TaktPackage.cmake"
-    text = package.read_text(encoding="utf-8") if package.exists() else ""
-    found = re.search(r'headers EXCLUDE REGEX "((?:[^"\\]|\\.)*)"', text, re.DOTALL)
-    return re.compile(found[1].replace("\\\n", "").replace(r"\\", "\\") if found else r"_test\.hpp$")
-
-
-def is_public(path, internal):
+def is_public(path, text):
     return (path.endswith(".hpp") and path.split("/")[0] not in NOT_INSTALLED
-            and not internal.search(path))
+            and (re.search(r"(?m)^namespace TAKT_PUBLIC ", text) is not None
+                 or re.search(r"(?m)^namespace ", text) is None))
 
 
 if __name__ == "__main__":
     tree = pathlib.Path(__file__).resolve().parents[2]
-    pattern = internal_headers(tree)
     listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"],
                             cwd=tree, capture_output=True, text=True, check=True).stdout
-    print("\n".join(path for path in listed.splitlines() if is_public(path, pattern)))
+    for path in listed.splitlines():
+        if path.endswith(".hpp") and is_public(path, (tree / path).read_text(encoding="utf-8")):
+            print(path)

@@ -11,9 +11,10 @@
 #include <dds/ddsi/ddsi_sertype.h>
 
 #include "takt/base/lockfree/pool.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// A message on its way through Cyclone: its bytes, or the chunk of shared memory that it lies in.
 struct Serdata : ddsi_serdata, PoolNode<Serdata> {

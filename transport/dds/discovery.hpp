@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// The ranges of ROS 2 (REP 2016's successor, "Improved dynamic discovery" of Iron and later), and
 /// one that is stricter.

@@ -7,9 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/qos.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The form in which a process announces its nodes. Others see its topics and services anyway.
 enum class RosGraph {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 #include "takt/transport/dds/discovery.hpp"
 #include "takt/transport/dds/graph.hpp"
@@ -19,7 +20,7 @@
 
 struct ddsi_serdata;  // Cyclone DDS: a message as it travels
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
 
 /// The number in the environment's ROS_DOMAIN_ID, else 0. Throws Error when that is no domain.
 int default_domain();

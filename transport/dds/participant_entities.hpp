@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/messages/rmw_dds_common/msg/participant_entities_info.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// Humble's messages: an id has 24 bytes, the 16 of a DDS GUID and zeros.
-namespace humble {
+namespace TAKT_INTERNAL humble {
 
 struct Gid {
   std::array<std::uint8_t, 24> data{};

@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/visibility.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// iceoryx overwrites the oldest in a reader's queue when that is late, and does not report it; nor
 /// does it of what is sent before RouDi has joined the reader to a writer that it knows already.

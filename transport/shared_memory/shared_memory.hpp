@@ -13,7 +13,9 @@
 
 #include <sys/types.h>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Whether messages of fixed size go to other processes by shared memory.
 enum class SharedMemory {

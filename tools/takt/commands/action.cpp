@@ -125,22 +125,22 @@ struct ActionTypes {
         goal(finder.require(name + "_Goal")),
         send_request(make(name + "_SendGoal_Request", {id, field("goal", goal)})),
         send_response(make(name + "_SendGoal_Response",
-                           {describe_field<bool>("accepted", 0),
-                            describe_field<builtin_interfaces::msg::Time>("stamp", 0)})),
+                           {detail::describe_field<bool>("accepted", 0),
+                            detail::describe_field<builtin_interfaces::msg::Time>("stamp", 0)})),
         result_request(make(name + "_GetResult_Request", {id})),
         result_response(make(name + "_GetResult_Response",
-                             {describe_field<std::int8_t>("status", 0),
+                             {detail::describe_field<std::int8_t>("status", 0),
                               field("result", finder.require(name + "_Result"))})),
         feedback(make(name + "_FeedbackMessage",
                       {id, field("feedback", finder.require(name + "_Feedback"))})) {}
   ActionTypes(const ActionTypes&) = delete;
 
   static MessageType make(std::string name, std::vector<MessageField> fields) {
-    return finish_message_type({.name = std::move(name), .fields = std::move(fields)});
+    return detail::finish_message_type({.name = std::move(name), .fields = std::move(fields)});
   }
 
   TypeFinder finder;
-  const MessageField id = describe_field<GoalId>("goal_id", 0);
+  const MessageField id = detail::describe_field<GoalId>("goal_id", 0);
   const MessageType& goal;
   const MessageType send_request, send_response, result_request, result_response, feedback;
 };

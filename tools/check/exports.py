@@ -1,0 +1,54 @@
+#!/usr/bin/env python3
+"""Compares what a library exports with what its public and internal headers declare: exports.py LIBRARY
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# What is exported without being declared in such a header as part of an interface, with the reason.
+OTHERS = {
+    "takt_try_library": "the program of this name calls it",
+    "takt::detail::finish_message_type": "TAKT_MESSAGE calls it",
+    "takt::detail::ControlBlocks": "templates of subscriptions call it",
+}
+
+
+def declared():
+    """The words of the headers that export."""
+    words = set()
+    for header in subprocess.run(["git", "ls-files", "*.hpp"], cwd=ROOT, capture_output=True, text=True,
+                                 check=True).stdout.splitlines():
+        text = (ROOT / header).read_text(encoding="utf-8")
+        if re.search(r"(?m)^namespace TAKT_(PUBLIC|INTERNAL) ", text):
+            words.update(re.findall(r"\w+", text))
+    return words
+
+
+def exported(library):
+    """Demangled names of what is compiled into the library, as opposed to copies of inline code."""
+    listed = subprocess.run(["nm", "-DC", "--defined-only", library], capture_output=True, text=True, check=True)
+    for line in listed.stdout.splitlines():
+        _, kind, name = line.split(" ", 2)
+        name = name.replace("[abi:cxx11]", "").replace("non-virtual thunk to ", "")
+        if kind in "TDBRV" and not re.search(r"\bstd::|\bfmt::|^typeinfo (name )?for void ", name.split("(")[0]):
+            yield name
+
+
+def main():
+    words = declared()
+    found = []
+    for name in exported(sys.argv[1]):
+        path = re.sub(r"\(.*|<.*|^.* for ", "", name)
+        parts = path.replace("~", "").split("::")
+        is_other = any(path == other or path.startswith(other + "::") for other in OTHERS)
+        if not is_other and ("detail" in parts or not words.issuperset(parts)):
+            found.append(name)
+    print("\n".join(found))
+    sys.exit(f"{len(found)} names are exported that no TAKT_PUBLIC or TAKT_INTERNAL header has" if found else 0)
+
+
+main()
