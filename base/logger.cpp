@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <mutex>
 
+#include <boost/lockfree/queue.hpp>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -49,10 +50,10 @@ Logger& Logger::instance() {
   return logger;
 }
 
-Logger::Logger()
-    : records_(
-          Pool<Record>::create(kRecords, [](std::uint32_t) { return std::make_unique<Record>(); })),
-      writer_(write_to_stderr) {
+// Lines by value. No thread waits for another, and nothing allocates.
+struct Logger::Queue : boost::lockfree::queue<Record, boost::lockfree::capacity<kRecords>> {};
+
+Logger::Logger() : queue_(std::make_unique<Queue>()), writer_(write_to_stderr) {
 }
 
 Logger::~Logger() {
@@ -85,36 +86,35 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   function_.wait(&function);
 }
 
-// nullptr: too many lines are on their way.
-Logger::Record* Logger::begin(LogLevel level) noexcept {
+// False: too many lines are on their way.
+bool Logger::take_room() noexcept {
   start();
-  Record* record = records_->acquire();
-  if (record == nullptr) {
-    dropped_.fetch_add(1, std::memory_order_relaxed);
-    return nullptr;
+  std::size_t taken = taken_.load(std::memory_order_relaxed);
+  while (taken < kRecords) {
+    if (taken_.compare_exchange_weak(taken, taken + 1)) return true;
   }
-  record->level = level;
-  record->source_size = 0;
-  return record;
+  dropped_.fetch_add(1, std::memory_order_relaxed);
+  return false;
 }
 
 void Logger::write_as(std::string_view source, LogLevel level, std::string_view text) {
-  Record* record = begin(level);
-  if (record == nullptr) return;
-  const auto end = fmt::format_to_n(record->text, kLineBytes, "{}: {}", source, text);
-  record->size = std::min<std::size_t>(end.size, kLineBytes);
-  record->source_size = source.size();
-  hand_over(*record);
+  if (!take_room()) return;
+  Record record;
+  const auto end = fmt::format_to_n(record.text, kLineBytes, "{}: {}", source, text);
+  record.size = std::min<std::size_t>(end.size, kLineBytes);
+  record.source_size = source.size();
+  hand_over(level, record);
 }
 
 void Logger::set_listener(std::function<void(const LogLine&)> listener) {
   run_in_thread([&] { listener_.swap(listener); });
 }
 
-void Logger::hand_over(Record& record) noexcept {
+void Logger::hand_over(LogLevel level, Record& record) noexcept {
+  record.level = level;
   record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
-  inbox_.push(record);
+  queue_->push(record);  // it has room
   work_.fetch_add(1);
   work_.notify_one();
 }
@@ -129,21 +129,9 @@ void Logger::write_until_stopped() {
       function_.store(nullptr);
       function_.notify_one();
     }
-    for (Record* record = inbox_.take_all(); record != nullptr;) {
-      Record* next = record->inbox_next;
-      const std::string_view line(record->text, record->size);
-      writer_(record->level, line);
-      if (listener_) {
-        const bool has_source = record->source_size != 0 && record->source_size + 2 <= line.size();
-        listener_({record->level, record->time,
-                   has_source ? line.substr(0, record->source_size) : std::string_view(),
-                   has_source ? line.substr(record->source_size + 2) : line});
-      }
-      Pool<Record>::recycle(*record);
-      written_.fetch_add(1);
-      written_.notify_all();
-      record = next;
-    }
+    // Not until it is empty: others may log without end.
+    Record record;
+    for (std::size_t i = 0; i < kRecords && queue_->pop(record); ++i) write_line(record);
     if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported) {
       writer_(LogLevel::warn, fmt::format("{} log lines were dropped: more than {} at once",
                                           dropped - dropped_reported, kRecords));
@@ -152,6 +140,20 @@ void Logger::write_until_stopped() {
     if (stopping) return;
     work_.wait(seen);
   }
+}
+
+void Logger::write_line(const Record& record) {
+  const std::string_view line(record.text, record.size);
+  writer_(record.level, line);
+  if (listener_) {
+    const bool has_source = record.source_size != 0 && record.source_size + 2 <= line.size();
+    listener_({record.level, record.time,
+               has_source ? line.substr(0, record.source_size) : std::string_view(),
+               has_source ? line.substr(record.source_size + 2) : line});
+  }
+  taken_.fetch_sub(1);
+  written_.fetch_add(1);
+  written_.notify_all();
 }
 
 void Logger::flush() {

@@ -15,8 +15,6 @@
 
 #include <fmt/format.h>
 
-#include "takt/base/lockfree/inbox.hpp"
-#include "takt/base/lockfree/pool.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -31,8 +29,8 @@ struct LogLine {
   std::string_view text;
 };
 
-/// A bounded logger: a line is formatted into a record of a fixed pool and handed to the thread
-/// `log`, which writes to stderr. When the pool is empty the line is dropped and counted, and
+/// A bounded logger: a line is formatted and handed, by a queue of fixed capacity, to the thread
+/// `log`, which writes to stderr. When the queue is full the line is dropped and counted, and
 /// the count is written as soon as there is room. The thread starts with the first line, or before
 /// the first callback of an executor, with the default attributes of a thread (SCHED_OTHER, all
 /// CPUs), and sleeps on a futex while there is nothing to write.
@@ -60,12 +58,12 @@ class Logger {
   /// As log, for a source with its own minimum level.
   template <class... Arguments>
   void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    Record* record = begin(level);
-    if (record == nullptr) return;
+    if (!take_room()) return;
+    Record record;
     const auto end =
-        fmt::format_to_n(record->text, kLineBytes, format, std::forward<Arguments>(arguments)...);
-    record->size = end.size < kLineBytes ? end.size : kLineBytes;
-    hand_over(*record);
+        fmt::format_to_n(record.text, kLineBytes, format, std::forward<Arguments>(arguments)...);
+    record.size = end.size < kLineBytes ? end.size : kLineBytes;
+    hand_over(level, record);
   }
   /// A line "source: text" of whatever level.
   void write_as(std::string_view source, LogLevel level, std::string_view text);
@@ -82,27 +80,29 @@ class Logger {
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
 
  private:
-  struct Record : PoolNode<Record> {
+  struct Record {
     LogLevel level;
     std::chrono::system_clock::time_point time;
-    std::size_t size, source_size;
+    std::size_t size, source_size = 0;
     char text[kLineBytes];
-    Record* inbox_next = nullptr;
   };
+  struct Queue;  // Boost's, which users of this header do not need
 
   Logger();
   ~Logger();
-  Record* begin(LogLevel level) noexcept;
-  void hand_over(Record& record) noexcept;
+  bool take_room() noexcept;
+  void hand_over(LogLevel level, Record& record) noexcept;
+  void write_line(const Record& record);
   void write_until_stopped();
 
-  PoolPtr<Record> records_;
-  Inbox<Record> inbox_;
+  const std::unique_ptr<Queue> queue_;
   std::function<void(LogLevel, std::string_view)> writer_;
   std::function<void(const LogLine&)> listener_;  // the thread's
   std::atomic<LogLevel> level_{LogLevel::info};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> handed_over_{0}, written_{0};
+  std::atomic<std::size_t> taken_{
+      0};  // places of the queue, from before formatting to after writing
   std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
   std::atomic<const std::function<void()>*> function_{nullptr};  // to call in the thread
   std::atomic<bool> stop_{false}, started_{false};

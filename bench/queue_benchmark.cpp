@@ -9,6 +9,7 @@
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/keep_last_ring.hpp"
 #include "takt/base/lockfree/pool.hpp"
+#include "takt/executors/engine/trace_ring.hpp"
 
 namespace takt {
 namespace {
@@ -73,6 +74,29 @@ void pool(benchmark::State& state) {
   pool->close();
 }
 BENCHMARK(pool);
+
+/// A trace that is full: the newest executions take the place of the oldest.
+void trace_ring(benchmark::State& state) {
+  TraceRing ring(1024);
+  TraceEvent event;
+  measure(state, [&] {
+    ++event.sequence;
+    ring.record(event);
+    benchmark::ClobberMemory();
+  });
+}
+BENCHMARK(trace_ring);
+
+void boost_spsc_queue_as_trace(benchmark::State& state) {
+  boost::lockfree::spsc_queue<TraceEvent> queue(1024);
+  TraceEvent event, oldest;
+  measure(state, [&] {
+    ++event.sequence;
+    while (!queue.push(event)) queue.pop(oldest);
+    benchmark::ClobberMemory();
+  });
+}
+BENCHMARK(boost_spsc_queue_as_trace);
 
 }  // namespace
 }  // namespace takt

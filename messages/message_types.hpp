@@ -11,11 +11,13 @@
 #include <string_view>
 #include <vector>
 
-#include "takt/base/library.hpp"
 #include "takt/base/version.hpp"
+#include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"
 
-namespace takt {
+namespace TAKT_PUBLIC takt {
+
+struct Registration;  // of a library
 
 /// The types that the program and its loaded libraries registered, and all types in them. Not those
 /// of publishers and subscriptions, which need no registration. Two registrations of a name must

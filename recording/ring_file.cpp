@@ -2,13 +2,13 @@
 #include "takt/recording/ring_file.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
-#include <condition_variable>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 
+#include <boost/lockfree/spsc_queue.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <liburing.h>
@@ -87,36 +87,31 @@ class RingFile::RingWrites final : public Writes {
   std::optional<Completion> refused_;
 };
 
+/// The calling thread and the writing one hand writes to each other without a lock: each is the
+/// only producer of one queue and the only consumer of the other, and no more writes than buffers
+/// are on their way, so that neither queue is ever full.
 class RingFile::ThreadWrites final : public Writes {
  public:
-  ThreadWrites(int fd, std::size_t buffers) : fd_(fd) {
-    asked_.reserve(buffers);
-    ended_.reserve(buffers);
+  ThreadWrites(int fd, std::size_t buffers) : fd_(fd), asked_(buffers), ended_(buffers) {
     thread_ = std::thread([this] { write_until_stopped(); });
   }
   ~ThreadWrites() override {
-    {
-      const std::lock_guard lock(mutex_);
-      is_over_ = true;
-    }
-    changed_.notify_all();
+    is_over_.store(true);
+    announce(asked_count_);
     thread_.join();
   }
   void submit(std::size_t index, std::span<const std::byte> bytes,
               std::uint64_t offset) noexcept override {
-    {
-      const std::lock_guard lock(mutex_);
-      asked_.push_back({index, bytes, offset});
-    }
-    changed_.notify_all();
+    asked_.push({index, bytes, offset});
+    announce(asked_count_);
   }
   std::optional<Completion> next(bool waits) noexcept override {
-    std::unique_lock lock(mutex_);
-    if (waits) changed_.wait(lock, [this] { return !ended_.empty(); });
-    if (ended_.empty()) return std::nullopt;
-    const Completion completion = ended_.front();
-    ended_.erase(ended_.begin());
-    return completion;
+    for (;;) {
+      const std::uint32_t seen = ended_count_.load();
+      if (Completion completion; ended_.pop(completion)) return completion;
+      if (!waits) return std::nullopt;
+      ended_count_.wait(seen);
+    }
   }
 
  private:
@@ -125,30 +120,31 @@ class RingFile::ThreadWrites final : public Writes {
     std::span<const std::byte> bytes;
     std::uint64_t offset;
   };
+  static void announce(std::atomic<std::uint32_t>& count) noexcept {
+    count.fetch_add(1);
+    count.notify_one();
+  }
   void write_until_stopped() {
     apply({.name = "recording"}, Realtime::prefer);  // do not inherit the creator's attributes
-    std::unique_lock lock(mutex_);
     for (;;) {
-      changed_.wait(lock, [this] { return is_over_ || !asked_.empty(); });
-      if (asked_.empty()) return;
-      const Write write = asked_.front();
-      asked_.erase(asked_.begin());
-      lock.unlock();
-      const ssize_t written =
-          pwrite(fd_, write.bytes.data(), write.bytes.size(), static_cast<off_t>(write.offset));
-      const int result = written < 0 ? -errno : static_cast<int>(written);
-      lock.lock();
-      ended_.push_back({write.index, result});
-      changed_.notify_all();
+      const std::uint32_t seen = asked_count_.load();
+      const bool is_over = is_over_.load();
+      for (Write write; asked_.pop(write);) {
+        const ssize_t written =
+            pwrite(fd_, write.bytes.data(), write.bytes.size(), static_cast<off_t>(write.offset));
+        ended_.push({write.index, written < 0 ? -errno : static_cast<int>(written)});
+        announce(ended_count_);
+      }
+      if (is_over) return;
+      asked_count_.wait(seen);
     }
   }
 
   const int fd_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::vector<Write> asked_;
-  std::vector<Completion> ended_;
-  bool is_over_ = false;
+  boost::lockfree::spsc_queue<Write> asked_;
+  boost::lockfree::spsc_queue<Completion> ended_;
+  std::atomic<std::uint32_t> asked_count_{0}, ended_count_{0};  // what the two threads sleep on
+  std::atomic<bool> is_over_{false};
   std::thread thread_;
 };
 
