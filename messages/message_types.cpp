@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/library.hpp"
 
 namespace takt {
 namespace {

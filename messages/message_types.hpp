@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/messages/message_type.hpp"

@@ -27,11 +27,11 @@ struct Outer {
 };
 const MessageType& takt_message_type(const Outer*) {
   ++described;
-  static const MessageType type =
-      finish_message_type({.name = "types_test/msg/Outer",
-                           .fields = {describe_field<std::vector<Inner>>("parts", 0)},
-                           .size = sizeof(Outer),
-                           .alignment = alignof(Outer)});
+  static const MessageType type = detail::finish_message_type(
+      {.name = "types_test/msg/Outer",
+       .fields = {detail::describe_field<std::vector<Inner>>("parts", 0)},
+       .size = sizeof(Outer),
+       .alignment = alignof(Outer)});
   return type;
 }
 
@@ -86,9 +86,9 @@ TEST(MessageTypes, OfOneNameHaveOneLayout) {
 }
 
 TEST(MessageTypes, OfTheProgramHaveOneLayoutToo) {
-  static const MessageType mine = finish_message_type({.name = "a", .size = 1});
-  static const MessageType same = finish_message_type({.name = "a", .size = 1});
-  static const MessageType other = finish_message_type({.name = "a", .size = 2});
+  static const MessageType mine = detail::finish_message_type({.name = "a", .size = 1});
+  static const MessageType same = detail::finish_message_type({.name = "a", .size = 1});
+  static const MessageType other = detail::finish_message_type({.name = "a", .size = 2});
   static constexpr MessageTypes::Describe kMine[] = {[]() -> const MessageType& { return mine; },
                                                      []() -> const MessageType& { return same; }};
   static constexpr MessageTypes::Describe kOther[] = {[]() -> const MessageType& { return other; }};
