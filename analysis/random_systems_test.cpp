@@ -20,11 +20,7 @@ using testing::Shape;
 
 constexpr Time kEnd = 4000;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kSystems = 300;  // it is slow, and looks for other mistakes
-#else
-constexpr std::uint64_t kSystems = 3000;
-#endif
+constexpr std::uint64_t kSystems = 3000 / testing::kFewerSanitized;
 
 std::vector<Oracle::Run> runs(RandomSystem& random) {
   const std::size_t count = random.system.callbacks.size();

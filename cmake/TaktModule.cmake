@@ -46,9 +46,14 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/testing/takt)
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/testing ${PROJECT_BINARY_DIR}/include/testing/takt/testing SYMBOLIC)
 target_include_directories(takt_testing INTERFACE ${PROJECT_BINARY_DIR}/include/testing)
 
-# takt_optimise_little(target): a program whose speed is no matter compiles a third sooner.
+# takt_optimise_little(target): for what may be slow. It compiles a third sooner, and with the address
+# sanitizer in half the time.
 function(takt_optimise_little target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(TAKT_SANITIZE MATCHES address)
+    target_compile_options(${target} PRIVATE -O0)
+  else()
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
 endfunction()
 
 # takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program. It is one test for ctest, as to
@@ -60,7 +65,9 @@ function(takt_test name)
   add_executable(${name} ${ARGN})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         takt_testing GTest::gtest_main GTest::gmock)
-  takt_optimise_little(${name})
+  if(NOT name STREQUAL base_test)  # it tests lock-free headers, as users compile them
+    takt_optimise_little(${name})
+  endif()
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
   set_tests_properties(${name} PROPERTIES TIMEOUT 900)
 endfunction()

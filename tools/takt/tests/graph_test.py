@@ -129,13 +129,15 @@ def executors():
 def test_rate_and_bytes_on_every_executor():
     for executor in executors():
         with System(executor):
+            begin = time.monotonic()
             looks = [subprocess.Popen([takt, "topic", what, "/front/scan", "--duration", "2.2",
                                        "--json", "-"], env=environment, text=True,
                                       stdout=subprocess.PIPE) for what in ("hz", "bw")]
             rate, size = (json.loads(look.communicate(timeout=60)[0]) for look in looks)
-            # It is 100 Hz, or less where others take the CPU: as many as were seen in the time.
-            seen_hz = (rate["messages"] - 1) / 2.2
-            check(f"{executor}: its rate", seen_hz * 0.95 < rate["rate_hz"] < 110, rate)
+            # It is 100 Hz, or less where others take the CPU, but all came while the command ran; what
+            # was late may come at once, and if each came twice, it were 200 Hz.
+            least = rate["window"] / (time.monotonic() - begin)
+            check(f"{executor}: its rate", least < rate["rate_hz"] < 150, least, rate)
             check(f"{executor}: its bytes", size["mean_bytes"] == size["max_bytes"] and
                   330 <= size["max_bytes"] <= 350, size)
 
