@@ -24,16 +24,38 @@ class ConformanceWorkers : public Conformance {
   std::shared_ptr<CallbackGroup> make_group(const std::string& name) const {
     return node_->create_callback_group(name, CallbackGroupType::MutuallyExclusive);
   }
-  /// A callback that is at work until the condition holds. False: it did not, for half a minute.
-  static bool work_until(const std::function<bool()>& condition) {
-    const TimePoint limit = Clock::steady().now() + 30s;
-    while (!condition()) {
-      if (Clock::steady().now() > limit) return false;
-    }
-    return true;
+  /// `brief_` triggers itself as often as the round asks for, then `busy_`, which calls `begin` and
+  /// is at work until `may_end`.
+  void make_callbacks(const std::function<void()>& begin, const std::function<bool()>& may_end) {
+    busy_ = node_->create_guard_condition(
+        "busy",
+        [this, begin, may_end] {
+          begin();
+          const TimePoint limit = Clock::steady().now() + 30s;
+          while (!may_end() && Clock::steady().now() < limit) {
+          }
+          EXPECT_TRUE(may_end()) << "round " << rounds_;
+          ++rounds_;
+        },
+        make_group("busy"));
+    brief_ = node_->create_guard_condition(
+        "brief", [this] { (shorts_left_-- > 0 ? brief_ : busy_)->trigger(); }, make_group("brief"));
+  }
+  void begin_round(int shorts) {
+    shorts_left_ = shorts;
+    brief_->trigger();
+  }
+  testing::AssertionResult round_ends(int round) const {
+    if (eventually([&] { return rounds_ == round + 1; })) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "round " << round << " has not ended";
   }
 
   const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
+
+ private:
+  std::shared_ptr<GuardCondition> brief_, busy_;
+  int shorts_left_ = 0;
+  std::atomic<int> rounds_{0};
 };
 
 // The busy callback lasts until the one for which it is the only obstacle has run. Short callbacks
@@ -42,62 +64,42 @@ class ConformanceWorkers : public Conformance {
 TEST_P(ConformanceWorkers, AReadyCallbackWaitsForNoBusyWorkerWhileAnotherIsFree) {
   constexpr int kRounds = 30;
   const auto executor = make_with(2);
-  std::atomic<int> rounds{0};
   std::atomic<bool> has_run{false}, is_busy{false};
   bool triggers_itself = false;
-  int shorts_left = 0;
-  std::shared_ptr<GuardCondition> brief, busy;
   const auto other = node_->create_guard_condition(
       "other", [&] { has_run = true; }, make_group("other"));
-  busy = node_->create_guard_condition(
-      "busy",
+  make_callbacks(
       [&] {
         if (triggers_itself) other->trigger();
         is_busy = true;
-        EXPECT_TRUE(work_until([&] { return has_run.load(); })) << "round " << rounds;
-        ++rounds;
       },
-      make_group("busy"));
-  brief = node_->create_guard_condition(
-      "brief", [&] { (shorts_left-- > 0 ? brief : busy)->trigger(); }, make_group("brief"));
+      [&] { return has_run.load(); });
   executor->add_node(node_);
   SpinThread spin(*executor);
   for (int round = 0; round < kRounds; ++round) {
     has_run = is_busy = false;
     triggers_itself = round % 2 == 0;
-    shorts_left = std::array{0, 10, 1000}[static_cast<std::size_t>(round % 3)];
-    brief->trigger();
+    begin_round(std::array{0, 10, 1000}[static_cast<std::size_t>(round % 3)]);
     if (!triggers_itself) {
       ASSERT_TRUE(eventually([&] { return is_busy.load(); }));
       other->trigger();
     }
-    ASSERT_TRUE(eventually([&] { return rounds == round + 1; })) << "round " << round;
+    ASSERT_TRUE(round_ends(round));
   }
 }
 
 TEST_P(ConformanceWorkers, ATimerWaitsForNoBusyWorkerWhileAnotherIsFree) {
   const auto executor = make_with(2);
-  std::atomic<int> releases{0}, rounds{0};
-  int shorts_left = 0;
-  std::shared_ptr<GuardCondition> brief;
+  std::atomic<int> releases{0};
+  int before = 0;
   const auto timer = node_->create_timer(
       "timer", 1ms, [&] { ++releases; }, make_group("timer"));
-  const auto busy = node_->create_guard_condition(
-      "busy",
-      [&] {
-        const int before = releases;
-        EXPECT_TRUE(work_until([&] { return releases > before + 2; })) << "round " << rounds;
-        ++rounds;
-      },
-      make_group("busy"));
-  brief = node_->create_guard_condition(
-      "brief", [&] { (shorts_left-- > 0 ? brief : busy)->trigger(); }, make_group("brief"));
+  make_callbacks([&] { before = releases; }, [&] { return releases > before + 2; });
   executor->add_node(node_);
   SpinThread spin(*executor);
   for (int round = 0; round < 10; ++round) {
-    shorts_left = round % 2 == 0 ? 0 : 1000;
-    brief->trigger();
-    ASSERT_TRUE(eventually([&] { return rounds == round + 1; })) << "round " << round;
+    begin_round(round % 2 == 0 ? 0 : 1000);
+    ASSERT_TRUE(round_ends(round));
   }
 }
 

@@ -27,8 +27,7 @@ struct Kernel {
   std::deque<std::size_t> waiters;  // contexts, in order
   bool has_barrier = true;          // else its barrier does nothing: then the lock must break
   bool wakes = true;                // else a waiter sleeps on
-  bool is_patient =
-      true;  // spinning waiters get the lock from the next that lets go; else they block
+  bool is_patient = true;           // waiters spin until the next lets go; else they block
 };
 Kernel kernel;
 
@@ -77,7 +76,7 @@ long syscall(long, std::atomic<std::uint32_t>* word, int operation, int, std::nu
   }
   const std::size_t next = kernel.waiters.front();
   kernel.waiters.pop_front();
-  word->poke(thread_of(next) | (kernel.waiters.empty() ? 0 : FUTEX_WAITERS));
+  word->poke(thread_of(next) | FUTEX_WAITERS);  // the kernel sets it, even if no more wait
   Explorer::wake(next);
   return 0;
 }
