@@ -20,8 +20,8 @@ namespace takt::testing {
 using analysis::Order;
 using analysis::Time;
 
-/// Sanitizers are slow, and look for other mistakes: with them a test divides by this how many systems
-/// it looks at.
+/// Sanitizers are slow, and look for other mistakes: with them a test divides by this how many
+/// systems it looks at.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr std::uint64_t kFewerSanitized = 10;
 #else
