@@ -442,7 +442,7 @@ TEST(ComponentLibrary, BringsItsMessageTypes) {
 TEST(ComponentLibrary, WithAnotherLayoutOfATypeIsRefused) {
   load_message_types(TAKT_WEATHER);
   try {
-    find_component("weather::Roof", TAKT_OTHER_WEATHER);
+    find_component("weather::OtherRoof", TAKT_OTHER_WEATHER);
     ADD_FAILURE();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("register the message type weather/msg/Wind with "

@@ -52,4 +52,11 @@ class Roof : public takt::Node {
 }  // namespace weather
 
 TAKT_REGISTER_MESSAGES(weather::Wind)
+#ifdef TAKT_TEST_OTHER_WIND  // so that the wind is all in which the libraries clash
+namespace weather {
+using OtherRoof = Roof;
+}
+TAKT_REGISTER_COMPONENT(weather::OtherRoof)
+#else
 TAKT_REGISTER_COMPONENT(weather::Roof)
+#endif
