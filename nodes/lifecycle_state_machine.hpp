@@ -1,4 +1,4 @@
-// The states and transitions of lifecycle nodes: ROS 2's table.
+// The states and transitions of lifecycle nodes: ROS 2's table. lifecycle_node.cpp goes through it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_LIFECYCLE_STATE_MACHINE_HPP_
 #define TAKT_NODES_LIFECYCLE_STATE_MACHINE_HPP_

@@ -53,7 +53,7 @@ struct QoS {
   /// is negative.
   void check() const;
   /// The first policy of which less is offered here than `requested` asks for, by its name in
-  /// files; empty when a publisher of this QoS serves a subscription of that.
+  /// files; empty when they are compatible: a publisher of this QoS serves a subscription of that.
   std::string_view refuses(const QoS& requested) const noexcept;
 
   friend bool operator==(const QoS&, const QoS&) = default;
