@@ -17,6 +17,7 @@
 
 #include "takt/base/histogram.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/machine.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/transport/dds/cyclone_type.hpp"
@@ -68,11 +69,6 @@ struct Shared {
 };
 Shared* shared = nullptr;
 
-/// Sets attributes of this thread, which its future threads inherit.
-void stay_on(std::size_t cpu) {
-  if (cpu < available_cpus().size()) apply({.affinity = {available_cpus()[cpu]}}, Realtime::off);
-}
-
 template <class Condition>
 void wait_until(Condition&& condition) {
   while (!condition()) std::this_thread::sleep_for(1ms);
@@ -121,7 +117,7 @@ struct Bare {
 // ---- The peer process: publishes on command, and responds ----
 
 void child() {
-  stay_on(0);
+  rt::stay_on(0);
   const auto node = make_node();
   const auto publisher = node->create_publisher<Parcel>("takt", 100, {.loans = 100});
   const auto pong = node->create_publisher<Parcel>("pong", 10, {.loans = 10});
@@ -307,7 +303,7 @@ int main(int argc, char** argv) {
     takt::child();
     _exit(0);
   }
-  takt::stay_on(1);
+  takt::rt::stay_on(1);
   benchmark::RunSpecifiedBenchmarks();
   takt::shared->task.store(takt::Shared::Task::end);
   waitpid(child, nullptr, 0);

@@ -1,7 +1,8 @@
 // How long does a message take from a thread to a callback on another CPU, and what does the wait
 // for it cost? Senders post every so often; receivers wait asleep or spinning. The bare ones, a
 // futex and a cache line, are the lower bounds. All alternate, in rounds of one run; of each round
-// the median counts, and the quartiles of the rounds are shown. SPDX-License-Identifier: Apache-2.0
+// the median counts, and the quartiles of the rounds are shown.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <thread>
 
@@ -11,6 +12,7 @@
 #include <unistd.h>
 
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/machine.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -25,12 +27,6 @@ struct Parcel {
 TAKT_MESSAGE(Parcel, "bench/msg/Parcel", payload);
 
 constexpr int kRounds = 30, kPosts = 300;
-
-void stay_on(int cpu) {
-  if (available_cpus().size() > 1) {
-    apply({.affinity = {available_cpus()[static_cast<std::size_t>(cpu)]}}, Realtime::off);
-  }
-}
 
 long futex(std::atomic<std::uint32_t>& word, int operation, std::uint32_t value) {
   return syscall(SYS_futex, &word, operation, value, nullptr, nullptr, 0);
@@ -160,7 +156,7 @@ void hand_over(benchmark::State& state, const std::string& executor) {
   std::atomic<int> turn{0};     // even: the sender's; odd: the waiter's
   Receiver* current = nullptr;  // nullptr in the waiter's turn: the end
   std::jthread waiter([&] {
-    stay_on(1);
+    rt::stay_on(1);
     for (;; turn.notify_all()) {
       int now;
       while ((now = turn.load()) % 2 == 0) turn.wait(now);
@@ -174,7 +170,7 @@ void hand_over(benchmark::State& state, const std::string& executor) {
     turn.fetch_add(1);
     turn.notify_all();
   };
-  stay_on(0);
+  rt::stay_on(0);
   const auto wait_until = [](TimePoint time) {
     while (Clock::steady().now() < time) {
     }
@@ -206,18 +202,11 @@ void hand_over(benchmark::State& state, const std::string& executor) {
     }
   }
 }
-BENCHMARK_CAPTURE(hand_over, events, "events")
-    ->ArgName("hz")
-    ->Arg(30'000)
-    ->Arg(10'000)
-    ->Iterations(1)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(hand_over, single_threaded, "single_threaded")
-    ->ArgName("hz")
-    ->Arg(30'000)
-    ->Arg(10'000)
-    ->Iterations(1)
-    ->Unit(benchmark::kMillisecond);
+void rates(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgName("hz")->Arg(30'000)->Arg(10'000)->Iterations(1)->Unit(benchmark::kMillisecond);
+}
+BENCHMARK_CAPTURE(hand_over, events, "events")->Apply(rates);
+BENCHMARK_CAPTURE(hand_over, single_threaded, "single_threaded")->Apply(rates);
 
 }  // namespace
 }  // namespace takt

@@ -4,7 +4,6 @@
 // /rosout. `objects` is what the program asked for with new and malloc; the rest of the resident
 // memory is what allocators and pages add. Each measurement runs in a process of its own.
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
 #include <thread>
 
 #include <benchmark/benchmark.h>
@@ -12,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "takt/containers/process_usage.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/parameter_services.hpp"
@@ -33,10 +33,7 @@ struct Figures {
 };
 
 double resident_kb() {
-  std::ifstream statm("/proc/self/statm");
-  std::size_t size = 0, resident = 0;
-  statm >> size >> resident;
-  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1024;
+  return static_cast<double>(proportional_set_size_kb());
 }
 
 double allocated_kb() {
@@ -73,8 +70,9 @@ Figures measure(std::size_t count, With with) {
                        member.node->create_subscription<Small>("topic_" + std::to_string(i + 1), 10,
                                                                [](const Small&) {}),
                        member.node->create_timer("timer", 1h, [] {})};
-    if (with != With::nothing)
+    if (with != With::nothing) {
       member.services = std::make_unique<ParameterServices>(*member.node, *member.node);
+    }
     executor->add_node(member.node);
   };
   add(count);  // what comes once only

@@ -9,6 +9,7 @@
 #include <boost/lockfree/spsc_queue.hpp>
 
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/machine.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -23,12 +24,6 @@ TAKT_MESSAGE(Parcel, "bench/msg/Parcel", number, payload);
 constexpr std::size_t kInFlight = 64;
 constexpr std::int64_t kBatch = 200'000;
 
-void stay_on(int cpu) {
-  if (available_cpus().size() > 1) {
-    apply({.affinity = {available_cpus()[static_cast<std::size_t>(cpu)]}}, Realtime::off);
-  }
-}
-
 /// The lower bound: a pool of messages, and two rings that carry pointers forth and back.
 void stream_bare(benchmark::State& state) {
   std::vector<Parcel> pool(kInFlight);
@@ -37,7 +32,7 @@ void stream_bare(benchmark::State& state) {
   std::atomic<bool> stop{false};
   std::atomic<std::int64_t> to_send{0};
   std::jthread producer([&] {
-    stay_on(0);
+    rt::stay_on(0);
     std::uint64_t number = 0;
     while (!stop.load(std::memory_order_relaxed)) {
       if (to_send.load(std::memory_order_relaxed) <= 0) continue;
@@ -51,7 +46,7 @@ void stream_bare(benchmark::State& state) {
       to_send.fetch_sub(kBatch);
     }
   });
-  stay_on(1);
+  rt::stay_on(1);
   while (state.KeepRunningBatch(kBatch)) {
     to_send.fetch_add(kBatch);
     for (std::int64_t i = 0; i < kBatch; ++i) {
@@ -87,7 +82,7 @@ void stream(benchmark::State& state, const std::string& executor_name) {
   std::atomic<bool> stop{false};
   std::atomic<std::int64_t> to_send{0};
   std::jthread producer([&] {
-    stay_on(0);
+    rt::stay_on(0);
     std::uint64_t number = 0;
     while (!stop.load(std::memory_order_relaxed)) {
       if (to_send.load(std::memory_order_relaxed) <= 0) continue;
@@ -101,7 +96,7 @@ void stream(benchmark::State& state, const std::string& executor_name) {
       to_send.fetch_sub(kBatch);
     }
   });
-  stay_on(1);
+  rt::stay_on(1);
   while (state.KeepRunningBatch(kBatch)) {
     left = kBatch;
     to_send.fetch_add(kBatch);

@@ -126,6 +126,10 @@ json machine_json() {
           {"compiler", __VERSION__}};
 }
 
+void stay_on(std::size_t cpu) {
+  if (cpu < available_cpus().size()) apply({.affinity = {available_cpus()[cpu]}}, Realtime::off);
+}
+
 std::string machine_line() {
   const json machine = machine_json();
   return fmt::format("{} x {}, Linux {}, {}, load average {:.2f}", machine.at("cpus").get<int>(),

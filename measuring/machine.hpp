@@ -3,6 +3,7 @@
 #ifndef TAKT_MEASURING_MACHINE_HPP_
 #define TAKT_MEASURING_MACHINE_HPP_
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,6 +26,10 @@ nlohmann::json machine_json();
 
 /// The same in one line of text.
 std::string machine_line();
+
+/// Keeps the calling thread, and the threads that it makes, on one of this process's CPUs: the
+/// first is 0. Does nothing if there are fewer.
+void stay_on(std::size_t cpu);
 
 /// A thread of another process under SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
 struct Neighbour {
