@@ -101,8 +101,8 @@ class Logger {
   std::atomic<LogLevel> level_{LogLevel::info};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> handed_over_{0}, written_{0};
-  std::atomic<std::size_t> taken_{
-      0};  // places of the queue, from before formatting to after writing
+  // Places of the queue, from before formatting to after writing.
+  std::atomic<std::size_t> taken_{0};
   std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
   std::atomic<const std::function<void()>*> function_{nullptr};  // to call in the thread
   std::atomic<bool> stop_{false}, started_{false};

@@ -46,7 +46,7 @@ TEST_P(ConformanceSpinning, WhoWakesEarlyRunsNothingEarly) {
   EXPECT_EQ(early, 0);
 }
 
-TEST_P(ConformanceSpinning, WhoSpinsSeesAllThatWouldWakeASleeper) {
+TEST_P(ConformanceSpinning, AWorkerThatSpinsSeesAllThatWouldWakeASleeper) {
   const auto executor = make_spinning();
   const auto node = make_node(Clock::steady());
   std::atomic<int> triggers{0}, releases{0}, reads{0}, late{0};
@@ -96,7 +96,7 @@ TEST_P(ConformanceSpinning, AnExceptionEndsAPoolThatSpins) {
   EXPECT_NE(spin.exception, nullptr);
 }
 
-TEST_P(ConformanceSpinning, WhoSpinsIsNotWokenAndSaysWhatItCosts) {
+TEST_P(ConformanceSpinning, AWorkerThatSpinsIsNotWokenAndSaysWhatItCosts) {
   const auto executor = make_spinning();
   const auto node = make_node(Clock::steady());
   constexpr int kRounds = 200;
@@ -115,6 +115,7 @@ TEST_P(ConformanceSpinning, WhoSpinsIsNotWokenAndSaysWhatItCosts) {
     sleeps += thread.counters.voluntary_switches;
     spun += thread.spin_time;
     used += thread.cpu_time;
+    EXPECT_EQ(thread.counters.allocations, 0u) << thread.asked.name;
   }
   EXPECT_GT(spun, 0ns);
   EXPECT_LE(spun, used);

@@ -186,8 +186,8 @@ TEST(DispatchLockInterleavings, OneWorkerIsInsideAndEachHasItsTurn) {
   for (const int before : {0, kAlmostFavourite, kFavourite}) {
     for (const auto& [workers, preemptions, delays] : kCases) {
       for (const bool is_patient : {true, false}) {
-        if (is_patient && workers.size() > 2)
-          continue;  // two that look in turn: too many schedules
+        // Two that look in turn would have too many schedules.
+        if (is_patient && workers.size() > 2) continue;
         kernel.is_patient = is_patient;
         EXPECT_EQ(explore({workers, before, preemptions - kFewer, delays}), "")
             << before << ' ' << workers[0] << ' ' << is_patient;

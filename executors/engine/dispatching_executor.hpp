@@ -309,7 +309,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
   std::atomic<std::uint64_t> dispatches_{0};  // what they watch, as the next; written serialised
-  // More is ready than those that dispatch have taken, or something else calls who stands by.
+  // More is ready than those that dispatch have taken, or a worker that stands by must look for
+  // another reason.
   std::atomic<bool> is_left_over_{false};
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in any kind of spin

@@ -61,7 +61,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   const TimePoint end = wakes_early ? deadline - early_wake_ : deadline;
   if (!shared_) standing_by_.store(0);
   idle_.fetch_add(1);
-  // Left over: who called while this worker spun has not woken it.
+  // Left over: what came while this worker spun has woken no worker.
   bool is_needed = is_left_over_.load() || must_look(future) || exception_ != nullptr;
   unlock_and_leave();
   bool was_woken =

@@ -14,10 +14,6 @@ namespace {
 
 constexpr const char* kInstead = "or spin for a time, such as 50us";
 
-bool cannot_be_preempted(const ThreadAttributes& thread) {
-  return thread.policy == ThreadPolicy::fifo || thread.policy == ThreadPolicy::rr;
-}
-
 std::string name_of(const ThreadAttributes& thread) {
   return thread.name.empty() ? "a thread" : fmt::format("thread '{}'", thread.name);
 }
@@ -29,14 +25,14 @@ void check_alone(const ThreadAttributes& thread) {
     throw Error(what + ", whose runtime it would use up",
                 fmt::format("choose another policy, {}", kInstead));
   }
-  if (cannot_be_preempted(thread) && thread.affinity.size() != 1) {
+  if (is_realtime(thread.policy) && thread.affinity.size() != 1) {
     throw Error(what + " without a CPU of its own",
                 fmt::format("give it an affinity of one CPU, {}", kInstead));
   }
 }
 
 void check_beside(const ThreadAttributes& thread, const ThreadAttributes& other) {
-  if (!cannot_be_preempted(thread) || other.policy == ThreadPolicy::deadline) return;
+  if (!is_realtime(thread.policy) || other.policy == ThreadPolicy::deadline) return;
   const int cpu = thread.affinity.front();
   if (!other.affinity.empty() &&
       std::find(other.affinity.begin(), other.affinity.end(), cpu) == other.affinity.end()) {

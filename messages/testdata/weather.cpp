@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component.hpp"
 #include "takt/messages/message_types.hpp"
+
 #include "weather/msg/station.hpp"
 #include "weather/srv/calibrate.hpp"
 
