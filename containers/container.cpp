@@ -79,17 +79,9 @@ ThreadAttributes Container::thread(const std::string& name) const {
 }
 
 void Container::make_executor(const ExecutorDescription& executor) {
-  ExecutorOptions options;
-  options.name = executor.name;
   ExecutorDescription made = executor;
   if (!overrides_.scheduler.empty()) made.scheduler = overrides_.scheduler;
-  options.scheduler = made.scheduler;
-  options.wait = executor.wait;
-  options.spin = executor.spin;
-  options.early_wake = executor.early_wake;
-  options.per = executor.per;
-  options.trigger = executor.trigger;
-  options.order = executor.order;
+  ExecutorOptions options = options_of(made);
   options.realtime = description_.realtime;
   options.statistics = overrides_.statistics;
   options.trace_events = overrides_.trace_events;

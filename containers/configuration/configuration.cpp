@@ -14,6 +14,17 @@ ConfigurationError::ConfigurationError(std::vector<std::string> errors)
     : Error(fmt::format("{}", fmt::join(errors, "\n"))), errors_(std::move(errors)) {
 }
 
+ExecutorOptions options_of(const ExecutorDescription& executor) {
+  return {.name = executor.name,
+          .scheduler = executor.scheduler,
+          .wait = executor.wait,
+          .per = executor.per,
+          .trigger = executor.trigger,
+          .order = executor.order,
+          .spin = executor.spin,
+          .early_wake = executor.early_wake};
+}
+
 std::string full_name(const ComponentDescription& component) {
   if (component.name.empty()) return {};
   return Node(component.name, {.name_space = component.name_space}).fully_qualified_name();

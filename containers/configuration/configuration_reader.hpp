@@ -70,10 +70,10 @@ class ConfigurationReader : private SystemReader {
 
   // Executors
   void read_executor(const Value& value);
-  std::vector<Field> executor_fields(ExecutorDescription& executor, ExecutorOptions& options,
+  using Threads = std::vector<ThreadAttributes>;  // one for each name in an executor's list
+  std::vector<Field> executor_fields(ExecutorDescription& executor, Threads& threads,
                                      bool& is_sound);
-  std::vector<Field> waiting_fields(ExecutorDescription& executor, bool& is_sound);
-  Read into_spin(Nanoseconds& spin);
+  void read_executors_thread(const Value& thread, ExecutorDescription& executor, Threads& threads);
   Read into_trigger(TriggerOptions& trigger);
   void check_spinning_threads();
   ThreadAttributes find_thread(int line, const std::string& name);
@@ -122,8 +122,8 @@ class ConfigurationReader : private SystemReader {
   const LoadPolicy* policy_ = nullptr;  // applies to requests; nullptr: a file may load anything
   std::set<std::string> broken_schedulers_;
   std::map<std::string, ThreadAttributes> threads_;
-  std::vector<ThreadAttributes> executors_threads_;  // one for each name in an executor's list
-  std::set<std::string> executors_{"default"};       // exists in every system
+  Threads executors_threads_;                   // of all executors
+  std::set<std::string> executors_{"default"};  // exists in every system
 };
 
 }  // namespace takt

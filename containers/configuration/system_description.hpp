@@ -44,6 +44,9 @@ struct ExecutorDescription {
   SourceLine where;
 };
 
+/// What it says of the executor. Its threads are to be added: `threads:` describes them.
+ExecutorOptions options_of(const ExecutorDescription& executor);
+
 /// One entry of a component's `callback_groups:`.
 struct CallbackGroupDescription {
   std::string executor;  // empty: the component's

@@ -146,6 +146,17 @@ SystemReader::Read SystemReader::each_in_list(Read read) {
   };
 }
 
+SystemReader::Read SystemReader::word_or(std::string word, std::function<void()> chosen,
+                                         Read otherwise) {
+  return [this, word = std::move(word), chosen = std::move(chosen),
+          otherwise = std::move(otherwise)](const Value& value) {
+    const auto* text = std::get_if<std::string>(&value.content);
+    if (text != nullptr && *text == word) return chosen();
+    describes(fmt::format("`{}`", word));
+    otherwise(value);
+  };
+}
+
 SystemReader::Read SystemReader::either(Read no_map, Read map) {
   return [this, no_map = std::move(no_map), map = std::move(map)](const Value& value) {
     const bool is_map = std::holds_alternative<document::Map>(value.content);

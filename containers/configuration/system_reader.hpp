@@ -46,6 +46,8 @@ class SystemReader {
   /// Reads every value of a map with arbitrary keys, or of a list.
   Read each_in_map(Read read);
   Read each_in_list(Read read);
+  /// Calls `chosen` for the word, and reads any other value with `otherwise`.
+  Read word_or(std::string word, std::function<void()> chosen, Read otherwise);
   /// Reads a map with `map`, and any other value with `no_map`.
   Read either(Read no_map, Read map);
 

@@ -264,14 +264,14 @@ void ModelBuilder::add_assumptions() {
                     "and Linux {:.1f} µs to wake a thread",
                     us(overheads.dispatch), us(overheads.wake)));
   }
-  const bool is_unlimited = description_.machine.rt_runtime &&
-                            *description_.machine.rt_runtime >= std::chrono::seconds(1);
   const auto& executors = description_.executors;
   if (std::any_of(executors.begin(), executors.end(), [](const ExecutorDescription& executor) {
         return executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
       })) {
     list.push_back("threads that spin (`spin`, `early_wake`) delay no other threads");
   }
+  const bool is_unlimited = description_.machine.rt_runtime &&
+                            *description_.machine.rt_runtime >= std::chrono::seconds(1);
   if (!is_unlimited) {
     list.push_back(
         "real-time threads are never throttled: those of a CPU need less of a second than "

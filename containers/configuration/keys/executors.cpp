@@ -61,9 +61,9 @@ SystemReader::Read ConfigurationReader::into_scheduler(std::string& target) {
 }
 
 std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDescription& executor,
-                                                                      ExecutorOptions& options,
+                                                                      Threads& threads,
                                                                       bool& is_sound) {
-  std::vector<Field> fields = {
+  return {
       {"library",
        "A shared library that registers the type. It is found as the library of a scheduler is.",
        noting(is_sound, [&](const Value& library) { read_library(library, executor.library); })},
@@ -78,9 +78,23 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
       {"scheduler",
        "A scheduler of `takt list schedulers`, or a name in `schedulers`. By default, that of the "
        "type.",
-       noting(is_sound, into_scheduler(executor.scheduler))}};
-  for (Field& field : waiting_fields(executor, is_sound)) fields.push_back(std::move(field));
-  const std::vector<Field> others = {
+       noting(is_sound, into_scheduler(executor.scheduler))},
+      {"wait",
+       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
+       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
+       "descriptors and `io_uring` with several threads are errors.",
+       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
+      {"spin",
+       "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
+       "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "
+       "that much CPU time. `always`: it never sleeps, so it needs a CPU of its own.",
+       noting(is_sound, word_or(
+                            "always", [&] { executor.spin = kSpinAlways; },
+                            into_duration(executor.spin, [] {})))},
+      {"early_wake",
+       "At most `1ms`. The same for timers: a thread that sleeps until a release wakes up this "
+       "much earlier and spins until then.",
+       into_duration(executor.early_wake, [] {})},
       {"per",
        "For `isolated`: whether each node or each callback group gets its own executor and "
        "thread. With `group`, the thread takes over parameters of the callback group: the "
@@ -102,70 +116,37 @@ std::vector<SystemReader::Field> ConfigurationReader::executor_fields(ExecutorDe
       {"threads",
        "Names in `threads`, one for each thread of the executor. By default, the type decides. "
        "More threads than the type supports are an error.",
-       each_in_list([&](const Value& thread) {
-         std::string name;
-         into(name)(thread);
-         if (name.empty()) return;
-         executor.threads.push_back(name);
-         options.threads.push_back(find_thread(thread.line, name));
-         executors_threads_.push_back(options.threads.back());
-       })}};
-  fields.insert(fields.end(), others.begin(), others.end());
-  return fields;
+       each_in_list(
+           [&](const Value& thread) { read_executors_thread(thread, executor, threads); })}};
 }
 
-std::vector<SystemReader::Field> ConfigurationReader::waiting_fields(ExecutorDescription& executor,
-                                                                     bool& is_sound) {
-  return {
-      {"wait",
-       "How its threads wait: `auto`, or a back end of `takt list wait_backends`. `auto`: `epoll` "
-       "if there are file descriptors when spinning starts, else `futex`. `futex` with file "
-       "descriptors and `io_uring` with several threads are errors.",
-       noting(is_sound, into_checked(executor.wait, [&] { check_wait_backend(executor.wait); }))},
-      {"spin",
-       "At most `1ms`, or `always`. A thread that finds nothing to run looks for arrivals for this "
-       "long before it sleeps. What arrives meanwhile has no wake-up latency, but each wait uses "
-       "that much CPU time. `always`: it never sleeps, so it needs a CPU of its own.",
-       noting(is_sound, into_spin(executor.spin))},
-      {"early_wake",
-       "At most `1ms`. The same for timers: a thread that sleeps until a release wakes up this "
-       "much earlier and spins until then.",
-       into_duration(executor.early_wake, [] {})}};
+void ConfigurationReader::read_executors_thread(const Value& thread, ExecutorDescription& executor,
+                                                Threads& threads) {
+  std::string name;
+  into(name)(thread);
+  if (name.empty()) return;
+  executor.threads.push_back(name);
+  threads.push_back(find_thread(thread.line, name));
+  executors_threads_.push_back(threads.back());
 }
 
 void ConfigurationReader::read_executor(const Value& value) {
   ExecutorDescription executor;
   executor.name = value.name;
   executor.where = errors_.where(value.line);
-  ExecutorOptions options{.name = value.name};
+  Threads threads;
   bool is_sound = true;
-  read_map(value, "an executor", executor_fields(executor, options, is_sound));
+  read_map(value, "an executor", executor_fields(executor, threads, is_sound));
   if (!executor.library.empty() && document::find(value, "type") == nullptr) {
     errors_.add(value.line, "an executor with the key 'library' needs the key 'type'",
                 "add it, with the name that the library registers");
     is_sound = false;
   }
-  options.scheduler = executor.scheduler;
-  options.wait = executor.wait;
-  options.spin = executor.spin;
-  options.early_wake = executor.early_wake;
-  options.per = executor.per;
-  options.trigger = executor.trigger;
+  ExecutorOptions options = options_of(executor);
+  options.threads = std::move(threads);
   if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
   executors_.insert(executor.name);
   system_.executors.push_back(std::move(executor));
-}
-
-SystemReader::Read ConfigurationReader::into_spin(Nanoseconds& spin) {
-  return [this, &spin](const Value& value) {
-    const auto* word = std::get_if<std::string>(&value.content);
-    if (word != nullptr && *word == "always") {
-      spin = kSpinAlways;
-      return;
-    }
-    describes("`always`");
-    into_duration(spin, [] {})(value);
-  };
 }
 
 // Each executor has checked its own threads; this is about all of them.
@@ -184,7 +165,7 @@ void ConfigurationReader::check_spinning_threads() {
   check_spin_always(spinning, others);
   const Nanoseconds lost = throttled_realtime();
   for (const ThreadAttributes& thread : spinning) {
-    if (lost == Nanoseconds::zero() || thread.priority == 0) continue;
+    if (lost == Nanoseconds::zero() || !is_realtime(thread.policy)) continue;
     system_.notes.push_back(fmt::format(
         "thread '{}' never sleeps (`spin: always`) and has {}: Linux may stop it for {} "
         "of each second, as kernel.sched_rt_runtime_us is not -1",

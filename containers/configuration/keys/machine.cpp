@@ -70,15 +70,9 @@ void ConfigurationReader::read_speed(const Value& value) {
 }
 
 SystemReader::Read ConfigurationReader::into_rt_runtime(std::optional<Nanoseconds>& runtime) {
-  return [this, &runtime](const Value& value) {
-    const auto* word = std::get_if<std::string>(&value.content);
-    if (word != nullptr && *word == "unlimited") {
-      runtime = std::chrono::seconds(1);
-      return;
-    }
-    describes("`unlimited`");
-    without_default([&] { return into_duration(runtime.emplace(), [] {}); })(value);
-  };
+  return word_or(
+      "unlimited", [&runtime] { runtime = std::chrono::seconds(1); },
+      without_default([this, &runtime] { return into_duration(runtime.emplace(), [] {}); }));
 }
 
 }  // namespace takt
