@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <mutex>
+#include <thread>
 
 #include <boost/lockfree/queue.hpp>
+#include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -51,16 +53,19 @@ Logger& Logger::instance() {
 }
 
 // Lines by value. No thread waits for another, and nothing allocates.
-struct Logger::Queue : boost::lockfree::queue<Record, boost::lockfree::capacity<kRecords>> {};
+struct Logger::Output {
+  boost::lockfree::queue<Record, boost::lockfree::capacity<kRecords>> queue;
+  std::thread thread;
+};
 
-Logger::Logger() : queue_(std::make_unique<Queue>()), writer_(write_to_stderr) {
+Logger::Logger() : output_(std::make_unique<Output>()), writer_(write_to_stderr) {
 }
 
 Logger::~Logger() {
   stop_.store(true);
   work_.fetch_add(1);
   work_.notify_one();
-  if (thread_.joinable()) thread_.join();
+  if (output_->thread.joinable()) output_->thread.join();
 }
 
 void Logger::start() {
@@ -68,7 +73,7 @@ void Logger::start() {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (started_.load()) return;
-  thread_ = std::thread([this] {
+  output_->thread = std::thread([this] {
     pthread_setname_np(pthread_self(), "log");
     take_default_attributes();
     write_until_stopped();
@@ -97,11 +102,17 @@ bool Logger::take_room() noexcept {
   return false;
 }
 
-void Logger::write_as(std::string_view source, LogLevel level, std::string_view text) {
+void Logger::write(std::string_view source, LogLevel level, fmt::string_view format,
+                   fmt::format_args arguments) {
   if (!take_room()) return;
   Record record;
-  const auto end = fmt::format_to_n(record.text, kLineBytes, "{}: {}", source, text);
-  record.size = std::min<std::size_t>(end.size, kLineBytes);
+  std::size_t begin = 0;
+  if (!source.empty()) {
+    const auto end = fmt::format_to_n(record.text, kLineBytes, "{}: ", source);
+    begin = std::min<std::size_t>(end.size, kLineBytes);
+  }
+  const auto end = fmt::vformat_to_n(record.text + begin, kLineBytes - begin, format, arguments);
+  record.size = std::min<std::size_t>(begin + end.size, kLineBytes);
   record.source_size = source.size();
   hand_over(level, record);
 }
@@ -114,7 +125,7 @@ void Logger::hand_over(LogLevel level, Record& record) noexcept {
   record.level = level;
   record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
-  queue_->push(record);  // it has room
+  output_->queue.push(record);  // it has room
   work_.fetch_add(1);
   work_.notify_one();
 }
@@ -131,7 +142,7 @@ void Logger::write_until_stopped() {
     }
     // Not until it is empty: others may log without end.
     Record record;
-    for (std::size_t i = 0; i < kRecords && queue_->pop(record); ++i) write_line(record);
+    for (std::size_t i = 0; i < kRecords && output_->queue.pop(record); ++i) write_line(record);
     if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported) {
       writer_(LogLevel::warn, fmt::format("{} log lines were dropped: more than {} at once",
                                           dropped - dropped_reported, kRecords));

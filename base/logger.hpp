@@ -11,9 +11,8 @@
 #include <memory>
 #include <optional>
 #include <string_view>
-#include <thread>
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include "takt/base/visibility.hpp"
 
@@ -53,20 +52,11 @@ class Logger {
 
   template <class... Arguments>
   void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    if (level >= this->level()) write(level, format, std::forward<Arguments>(arguments)...);
+    if (level >= this->level()) write({}, level, format, fmt::make_format_args(arguments...));
   }
-  /// As log, for a source with its own minimum level.
-  template <class... Arguments>
-  void write(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    if (!take_room()) return;
-    Record record;
-    const auto end =
-        fmt::format_to_n(record.text, kLineBytes, format, std::forward<Arguments>(arguments)...);
-    record.size = end.size < kLineBytes ? end.size : kLineBytes;
-    hand_over(level, record);
-  }
-  /// A line "source: text" of whatever level.
-  void write_as(std::string_view source, LogLevel level, std::string_view text);
+  /// A line of whatever level: "source: text" if there is a source.
+  void write(std::string_view source, LogLevel level, fmt::string_view format,
+             fmt::format_args arguments);
 
   LogLevel level() const noexcept { return level_.load(std::memory_order_relaxed); }
   void set_level(LogLevel level) noexcept { level_.store(level, std::memory_order_relaxed); }
@@ -86,7 +76,7 @@ class Logger {
     std::size_t size, source_size = 0;
     char text[kLineBytes];
   };
-  struct Queue;  // Boost's, which users of this header do not need
+  struct Output;  // the queue and the thread
 
   Logger();
   ~Logger();
@@ -95,7 +85,7 @@ class Logger {
   void write_line(const Record& record);
   void write_until_stopped();
 
-  const std::unique_ptr<Queue> queue_;
+  const std::unique_ptr<Output> output_;
   std::function<void(LogLevel, std::string_view)> writer_;
   std::function<void(const LogLine&)> listener_;  // the thread's
   std::atomic<LogLevel> level_{LogLevel::info};
@@ -106,7 +96,6 @@ class Logger {
   std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
   std::atomic<const std::function<void()>*> function_{nullptr};  // to call in the thread
   std::atomic<bool> stop_{false}, started_{false};
-  std::thread thread_;
 };
 
 /// Limits repeated log lines to one per second.
@@ -125,7 +114,8 @@ class LogThrottle {
 
 template <class... Arguments>
 void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  Logger::instance().log(level, format, std::forward<Arguments>(arguments)...);
+  Logger& logger = Logger::instance();
+  if (level >= logger.level()) logger.write({}, level, format, fmt::make_format_args(arguments...));
 }
 
 }  // namespace takt

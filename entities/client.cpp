@@ -3,12 +3,22 @@
 
 #include <random>
 
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+
 namespace takt {
 
 // Unique on the whole network with all likelihood that one needs: 63 random bits, and never 0.
 std::uint64_t new_client_id() {
   std::random_device random;
   return (std::uint64_t{random()} << 32 | random()) | 1;
+}
+
+void detail::refuse_call(const std::string& service, std::size_t waiting) {
+  throw Error(
+      fmt::format("service '{}': {} calls wait for their answers already", service, waiting),
+      "wait for some, or give the client more ClientOptions::calls_in_flight");
 }
 
 }  // namespace takt

@@ -12,8 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "takt/base/future.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
@@ -33,6 +31,8 @@ struct ClientOptions {
 };
 
 namespace detail {
+
+[[noreturn]] void refuse_call(const std::string& service, std::size_t waiting);
 
 /// A coroutine that waits for an answer. It goes on when its call has been sent and is over: while
 /// it is being sent, both the request in the coroutine's frame and the client, which the coroutine
@@ -188,12 +188,11 @@ class Client : public SubscriptionBase {
                          {reply_topic(path), &message_type<Response>(),
                           std::max<std::size_t>(options.calls_in_flight, 1), node,
                           service_identity<S>(kClientId, participant)},
-                         participant),
+                         participant, {&kMakerOf<Response>, 4}),
         clock_(clock),
         id_(new_client_id()),
         path_(path),
         pending_(std::make_shared<detail::PendingCalls<AnswerCallback>>(options)),
-        decoded_(participant != nullptr ? 4 : 0),
         requests_({request_topic(path), &message_type<Request>(), kServiceDepth, node,
                    endpoint().identity},
                   clock, {.loans = service_loans<Request>(options.calls_in_flight)}, participant) {
@@ -255,9 +254,7 @@ class Client : public SubscriptionBase {
     const std::shared_ptr<detail::PendingCalls<AnswerCallback>> pending = pending_;
     const auto sequence = pending->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
-      throw Error(fmt::format("service '{}': {} calls wait for their answers already", path_,
-                              pending->count()),
-                  "wait for some, or give the client more ClientOptions::calls_in_flight");
+      detail::refuse_call(path_, pending->count());
     }
     if (timer_ != nullptr) set_alarm();
     if (auto loan = requests_.borrow_loaned_message()) {
@@ -275,9 +272,6 @@ class Client : public SubscriptionBase {
     const TimePoint deadline = pending_->next_deadline();
     if (timer_->next_release() != deadline) timer_->release_at(deadline);
   }
-  MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
-    return decoded_.decode(bytes);
-  }
 
   Clock& clock_;
   const std::uint64_t id_;
@@ -285,7 +279,6 @@ class Client : public SubscriptionBase {
   const std::shared_ptr<detail::PendingCalls<AnswerCallback>>
       pending_;  // with coroutines that wait
   PiMutex alarm_mutex_;
-  detail::DecodedMessages<Response> decoded_;
   Publisher<Request> requests_;
   std::shared_ptr<Timer> timer_;
 };

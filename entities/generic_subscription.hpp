@@ -29,7 +29,7 @@ class GenericSubscription final : public SubscriptionBase {
   GenericSubscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
                       const Endpoint& endpoint, SerializedCallback callback,
                       const std::shared_ptr<Participant>& participant)
-      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant),
+      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant, {}),
         callback_(std::move(callback)) {}
 
   const std::string& type_name() const noexcept { return endpoint().type->name; }
@@ -39,8 +39,6 @@ class GenericSubscription final : public SubscriptionBase {
   void execute(Slot& slot) override;
 
  private:
-  MessageBlock* decode(std::span<const std::byte>) noexcept override { return nullptr; }
-
   const SerializedCallback callback_;
 };
 

@@ -6,16 +6,28 @@
 
 namespace takt {
 
+namespace {
+
+// How many messages are not in transit, because the writer keeps them for late joiners.
+std::size_t kept(const QoS& qos) noexcept {
+  return qos.durability == Durability::transient_local ? qos.depth : 0;
+}
+
+}  // namespace
+
 PublisherBase::PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds expected_period,
-                             const std::shared_ptr<Participant>& participant)
+                             const std::shared_ptr<Participant>& participant,
+                             const MessageMaker& maker, std::size_t loans, const void* prototype)
     : writer_(endpoint, clock),
       remote_(participant != nullptr
                   ? participant->create_writer(writer_.endpoint(), writer_.events())
                   : nullptr),
       expected_period_(expected_period),
-      wrappers_(Pool<OwnedBlock>::create(qos().depth + 16 + kept(), [](std::uint32_t) {
-        return std::make_unique<OwnedBlock>();
-      })) {
+      wrappers_(
+          Pool<OwnedBlock>::create(qos().depth + 16 + kept(qos()),
+                                   [](std::uint32_t) { return std::make_unique<OwnedBlock>(); })),
+      loans_(make_loans(loans == 0 ? 0 : loans + kept(qos()), maker, prototype)),
+      prototype_(remote_ != nullptr && has_loans() ? maker.loan(prototype) : nullptr) {
 }
 
 PublisherBase::~PublisherBase() {

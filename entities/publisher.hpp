@@ -97,6 +97,8 @@ class PublisherBase {
   bool wait_for_all_acked(Nanoseconds timeout = Nanoseconds::max()) noexcept {
     return remote_ == nullptr || remote_->wait_for_acks(timeout);
   }
+  /// Whether it was made with loans.
+  bool has_loans() const noexcept { return loans_->capacity() != 0; }
   /// In this process and outside.
   std::size_t subscription_count() const noexcept {
     return local_subscription_count() + outside_subscription_count();
@@ -108,19 +110,20 @@ class PublisherBase {
   std::size_t local_subscription_count() const noexcept { return writer_.reader_count(); }
 
  protected:
+  /// `loans` and `prototype` as in PublisherOptions.
   PublisherBase(const Endpoint& endpoint, Clock& clock, Nanoseconds expected_period,
-                const std::shared_ptr<Participant>& participant);
+                const std::shared_ptr<Participant>& participant, const MessageMaker& maker,
+                std::size_t loans, const void* prototype);
   ~PublisherBase();
 
-  /// How many messages are not in transit, because the writer keeps them for late joiners.
-  std::size_t kept() const noexcept {
-    return qos().durability == Durability::transient_local ? qos().depth : 0;
-  }
+  /// nullptr: all are out.
+  LoanedBlock* lend() noexcept { return loans_->acquire(); }
   /// No reader in this process is matched, and the message is not to be held back.
   bool is_for_outside_only() const noexcept;
   /// nullptr: shared memory lends nothing.
-  MessageBlock* lend_outside(const void* prototype) noexcept {
-    return remote_ != nullptr && is_for_outside_only() ? remote_->lend(prototype) : nullptr;
+  MessageBlock* lend_outside() noexcept {
+    return prototype_ != nullptr && is_for_outside_only() ? remote_->lend(prototype_->payload())
+                                                          : nullptr;
   }
   void write_lent(MessageBlock& block) noexcept { remote_->write_lent(block); }
   void send(MessageBlock& block) noexcept {
@@ -144,6 +147,8 @@ class PublisherBase {
   const std::unique_ptr<RemoteWriter> remote_;
   const Nanoseconds expected_period_;
   const PoolPtr<OwnedBlock> wrappers_;
+  const PoolPtr<LoanedBlock> loans_;
+  const std::unique_ptr<LoanedBlock> prototype_;  // of loans outside; nullptr: there are none
 };
 
 /// Thread safety: every method from any thread.
@@ -161,11 +166,8 @@ class Publisher : public PublisherBase {
   /// `participant`: sends to other processes too; may be nullptr.
   Publisher(const Endpoint& endpoint, Clock& clock, const PublisherOptions<T>& options = {},
             const std::shared_ptr<Participant>& participant = nullptr)
-      : PublisherBase(endpoint, clock, options.expected_period, participant),
-        prototype_(options.prototype != nullptr ? options.prototype : std::make_shared<const T>()),
-        loans_(Pool<LoanedBlock<T>>::create(
-            options.loans == 0 ? 0 : options.loans + kept(),
-            [&](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(*prototype_); })) {}
+      : PublisherBase(endpoint, clock, options.expected_period, participant, kMakerOf<T>,
+                      options.loans, options.prototype.get()) {}
 
   /// Lent by shared memory when all receivers are in other processes and the topic goes there by
   /// it, up to seven at once. Receivers in this process read a message by its pointer, so if there
@@ -173,9 +175,9 @@ class Publisher : public PublisherBase {
   /// pool are out: the publisher is faster than its receivers (back-pressure). Throws Error when
   /// the publisher was made without loans.
   LoanedMessage<T> borrow_loaned_message() {
-    if (loans_->capacity() == 0) refuse_loan();
-    if (MessageBlock* block = lend_outside(prototype_.get())) return {block, true};
-    return {loans_->acquire(), false};
+    if (!has_loans()) refuse_loan();
+    if (MessageBlock* block = lend_outside()) return {block, true};
+    return {lend(), false};
   }
 
   void publish(LoanedMessage<T>&& message) noexcept {
@@ -192,7 +194,7 @@ class Publisher : public PublisherBase {
   void publish(std::unique_ptr<T> message) { publish_owned(std::move(message)); }
   void publish(std::shared_ptr<const T> message) { publish_owned(std::move(message)); }
   void publish(const T& message) {
-    if (LoanedMessage<T> loan{loans_->acquire(), false}) {
+    if (LoanedMessage<T> loan{lend(), false}) {
       *loan = message;
       publish(std::move(loan));
     } else {
@@ -208,9 +210,6 @@ class Publisher : public PublisherBase {
     block.own(std::move(message));
     send(block);
   }
-
-  const std::shared_ptr<const T> prototype_;
-  const PoolPtr<LoanedBlock<T>> loans_;
 };
 
 }  // namespace takt

@@ -73,9 +73,8 @@ class Service : public SubscriptionBase {
       : SubscriptionBase(EntityKind::service, name, group,
                          {request_topic(path), &message_type<Request>(), options.depth, node,
                           service_identity<S>(kServiceId, participant)},
-                         participant),
-        has_loans_(options.loans != 0),
-        decoded_(participant != nullptr ? std::min<std::size_t>(options.loans, 4) : 0),
+                         participant,
+                         {&kMakerOf<Request>, std::min<std::size_t>(options.loans, 4)}),
         responses_({reply_topic(path), &message_type<Response>(), options.depth, node,
                     endpoint().identity},
                    clock, {.loans = service_loans<Response>(options.loans)}, participant) {}
@@ -97,7 +96,7 @@ class Service : public SubscriptionBase {
   Answer prepare(RequestId id) {
     static const typename S::Response kEmpty{};
     LoanedMessage<Response> lent =
-        has_loans_ ? responses_.borrow_loaned_message() : LoanedMessage<Response>();
+        responses_.has_loans() ? responses_.borrow_loaned_message() : LoanedMessage<Response>();
     Answer answer(std::move(lent), nullptr);
     if (!answer.lent_) answer.own_ = std::make_unique<Response>();
     answer->client = id.client;
@@ -114,12 +113,6 @@ class Service : public SubscriptionBase {
   }
 
  private:
-  MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
-    return decoded_.decode(bytes);
-  }
-
-  const bool has_loans_;
-  detail::DecodedMessages<Request> decoded_;
   Publisher<Response> responses_;
 };
 

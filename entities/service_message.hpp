@@ -34,15 +34,11 @@ struct ServiceMessage {
 template <Message T>
 const MessageType& takt_message_type(const ServiceMessage<T>*) {
   using Type = ServiceMessage<T>;
-  static const MessageType type = detail::finish_message_type(
-      {.name = message_type<T>().name,
-       .fields = {detail::describe_field<std::uint64_t>("client", offsetof(Type, client)),
-                  detail::describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
-                  detail::describe_field<T>("body", offsetof(Type, body))},
-       .size = sizeof(Type),
-       .alignment = alignof(Type),
-       .encode = &detail::encode_message<Type>,
-       .decode = &detail::decode_message<Type>});
+  static const MessageType& type = detail::make_message_type(
+      message_type<T>().name, detail::kLayoutOf<Type>,
+      {detail::describe_field<std::uint64_t>("client", offsetof(Type, client)),
+       detail::describe_field<std::int64_t>("sequence", offsetof(Type, sequence)),
+       detail::describe_field<T>("body", offsetof(Type, body))});
   return type;
 }
 

@@ -1,15 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/subscription.hpp"
 
+#include <array>
+
 #include "takt/base/logger.hpp"
 
 namespace takt {
 
+/// Memory for the control blocks of shared_ptrs: a fixed number of small cells; beyond that, the
+/// heap.
+/// Thread safety: allocators allocate and free from any thread.
+/// Real-time: a cell is lock-free; the heap is not.
+class SubscriptionBase::ControlBlocks {
+ public:
+  static constexpr std::size_t kBytes = 64;
+  struct Cell : PoolNode<Cell> {
+    alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
+    bool from_heap = false;
+  };
+  explicit ControlBlocks(std::size_t count)
+      : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {}
+
+  template <class U>
+  struct Allocator {
+    using value_type = U;
+    Pool<Cell>* cells;
+    explicit Allocator(Pool<Cell>* pool) noexcept : cells(pool) {}
+    template <class V>
+    Allocator(const Allocator<V>& other) noexcept : cells(other.cells) {}  // NOLINT: rebinding
+    U* allocate(std::size_t count) {
+      static_assert(sizeof(U) <= kBytes);
+      Cell* cell = count == 1 ? cells->acquire() : nullptr;
+      if (cell == nullptr) {
+        cell = new Cell;
+        cell->from_heap = true;
+      }
+      return reinterpret_cast<U*>(cell->bytes.data());
+    }
+    void deallocate(U* memory, std::size_t) noexcept {
+      Cell* cell =
+          reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) - offsetof(Cell, bytes));
+      if (cell->from_heap) {
+        delete cell;
+      } else {
+        Pool<Cell>::recycle(*cell);
+      }
+    }
+    friend bool operator==(const Allocator&, const Allocator&) = default;
+  };
+  Allocator<const void> allocator() const noexcept { return Allocator<const void>(cells_.get()); }
+
+ private:
+  PoolPtr<Cell> cells_;
+};
+
 SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
                                    const std::shared_ptr<CallbackGroup>& group,
                                    const Endpoint& endpoint,
-                                   const std::shared_ptr<Participant>& participant)
-    : Entity(kind, name, group), IntraProcessReader(endpoint), participant_(participant) {
+                                   const std::shared_ptr<Participant>& participant,
+                                   const Memory& memory)
+    : Entity(kind, name, group),
+      IntraProcessReader(endpoint),
+      participant_(participant),
+      maker_(memory.maker),
+      decoded_(participant != nullptr && memory.maker != nullptr
+                   ? make_loans(memory.decoded, *memory.maker)
+                   : nullptr),
+      control_blocks_(memory.shared != 0 ? std::make_unique<ControlBlocks>(memory.shared)
+                                         : nullptr) {
 }
 
 SubscriptionBase::~SubscriptionBase() = default;
@@ -65,6 +123,43 @@ void SubscriptionBase::start() {
   remote_.store(own_remote_.get());
 }
 
+std::size_t SubscriptionBase::ready_count() const noexcept {
+  return ring().size();
+}
+
+std::uint64_t SubscriptionBase::lost() const noexcept {
+  return dropped() + malformed_;
+}
+
+MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
+  MessageBlock* message = IntraProcessReader::take(more);
+  if (message == nullptr || message->payload() != nullptr) return message;
+  return decode_received(*message);
+}
+
+MessageBlock* SubscriptionBase::decode(std::span<const std::byte> bytes) noexcept {
+  const MessageType& type = *endpoint().type;
+  if (LoanedBlock* loan = decoded_ != nullptr ? decoded_->acquire() : nullptr) {
+    loan->set_references(1);
+    if (type.decode(bytes, loan->message())) return loan;
+    loan->release();
+    return nullptr;
+  }
+  auto owned = std::make_unique<OwnedBlock>();
+  owned->from_heap = true;
+  owned->set_references(1);
+  if (type.decode(bytes, maker_->own(*owned))) return owned.release();
+  return nullptr;
+}
+
+std::shared_ptr<const void> SubscriptionBase::share(MessageBlock& message) {
+  HeldMessage held(&message);
+  if (const std::shared_ptr<const void>* shared = message.shared()) return *shared;
+  return std::shared_ptr<const void>(
+      message.payload(), [held = held.release()](const void*) { held->release(); },
+      control_blocks_->allocator());
+}
+
 MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept {
   const auto bytes = received.encoded();
   MessageBlock* message = decode(bytes);
@@ -83,15 +178,15 @@ MessageBlock* SubscriptionBase::decode_received(MessageBlock& received) noexcept
   return message;
 }
 
+void SubscriptionBase::discard(Slot& slot) noexcept {
+  slot.message->release();
+}
+
 bool SubscriptionBase::take(Slot& slot) noexcept {
   slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
   static_cast<Envelope&>(slot) = slot.message->envelope;
   return true;
-}
-
-detail::ControlBlocks::ControlBlocks(std::size_t count)
-    : cells_(Pool<Cell>::create(count, [](std::uint32_t) { return std::make_unique<Cell>(); })) {
 }
 
 }  // namespace takt

@@ -3,7 +3,6 @@
 #ifndef TAKT_ENTITIES_SUBSCRIPTION_HPP_
 #define TAKT_ENTITIES_SUBSCRIPTION_HPP_
 
-#include <array>
 #include <atomic>
 #include <concepts>
 #include <cstddef>
@@ -26,24 +25,30 @@ namespace TAKT_PUBLIC takt {
 /// Thread safety and real-time: as Entity and IntraProcessReader.
 class SubscriptionBase : public Entity, public IntraProcessReader {
  public:
+  /// The memory of what callbacks hold; beyond it, they allocate.
+  struct Memory {
+    const MessageMaker* maker = nullptr;
+    std::size_t decoded = 0;  // messages from other processes
+    std::size_t shared = 0;   // shared_ptrs that `share` makes
+  };
   /// `participant`: receives from other processes too; may be nullptr.
   SubscriptionBase(EntityKind kind, const std::string& name,
                    const std::shared_ptr<CallbackGroup>& group, const Endpoint& endpoint,
-                   const std::shared_ptr<Participant>& participant);
+                   const std::shared_ptr<Participant>& participant, const Memory& memory);
   ~SubscriptionBase() override;
 
   const std::string& topic() const noexcept { return endpoint().topic; }
   const QoS& qos() const noexcept { return endpoint().qos; }
-  std::size_t ready_count() const noexcept override { return ring().size(); }
+  std::size_t ready_count() const noexcept override;
   bool front(Arrival& arrival) const noexcept override;
   using Entity::take;
   bool take(Slot& slot) noexcept override;
-  void discard(Slot& slot) noexcept override { slot.message->release(); }
+  void discard(Slot& slot) noexcept override;
   void attach(Sink& sink) noexcept override;
   void detach() noexcept override;
   void retire() noexcept override;
   Report report() const override;
-  std::uint64_t lost() const noexcept override { return dropped() + malformed_; }
+  std::uint64_t lost() const noexcept override;
   /// Publishers in other processes.
   std::size_t outside_publisher_count() const noexcept {
     return ask_outside(&RemoteReader::writer_count);
@@ -54,18 +59,16 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  protected:
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
-  MessageBlock* take_message(bool& more) noexcept {
-    MessageBlock* message = IntraProcessReader::take(more);
-    if (message == nullptr || message->payload() != nullptr) return message;
-    return decode_received(*message);
-  }
-  /// The message that these bytes are, or nullptr. Called by the thread that takes.
-  virtual MessageBlock* decode(std::span<const std::byte> bytes) noexcept = 0;
+  MessageBlock* take_message(bool& more) noexcept;
+  /// The message as a shared_ptr, which takes the caller's hold of it over.
+  std::shared_ptr<const void> share(MessageBlock& message);
   /// For a taker that may take again, after it might not.
   void announce_if_ready() noexcept;
 
  private:
   MessageBlock* decode_received(MessageBlock& received) noexcept;
+  /// The message that these bytes are, or nullptr.
+  MessageBlock* decode(std::span<const std::byte> bytes) noexcept;
   /// The end outside may go meanwhile: a callback may drop what another one answers for.
   template <class Number>
   Number ask_outside(Number (RemoteReader::*question)() const noexcept) const noexcept {
@@ -78,6 +81,10 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   std::unique_ptr<RemoteReader> own_remote_;
   std::atomic<const RemoteReader*> remote_{nullptr};  // the same, for other threads
   std::atomic<std::uint64_t> malformed_{0};
+  class ControlBlocks;
+  const MessageMaker* const maker_;
+  const PoolPtr<LoanedBlock> decoded_;
+  const std::unique_ptr<ControlBlocks> control_blocks_;
 };
 
 /// Information about a message, as an optional second argument of callbacks.
@@ -98,105 +105,20 @@ struct MessageInfo {
         writer(slot.message->origin.writer) {}
 };
 
-namespace detail {
-
-/// Memory for the control blocks of the shared_ptrs that callbacks receive: a fixed number of
-/// small cells; beyond that, and for larger requests, the heap.
-/// Thread safety: allocators allocate and free from any thread.
-/// Real-time: a cell is lock-free; the heap is not.
-class ControlBlocks {
- public:
-  static constexpr std::size_t kBytes = 64;
-  struct Cell : PoolNode<Cell> {
-    alignas(std::max_align_t) std::array<std::byte, kBytes> bytes;
-    bool from_heap = false;
-  };
-  explicit ControlBlocks(std::size_t count);
-
-  template <class U>
-  struct Allocator {
-    using value_type = U;
-    Pool<Cell>* cells;
-    explicit Allocator(Pool<Cell>* pool) noexcept : cells(pool) {}
-    template <class V>
-    Allocator(const Allocator<V>& other) noexcept : cells(other.cells) {}  // NOLINT: rebinding
-    U* allocate(std::size_t count) {
-      static_assert(sizeof(U) <= kBytes);
-      Cell* cell = count == 1 ? cells->acquire() : nullptr;
-      if (cell == nullptr) {
-        cell = new Cell;
-        cell->from_heap = true;
-      }
-      return reinterpret_cast<U*>(cell->bytes.data());
-    }
-    void deallocate(U* memory, std::size_t) noexcept {
-      Cell* cell =
-          reinterpret_cast<Cell*>(reinterpret_cast<std::byte*>(memory) - offsetof(Cell, bytes));
-      if (cell->from_heap) {
-        delete cell;
-      } else {
-        Pool<Cell>::recycle(*cell);
-      }
-    }
-    friend bool operator==(const Allocator&, const Allocator&) = default;
-  };
-  template <class U>
-  Allocator<U> allocator() const noexcept {
-    return Allocator<U>(cells_.get());
-  }
-
- private:
-  PoolPtr<Cell> cells_;
-};
-
-/// The memory into which messages from other processes are decoded.
-/// Thread safety: from any thread.
-/// Real-time: a message that fits into the memory of one of the `kept` before it allocates nothing.
-template <Message T>
-class DecodedMessages {
- public:
-  explicit DecodedMessages(std::size_t kept)
-      : loans_(Pool<LoanedBlock<T>>::create(
-            kept, [](std::uint32_t) { return std::make_unique<LoanedBlock<T>>(); })) {}
-
-  /// nullptr when the bytes are no T.
-  MessageBlock* decode(std::span<const std::byte> bytes) noexcept {
-    const MessageType& type = message_type<T>();
-    MessageBlock* block = nullptr;
-    if (LoanedBlock<T>* loan = loans_->acquire()) {
-      block = type.decode(bytes, &loan->message) ? loan : nullptr;
-      if (block == nullptr) Pool<LoanedBlock<T>>::recycle(*loan);
-    } else if (auto message = std::make_unique<T>(); type.decode(bytes, message.get())) {
-      auto* owned = new OwnedBlock;
-      owned->from_heap = true;
-      owned->own(std::move(message));
-      block = owned;
-    }
-    if (block != nullptr) block->set_references(1);
-    return block;
-  }
-
- private:
-  PoolPtr<LoanedBlock<T>> loans_;
-};
-
-}  // namespace detail
-
 /// A subscription, as its node creates it. Dropping the last pointer removes it from its executor
 /// and waits for its running callback (unless dropped in that very callback).
-/// Thread safety and real-time: as SubscriptionBase; a message from another process is decoded as
-/// DecodedMessages says.
+/// Thread safety and real-time: as SubscriptionBase.
 template <Message T>
 class Subscription : public SubscriptionBase {
  public:
   using SharedPtr = std::shared_ptr<Subscription>;
 
-  /// `kept`: how many messages from other processes callbacks hold at once.
+  /// `decoded` and `shared` as in SubscriptionBase::Memory.
   Subscription(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
                const Endpoint& endpoint, const std::shared_ptr<Participant>& participant,
-               std::size_t kept)
-      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant),
-        decoded_(participant != nullptr ? kept : 0) {}
+               std::size_t decoded, std::size_t shared = 0)
+      : SubscriptionBase(EntityKind::subscription, name, group, endpoint, participant,
+                         {&kMakerOf<T>, decoded, shared}) {}
   using SubscriptionBase::take;
 
   /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
@@ -208,13 +130,6 @@ class Subscription : public SubscriptionBase {
     block->release();
     return true;
   }
-
- private:
-  MessageBlock* decode(std::span<const std::byte> bytes) noexcept final {
-    return decoded_.decode(bytes);
-  }
-
-  detail::DecodedMessages<T> decoded_;
 };
 
 /// The forms of callback: how it takes the message, and whether MessageInfo follows.
@@ -254,9 +169,9 @@ class CallbackSubscription : public Subscription<T> {
       : Subscription<T>(name, group, endpoint, participant,
                         kLooks    ? 4
                         : kShares ? endpoint.qos.depth + 16
-                                  : 0),
-        callback_(std::move(callback)),
-        control_blocks_(endpoint.qos.depth + 16) {}
+                                  : 0,
+                        kShares ? endpoint.qos.depth + 16 : 0),
+        callback_(std::move(callback)) {}
   using Subscription<T>::take;
 
   void execute(Slot& slot) override {
@@ -268,7 +183,7 @@ class CallbackSubscription : public Subscription<T> {
       const Hold hold{block};
       call(*static_cast<const T*>(block.payload()), info);
     } else if constexpr (kShares) {
-      call(share(block), info);
+      call(std::static_pointer_cast<const T>(this->share(block)), info);
     } else {
       call(own(block), info);
     }
@@ -282,7 +197,7 @@ class CallbackSubscription : public Subscription<T> {
     if constexpr (kLooks) {
       return look(TakenMessage<T>(&block, static_cast<const T*>(block.payload())), info);
     } else if constexpr (kShares) {
-      return pass(share(block), info);
+      return pass(std::static_pointer_cast<const T>(this->share(block)), info);
     } else {
       return pass(own(block), info);
     }
@@ -305,16 +220,6 @@ class CallbackSubscription : public Subscription<T> {
     }
   }
 
-  std::shared_ptr<const T> share(MessageBlock& block) {
-    if (const std::shared_ptr<const void>* shared = block.shared()) {
-      const Hold hold{block};
-      return std::static_pointer_cast<const T>(*shared);
-    }
-    return std::shared_ptr<const T>(
-        static_cast<const T*>(block.payload()), [&block](const T*) { block.release(); },
-        control_blocks_.template allocator<T>());
-  }
-
   std::unique_ptr<T> own(MessageBlock& block) {
     const Hold hold{block};
     if (void* message = block.steal()) return std::unique_ptr<T>(static_cast<T*>(message));
@@ -322,11 +227,6 @@ class CallbackSubscription : public Subscription<T> {
   }
 
   F callback_;
-  struct NoControlBlocks {
-    explicit NoControlBlocks(std::size_t) noexcept {}
-  };
-  [[no_unique_address]] std::conditional_t<kShares, detail::ControlBlocks, NoControlBlocks>
-      control_blocks_;
 };
 
 /// A subscription whose callback is a coroutine.

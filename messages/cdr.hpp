@@ -46,14 +46,8 @@ class ByteBuffer {
   }
 
  private:
-  void grow(std::size_t wanted) {
-    std::size_t capacity = capacity_ == 0 ? 256 : capacity_;
-    while (capacity < wanted) capacity *= 2;
-    auto larger = std::make_unique_for_overwrite<std::byte[]>(capacity);
-    if (size_ != 0) std::memcpy(larger.get(), data_.get(), size_);
-    data_ = std::move(larger);
-    capacity_ = capacity;
-  }
+  void grow(std::size_t wanted);
+
   std::unique_ptr<std::byte[]> data_;
   std::size_t size_ = 0, capacity_ = 0;
 };
@@ -77,15 +71,9 @@ class CdrWriter {
   void operator()(const T& value) {
     put(&value, sizeof value, sizeof value);
   }
-  void operator()(const std::string& text) {
-    (*this)(static_cast<std::uint32_t>(text.size() + 1));  // with the zero at the end
-    put(text.c_str(), text.size() + 1, 1);
-  }
+  void operator()(const std::string& text);
   /// ROS 2's wstring: four bytes each, without a zero at the end.
-  void operator()(const std::u16string& text) {
-    (*this)(static_cast<std::uint32_t>(text.size()));
-    for (const char16_t character : text) (*this)(static_cast<std::uint32_t>(character));
-  }
+  void operator()(const std::u16string& text);
   template <class T>
   void operator()(const std::vector<T>& values) {
     (*this)(static_cast<std::uint32_t>(values.size()));
@@ -198,22 +186,8 @@ class CdrReader {
       std::memcpy(&value, from, sizeof(T));
     }
   }
-  void operator()(std::string& text) {
-    const std::uint32_t size = count(1);
-    const std::byte* from = take(size, 1);
-    if (!ok_ || size == 0) return text.clear();  // some senders omit the zero of an empty string
-    if (from[size - 1] != std::byte{0}) return fail();
-    text.assign(reinterpret_cast<const char*>(from), size - 1);
-  }
-  void operator()(std::u16string& text) {
-    text.resize(count(sizeof(std::uint32_t)));
-    for (char16_t& character : text) {
-      std::uint32_t value = 0;
-      (*this)(value);
-      if (value > 0xffff) return fail();
-      character = static_cast<char16_t>(value);
-    }
-  }
+  void operator()(std::string& text);
+  void operator()(std::u16string& text);
   template <class T>
   void operator()(std::vector<T>& values) {
     if constexpr (CdrPrimitive<T> && !std::same_as<T, bool>) {

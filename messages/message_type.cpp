@@ -28,6 +28,70 @@ MessageType detail::finish_message_type(MessageType type) {
   return type;
 }
 
+std::string detail::name_of(FieldShape::Id id) {
+  switch (id) {
+    case FieldShape::boolean:
+      return "boolean";
+    case FieldShape::byte:
+      return "octet";
+    case FieldShape::character:
+      return "char";
+    case FieldShape::float32:
+      return "float";
+    case FieldShape::float64:
+      return "double";
+    case FieldShape::int8:
+      return "int8";
+    case FieldShape::uint8:
+      return "uint8";
+    case FieldShape::int16:
+      return "int16";
+    case FieldShape::uint16:
+      return "uint16";
+    case FieldShape::int32:
+      return "int32";
+    case FieldShape::uint32:
+      return "uint32";
+    case FieldShape::int64:
+      return "int64";
+    case FieldShape::uint64:
+      return "uint64";
+    default:
+      return {};  // these have names of their own
+  }
+}
+
+std::string detail::name_of(const MessageType& nested) {
+  return nested.name + "#" + std::to_string(nested.layout_hash);
+}
+
+std::string detail::name_of_sequence(const std::string& element) {
+  return "sequence<" + element + ">";
+}
+
+std::string detail::name_of_array(const std::string& element, std::size_t size) {
+  return element + "[" + std::to_string(size) + "]";
+}
+
+std::string detail::name_of_bounded(const std::string& container, std::size_t most) {
+  return "at_most<" + container + "," + std::to_string(most) + ">";
+}
+
+detail::FieldDescription::operator MessageField() const {
+  return {name, type(), offset, fixed_size(), shape()};
+}
+
+const MessageType& detail::make_message_type(std::string_view name, const MessageLayout& layout,
+                                             std::initializer_list<FieldDescription> fields) {
+  return *new MessageType(finish_message_type({.name = std::string(name),
+                                               .fields = {fields.begin(), fields.end()},
+                                               .size = layout.size,
+                                               .alignment = layout.alignment,
+                                               .fixed_size = layout.fixed_size,
+                                               .encode = layout.encode,
+                                               .decode = layout.decode}));
+}
+
 const MessageType& serialized_type(std::string_view name) {
   static std::mutex mutex;
   static auto& types = *new std::map<std::string, MessageType, std::less<>>;

@@ -8,6 +8,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -103,29 +104,26 @@ namespace detail {
 /// Computes size and hash from the fields.
 MessageType finish_message_type(MessageType type);
 
+// What every type would compile again, see message_type.cpp.
+std::string name_of(FieldShape::Id id);
+std::string name_of(const MessageType& nested);
+std::string name_of_sequence(const std::string& element);
+std::string name_of_array(const std::string& element, std::size_t size);
+std::string name_of_bounded(const std::string& container, std::size_t most);
+
 template <class T>
 FieldShape several(std::uint8_t kind, std::size_t capacity);
 
 template <class T>
 struct FieldType {  // the general case: a nested message
-  static std::string name() {
-    const MessageType& type = message_type<T>();
-    return type.name + "#" + std::to_string(type.layout_hash);
-  }
+  static std::string name() { return name_of(message_type<T>()); }
   static bool fixed_size() { return message_type<T>().fixed_size; }
   static FieldShape shape() { return {.id = FieldShape::nested, .type = &message_type<T>()}; }
 };
 template <class T>
 requires std::is_arithmetic_v<T> || std::same_as<T, std::byte>
 struct FieldType<T> {
-  static std::string name() {
-    if constexpr (std::same_as<T, bool>) return "boolean";
-    if constexpr (std::same_as<T, std::byte>) return "octet";
-    if constexpr (std::same_as<T, char>) return "char";
-    if constexpr (std::same_as<T, float>) return "float";
-    if constexpr (std::same_as<T, double>) return "double";
-    return (std::is_signed_v<T> ? "int" : "uint") + std::to_string(8 * sizeof(T));
-  }
+  static std::string name() { return name_of(shape().element()); }
   static bool fixed_size() { return true; }
   static FieldShape shape() {
     if constexpr (std::same_as<T, bool>) return {FieldShape::boolean};
@@ -157,15 +155,13 @@ struct FieldType<std::u16string> {
 };
 template <class T>
 struct FieldType<std::vector<T>> {
-  static std::string name() { return "sequence<" + FieldType<T>::name() + ">"; }
+  static std::string name() { return name_of_sequence(FieldType<T>::name()); }
   static bool fixed_size() { return false; }
   static FieldShape shape() { return several<T>(FieldShape::kSequence, 0); }
 };
 template <class Container, std::size_t kMost>
 struct FieldType<Bounded<Container, kMost>> {
-  static std::string name() {
-    return "at_most<" + FieldType<Container>::name() + "," + std::to_string(kMost) + ">";
-  }
+  static std::string name() { return name_of_bounded(FieldType<Container>::name(), kMost); }
   static bool fixed_size() { return false; }
   static FieldShape shape() {
     if constexpr (std::same_as<Container, std::string>) {
@@ -179,7 +175,7 @@ struct FieldType<Bounded<Container, kMost>> {
 };
 template <class T, std::size_t N>
 struct FieldType<std::array<T, N>> {
-  static std::string name() { return FieldType<T>::name() + "[" + std::to_string(N) + "]"; }
+  static std::string name() { return name_of_array(FieldType<T>::name(), N); }
   static bool fixed_size() { return FieldType<T>::fixed_size(); }
   static FieldShape shape() { return several<T>(FieldShape::kArray, N); }
 };
@@ -192,9 +188,19 @@ FieldShape several(std::uint8_t kind, std::size_t capacity) {
   return shape;
 }
 
+/// A field as the code describes it: without strings, which each type would compile again.
+struct FieldDescription {
+  const char* name;
+  std::size_t offset;
+  std::string (*type)();
+  bool (*fixed_size)();
+  FieldShape (*shape)();
+
+  operator MessageField() const;  // NOLINT: it is one
+};
 template <class T>
-MessageField describe_field(const char* name, std::size_t offset) {
-  return {name, FieldType<T>::name(), offset, FieldType<T>::fixed_size(), FieldType<T>::shape()};
+constexpr FieldDescription describe_field(const char* name, std::size_t offset) {
+  return {name, offset, &FieldType<T>::name, &FieldType<T>::fixed_size, &FieldType<T>::shape};
 }
 
 template <class T>
@@ -208,6 +214,21 @@ bool decode_message(std::span<const std::byte> bytes, void* message) {
   reader(*static_cast<T*>(message));
   return reader.ok();
 }
+
+/// What else a type consists of.
+struct MessageLayout {
+  std::size_t size, alignment;
+  bool fixed_size;
+  void (*encode)(const void* message, ByteBuffer& bytes);
+  bool (*decode)(std::span<const std::byte> bytes, void* message);
+};
+template <class T>
+inline constexpr MessageLayout kLayoutOf = {sizeof(T), alignof(T), std::is_trivially_copyable_v<T>,
+                                            &encode_message<T>, &decode_message<T>};
+
+/// The result is never destroyed.
+const MessageType& make_message_type(std::string_view name, const MessageLayout& layout,
+                                     std::initializer_list<FieldDescription> fields);
 
 }  // namespace detail
 
@@ -230,21 +251,6 @@ struct MessagePointers {
   using ConstUniquePtr = std::unique_ptr<const M>;
   friend bool operator==(const MessagePointers&, const MessagePointers&) = default;
 };
-
-namespace detail {
-
-template <class T>
-MessageType generated_message_type(const char* name, std::vector<MessageField> fields) {
-  return finish_message_type({.name = name,
-                              .fields = std::move(fields),
-                              .size = sizeof(T),
-                              .alignment = alignof(T),
-                              .fixed_size = std::is_trivially_copyable_v<T>,
-                              .encode = &encode_message<T>,
-                              .decode = &decode_message<T>});
-}
-
-}  // namespace detail
 
 // ---- TAKT_MESSAGE ----
 
@@ -269,14 +275,9 @@ MessageType generated_message_type(const char* name, std::vector<MessageField> f
 /// of declaration.
 #define TAKT_MESSAGE(Type, type_name, ...)                                                  \
   [[maybe_unused]] inline const ::takt::MessageType& takt_message_type(const Type*) {       \
-    static const ::takt::MessageType type = ::takt::detail::finish_message_type(            \
-        {.name = type_name,                                                                 \
-         .fields = {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)},   \
-         .size = sizeof(Type),                                                              \
-         .alignment = alignof(Type),                                                        \
-         .fixed_size = std::is_trivially_copyable_v<Type>,                                  \
-         .encode = &::takt::detail::encode_message<Type>,                                   \
-         .decode = &::takt::detail::decode_message<Type>});                                 \
+    static const ::takt::MessageType& type = ::takt::detail::make_message_type(             \
+        type_name, ::takt::detail::kLayoutOf<Type>,                                         \
+        {TAKT_FOR_EACH(TAKT_DESCRIBE_FIELD, Type __VA_OPT__(, ) __VA_ARGS__)});             \
     return type;                                                                            \
   }                                                                                         \
   template <class Visitor, class Message>                                                   \

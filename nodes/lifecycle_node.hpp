@@ -101,10 +101,11 @@ class LifecycleNode : public Node {
   template <Message T>
   std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                           const PublisherOptions<T>& options = {}) {
-    const Endpoint end = endpoint<T>(topic, qos);
-    remember_output(end.topic, {options.published_by, options.joins});
-    return std::make_shared<LifecyclePublisher<T>>(gate_, end, clock().real(), options,
-                                                   participant());
+    return std::make_shared<LifecyclePublisher<T>>(
+        gate_,
+        publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
+                           options.graph_node),
+        clock().real(), options, participant());
   }
 
   template <Message T, SubscriptionCallback<T> F>

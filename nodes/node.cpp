@@ -5,8 +5,11 @@
 #include <cctype>
 #include <map>
 #include <mutex>
+#include <thread>
 
 #include <fmt/format.h>
+
+#include "takt/nodes/node_state.hpp"
 
 namespace takt {
 
@@ -49,28 +52,6 @@ std::string absolute_name_space(std::string_view name_space) {
   return result;
 }
 
-// What each of the objects that are named will have.
-template <class Object>
-std::map<Object*, CallbackParameters> after(
-    const std::map<std::string, CallbackParameters, std::less<>>& changes,
-    const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
-  std::map<Object*, CallbackParameters> result;
-  for (const auto& change : changes) {  // clang 14 captures no structured bindings
-    const std::string& name = change.first;
-    const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
-      return candidate->name() == name;
-    });
-    if (object == objects.end()) {
-      std::vector<std::string> names;
-      for (const auto& candidate : objects) names.push_back(candidate->name());
-      throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),
-                  suggest(name, names));
-    }
-    result[object->get()] = change.second.or_else((*object)->parameters());
-  }
-  return result;
-}
-
 // The nodes of this process by name, and by the participant through which others see them.
 class NodeNames {
  public:
@@ -100,6 +81,9 @@ void check_node_name(std::string_view name) {
   check_name(name, "node");
 }
 
+Node::Node(std::string_view name) : Node(name, NodeOptions()) {
+}
+
 Node::Node(std::string_view name, const NodeOptions& options)
     : options_(options),
       own_clock_(options_.time_source == nullptr
@@ -111,9 +95,9 @@ Node::Node(std::string_view name, const NodeOptions& options)
       fully_qualified_name_(name_space_ + "/" + name_),
       default_group_(
           std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
-      parameters_(name_, options.parameters) {
+      state_(std::make_unique<State>(name_, options.parameters)) {
   check_node_name(name_);
-  groups_.push_back(default_group_);
+  state_->groups.push_back(default_group_);
   declare_use_sim_time();
   if (options_.participant != nullptr) options_.participant->add_node(fully_qualified_name_);
   if (!NodeNames::instance().add(options_.participant.get(), fully_qualified_name_)) {
@@ -128,25 +112,10 @@ Node::~Node() {
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
-template <class Call>
-void Node::notify(Call&& call) {
-  std::unique_lock lock(mutex_);
-  const std::vector<NodeListener*> listeners = listeners_;
-  for (NodeListener* listener : listeners) {
-    if (std::find(listeners_.begin(), listeners_.end(), listener) == listeners_.end()) continue;
-    const std::pair running(listener, std::this_thread::get_id());
-    listener_calls_.push_back(running);
-    lock.unlock();
-    std::exception_ptr exception;
-    try {
-      call(*listener);
-    } catch (...) {
-      exception = std::current_exception();
-    }
-    lock.lock();
-    listener_calls_.erase(std::find(listener_calls_.begin(), listener_calls_.end(), running));
-    listener_called_.notify_all();
-    if (exception != nullptr) std::rethrow_exception(exception);
+void Node::write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) const {
+  Logger& logger = Logger::instance();
+  if (level >= options_.log_level.value_or(logger.level())) {
+    logger.write(fully_qualified_name_, level, format, arguments);
   }
 }
 
@@ -162,11 +131,11 @@ std::shared_ptr<CallbackGroup> Node::create_callback_group(std::string name, Cal
   auto group =
       std::make_shared<CallbackGroup>(std::move(name), type, automatically_add_to_executor);
   {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(groups_, [](const auto& known) { return known.expired(); });
-    groups_.push_back(group);
+    const std::lock_guard lock(state_->mutex);
+    std::erase_if(state_->groups, [](const auto& known) { return known.expired(); });
+    state_->groups.push_back(group);
   }
-  notify([&](NodeListener& listener) { listener.group_added(*this, group); });
+  state_->notify([&](NodeListener& listener) { listener.group_added(*this, group); });
   return group;
 }
 
@@ -198,11 +167,11 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
                             entity->name(), name_));
   }
   {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(entities_, [](const auto& old) { return old.expired(); });
-    entities_.push_back(entity);
+    const std::lock_guard lock(state_->mutex);
+    std::erase_if(state_->entities, [](const auto& old) { return old.expired(); });
+    state_->entities.push_back(entity);
   }
-  notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });
+  state_->notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });
 }
 
 std::shared_ptr<Timer> Node::make_timer(Clock& clock, std::string name, Nanoseconds period,
@@ -213,8 +182,8 @@ std::shared_ptr<Timer> Node::make_timer(Clock& clock, std::string name, Nanoseco
 }
 
 std::string Node::next_wall_timer_name() {
-  const std::lock_guard lock(mutex_);
-  return fmt::format("wall_timer_{}", ++wall_timers_);
+  const std::lock_guard lock(state_->mutex);
+  return fmt::format("wall_timer_{}", ++state_->wall_timers);
 }
 
 std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
@@ -223,10 +192,10 @@ std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
   auto handle = adopt<Timer>(std::move(timer));
   bool is_first_warning = false;
   {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(timers_, [](const auto& known) { return known.second.expired(); });
-    if (!timers_.try_emplace(name, handle).second) {
-      is_first_warning = timers_of_one_name_.insert(name).second;
+    const std::lock_guard lock(state_->mutex);
+    std::erase_if(state_->timers, [](const auto& known) { return known.second.expired(); });
+    if (!state_->timers.try_emplace(name, handle).second) {
+      is_first_warning = state_->timers_of_one_name.insert(name).second;
     }
   }
   if (is_first_warning) {
@@ -236,6 +205,13 @@ std::shared_ptr<Timer> Node::adopt_timer(std::shared_ptr<Timer> timer) {
         name);
   }
   return handle;
+}
+
+std::shared_ptr<TaskRunner> Node::create_task_runner(const std::string& callback,
+                                                     std::shared_ptr<CallbackGroup> group,
+                                                     std::size_t most_tasks) {
+  return adopt_task_runner(std::make_shared<TaskRunner>(
+      callback, group_or_default(std::move(group)), clock(), most_tasks));
 }
 
 std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
@@ -267,8 +243,8 @@ std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
 std::string Node::resolve(std::string_view topic) {
   std::string_view name = topic;
   if (const auto found = options_.remap.find(topic); found != options_.remap.end()) {
-    const std::lock_guard lock(mutex_);
-    used_remaps_.emplace(topic);
+    const std::lock_guard lock(state_->mutex);
+    state_->used_remaps.emplace(topic);
     name = found->second;
   }
   std::string result;
@@ -292,9 +268,9 @@ Endpoint Node::endpoint(std::string_view topic, const MessageType& type, const Q
 std::shared_ptr<GenericPublisher> Node::create_generic_publisher(std::string_view topic,
                                                                  std::string_view type,
                                                                  const QoS& qos) {
-  const Endpoint end = endpoint(topic, serialized_type(type), qos);
-  remember_output(end.topic, PublishingCallbacks{});
-  return std::make_shared<GenericPublisher>(end, clock().real(), options_.participant);
+  return std::make_shared<GenericPublisher>(
+      publisher_endpoint(topic, serialized_type(type), qos, {}, false, {}), clock().real(),
+      options_.participant);
 }
 
 std::shared_ptr<SubscriptionBase> Node::create_generic_subscription(
@@ -309,10 +285,24 @@ std::shared_ptr<SubscriptionBase> Node::create_generic_subscription(
 }
 
 QoS Node::decide(const std::string& topic, const QoS& code) {
-  const std::lock_guard lock(mutex_);
-  topics_.insert(topic);
+  const std::lock_guard lock(state_->mutex);
+  state_->topics.insert(topic);
   const auto found = options_.qos.find(topic);
   return found != options_.qos.end() ? found->second.over(code) : code;
+}
+
+Endpoint Node::publisher_endpoint(std::string_view topic, const MessageType& type, const QoS& qos,
+                                  const std::vector<std::string>& published_by, bool joins,
+                                  const std::string& graph_node) {
+  Endpoint end = endpoint(topic, type, qos);
+  if (!graph_node.empty()) end.node = graph_node;
+  remember_output(end.topic, {published_by, joins});
+  return end;
+}
+
+std::string Node::qos_event_name(std::string_view topic, std::string_view end,
+                                 std::string_view event) {
+  return fmt::format("{}/{}/{}", topic, end, event);
 }
 
 void Node::check_deadline(const std::string& topic, const QoS& qos) {
@@ -321,8 +311,8 @@ void Node::check_deadline(const std::string& topic, const QoS& qos) {
 }
 
 void Node::remember_output(const std::string& topic, const PublishingCallbacks& callbacks) {
-  const std::lock_guard lock(mutex_);
-  const auto [output, is_new] = outputs_.try_emplace(topic, callbacks);
+  const std::lock_guard lock(state_->mutex);
+  const auto [output, is_new] = state_->outputs.try_emplace(topic, callbacks);
   PublishingCallbacks& known = output->second;
   if (is_new || known.names.empty()) return;
   if (callbacks.names.empty()) {
@@ -334,9 +324,9 @@ void Node::remember_output(const std::string& topic, const PublishingCallbacks& 
 }
 
 std::optional<PublishingCallbacks> Node::publishing_callbacks(std::string_view topic) const {
-  const std::lock_guard lock(mutex_);
-  const auto output = outputs_.find(topic);
-  if (output == outputs_.end()) return {};
+  const std::lock_guard lock(state_->mutex);
+  const auto output = state_->outputs.find(topic);
+  if (output == state_->outputs.end()) return {};
   return output->second;
 }
 
@@ -357,104 +347,40 @@ std::shared_ptr<Entity> Node::find_entity(std::string_view name) const {
               suggest(name, names));
 }
 
-// With the mutex held: what each object will have, if all of it can be.
-Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
-                                      const std::vector<std::shared_ptr<CallbackGroup>>& groups,
-                                      const std::vector<std::shared_ptr<Entity>>& entities) const {
-  ChangedParameters changed{after(changes.callback_groups, groups, "callback group", *this),
-                            after(changes.callbacks, entities, "callback", *this)};
-  const auto of = [](const auto& some, const auto& object) -> const CallbackParameters& {
-    const auto found = some.find(object.get());
-    return found != some.end() ? found->second : object->parameters();
-  };
-  for (const auto& [group, parameters] : changed.groups) parameters.check();
-  for (const auto& [entity, parameters] : changed.callbacks) parameters.check(entity->period());
-  for (const auto& entity : entities) {
-    of(changed.callbacks, entity)
-        .or_else(of(changed.groups, entity->group()))
-        .check(entity->period());
-  }
-  return changed;
-}
-
-void Node::check_callback_parameters(const CallbackParameterChanges& changes) const {
-  const auto all_groups = groups();
-  const auto all_entities = entities();
-  const std::lock_guard lock(mutex_);
-  checked(changes, all_groups, all_entities);
-}
-
-void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
-  const auto all_groups = groups();
-  const auto all_entities = entities();
-  ChangedParameters before;
-  const auto exchange = [&before](const ChangedParameters& parameters) {
-    before = {};
-    for (const auto& [group, of_group] : parameters.groups) {
-      before.groups.emplace(group, group->parameters());
-      group->set_parameters(of_group);
-    }
-    for (const auto& [entity, of_entity] : parameters.callbacks) {
-      before.callbacks.emplace(entity, entity->parameters());
-      entity->set_parameters(of_entity);
-    }
-  };
-  const auto notify_listeners = [this] {
-    notify([this](NodeListener& listener) { listener.parameters_changed(*this); });
-  };
-  {
-    const std::lock_guard lock(mutex_);
-    exchange(checked(changes, all_groups, all_entities));
-  }
-  try {
-    notify_listeners();
-  } catch (...) {  // a user's scheduler does not take them
-    {
-      const std::lock_guard lock(mutex_);
-      exchange(ChangedParameters(before));
-    }
-    notify_listeners();
-    throw;
-  }
-}
-
-CallbackParameters Node::callback_parameters(const Entity& entity) const {
-  const std::lock_guard lock(mutex_);
-  return entity.parameters().or_else(entity.group()->parameters());
-}
-
 std::vector<std::shared_ptr<Entity>> Node::entities() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(state_->mutex);
   std::vector<std::shared_ptr<Entity>> result;
-  for (const auto& entity : entities_) {
+  for (const auto& entity : state_->entities) {
     if (auto alive = entity.lock()) result.push_back(std::move(alive));
   }
   return result;
 }
 
 std::vector<std::shared_ptr<CallbackGroup>> Node::groups() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(state_->mutex);
   std::vector<std::shared_ptr<CallbackGroup>> result;
-  for (const auto& group : groups_) {
+  for (const auto& group : state_->groups) {
     if (auto alive = group.lock()) result.push_back(std::move(alive));
   }
   return result;
 }
 
 void Node::add_listener(NodeListener& listener) {
-  const std::lock_guard lock(mutex_);
-  if (std::find(listeners_.begin(), listeners_.end(), &listener) == listeners_.end()) {
-    listeners_.push_back(&listener);
+  const std::lock_guard lock(state_->mutex);
+  if (std::find(state_->listeners.begin(), state_->listeners.end(), &listener) ==
+      state_->listeners.end()) {
+    state_->listeners.push_back(&listener);
   }
 }
 
 void Node::remove_listener(NodeListener& listener) noexcept {
-  std::unique_lock lock(mutex_);
-  std::erase(listeners_, &listener);
-  listener_called_.wait(lock, [&] {
-    return std::none_of(listener_calls_.begin(), listener_calls_.end(), [&](const auto& running) {
-      return running.first == &listener && running.second != std::this_thread::get_id();
-    });
+  std::unique_lock lock(state_->mutex);
+  std::erase(state_->listeners, &listener);
+  state_->listener_called.wait(lock, [&] {
+    return std::none_of(
+        state_->listener_calls.begin(), state_->listener_calls.end(), [&](const auto& running) {
+          return running.first == &listener && running.second != std::this_thread::get_id();
+        });
   });
 }
 
@@ -468,22 +394,22 @@ void Node::release(const NodeListener* owner) noexcept {
 }
 
 std::vector<std::string> Node::unused_remaps() const {
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(state_->mutex);
   std::vector<std::string> result;
   for (const auto& [from, to] : options_.remap) {
-    if (!used_remaps_.contains(from)) result.push_back(from);
+    if (!state_->used_remaps.contains(from)) result.push_back(from);
   }
   return result;
 }
 
 std::vector<std::string> Node::timers_of_one_name() const {
-  const std::lock_guard lock(mutex_);
-  return {timers_of_one_name_.begin(), timers_of_one_name_.end()};
+  const std::lock_guard lock(state_->mutex);
+  return {state_->timers_of_one_name.begin(), state_->timers_of_one_name.end()};
 }
 
 std::vector<std::string> Node::topics() const {
-  const std::lock_guard lock(mutex_);
-  return {topics_.begin(), topics_.end()};
+  const std::lock_guard lock(state_->mutex);
+  return {state_->topics.begin(), state_->topics.end()};
 }
 
 }  // namespace takt

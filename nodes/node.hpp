@@ -3,17 +3,13 @@
 #ifndef TAKT_NODES_NODE_HPP_
 #define TAKT_NODES_NODE_HPP_
 
-#include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -34,7 +30,7 @@
 #include "takt/entities/task_runner.hpp"
 #include "takt/entities/timer.hpp"
 #include "takt/nodes/node_options.hpp"
-#include "takt/nodes/node_parameters.hpp"
+#include "takt/nodes/parameter.hpp"
 
 namespace TAKT_PUBLIC takt {
 
@@ -78,7 +74,8 @@ class Node : public std::enable_shared_from_this<Node> {
  public:
   using SharedPtr = std::shared_ptr<Node>;
 
-  explicit Node(std::string_view name, const NodeOptions& options = {});
+  explicit Node(std::string_view name);
+  Node(std::string_view name, const NodeOptions& options);
   virtual ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
@@ -93,13 +90,7 @@ class Node : public std::enable_shared_from_this<Node> {
   template <class... Arguments>
   void log(LogLevel level, fmt::format_string<Arguments...> format,
            Arguments&&... arguments) const {
-    Logger& logger = Logger::instance();
-    if (level < options_.log_level.value_or(logger.level())) return;
-    char line[Logger::kLineBytes];
-    const auto end =
-        fmt::format_to_n(line, sizeof line, format, std::forward<Arguments>(arguments)...);
-    logger.write_as(fully_qualified_name_, level,
-                    std::string_view(line, std::min(end.size, sizeof line)));
+    write_log(level, format, fmt::make_format_args(arguments...));
   }
 
   std::shared_ptr<CallbackGroup> create_callback_group(std::string name, CallbackGroupType type,
@@ -148,9 +139,9 @@ class Node : public std::enable_shared_from_this<Node> {
   std::shared_ptr<Entity> create_qos_event(const End& end,
                                            std::function<void(const Status&)> callback,
                                            std::shared_ptr<CallbackGroup> group = nullptr) {
-    std::string name = fmt::format(
-        "{}/{}/{}", end.topic(),
-        std::derived_from<End, SubscriptionBase> ? "subscription" : "publisher", Status::kName);
+    std::string name = qos_event_name(
+        end.topic(), std::derived_from<End, SubscriptionBase> ? "subscription" : "publisher",
+        Status::kName);
     if constexpr (std::same_as<Status, DeadlineMissedStatus>) {
       check_deadline(end.topic(), end.qos());
       return adopt<Entity>(std::make_shared<DeadlineEvent>(
@@ -180,10 +171,10 @@ class Node : public std::enable_shared_from_this<Node> {
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
                                                  const PublisherOptions<T>& options = {}) {
-    Endpoint end = endpoint<T>(topic, qos);
-    if (!options.graph_node.empty()) end.node = options.graph_node;
-    remember_output(end.topic, {options.published_by, options.joins});
-    return std::make_shared<Publisher<T>>(end, clock().real(), options, options_.participant);
+    return std::make_shared<Publisher<T>>(
+        publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
+                           options.graph_node),
+        clock().real(), options, options_.participant);
   }
 
   template <Message T, SubscriptionCallback<T> F>
@@ -265,10 +256,7 @@ class Node : public std::enable_shared_from_this<Node> {
   /// `most_tasks` at a time. `callback` gives it its name.
   std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
                                                  std::shared_ptr<CallbackGroup> group,
-                                                 std::size_t most_tasks) {
-    return adopt_task_runner(std::make_shared<TaskRunner>(
-        callback, group_or_default(std::move(group)), clock(), most_tasks));
-  }
+                                                 std::size_t most_tasks);
 
   /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
   /// is taken for a floating-point number. Throws Error when it is of another type, out of the
@@ -276,7 +264,9 @@ class Node : public std::enable_shared_from_this<Node> {
   /// is taken for a byte array. For a parameter of any type, T is ParameterValue.
   template <class T>
   T declare_parameter(std::string_view name, T value, ParameterDescriptor descriptor = {}) {
-    return parameters_.declare(name, std::move(value), std::move(descriptor));
+    return detail::as<T>(name_, name,
+                         declare_value(name, detail::widened(std::move(value)),
+                                       std::move(descriptor), detail::integer_limits<T>()));
   }
   /// One after another, as "NAME_SPACE.name"; their values in the order of their names.
   template <class T>
@@ -299,76 +289,55 @@ class Node : public std::enable_shared_from_this<Node> {
   }
   /// Throws Error when it was not declared, is read-only, or has a fixed type. If it is declared
   /// again, the configuration gives its value again.
-  void undeclare_parameter(std::string_view name) { parameters_.undeclare(name); }
+  void undeclare_parameter(std::string_view name);
   /// ParameterValue as T takes every type. Throws Error when it was not declared, or is of another
-  /// type. Numbers may be read in real-time callbacks, see NodeParameters; a callback that needs
+  /// type. Numbers may be read in real-time callbacks, see ParameterStore; a callback that needs
   /// many of them each time better copies them when they are set.
   template <class T>
   T get_parameter(std::string_view name) const {
-    return parameters_.get<T>(name);
+    return detail::as<T>(name_, name, parameter_value(name));
   }
   /// The alternative if it was not declared, or is not set.
   template <class T>
   T get_parameter_or(std::string_view name, T alternative) const {
-    return parameters_.get_or(name, std::move(alternative));
+    ParameterValue value = parameter_if_set(name);
+    if (value.index() == 0) return alternative;
+    return detail::as<T>(name_, name, std::move(value));
   }
   /// Together, in the order of the names. Throws Error when one was not declared.
-  std::vector<Parameter> get_parameters(const std::vector<std::string>& names) const {
-    return parameters_.get(names);
-  }
+  std::vector<Parameter> get_parameters(const std::vector<std::string>& names) const;
   /// Those with names of the form "PREFIX.x", as "x"; without a prefix, all.
-  Parameters get_parameters_by_prefix(std::string_view prefix) const {
-    return parameters_.get_by_prefix(prefix);
-  }
-  bool has_parameter(std::string_view name) const { return parameters_.has(name); }
+  Parameters get_parameters_by_prefix(std::string_view prefix) const;
+  bool has_parameter(std::string_view name) const;
   /// Throws Error when it was not declared.
-  ParameterDescriptor describe_parameter(std::string_view name) const {
-    return std::move(parameters_.describe({std::string(name)}).front());
-  }
-  std::vector<ParameterDescriptor> describe_parameters(
-      const std::vector<std::string>& names) const {
-    return parameters_.describe(names);
-  }
+  ParameterDescriptor describe_parameter(std::string_view name) const;
+  std::vector<ParameterDescriptor> describe_parameters(const std::vector<std::string>& names) const;
   /// Names that equal a prefix, or have the form "PREFIX.x" with at most `depth` parts after the
   /// prefix; without prefixes, all names with at most `depth` parts. 0: no limit.
   ListParametersResult list_parameters(const std::vector<std::string>& prefixes = {},
-                                       std::uint64_t depth = 0) const {
-    return parameters_.list(prefixes, depth);
-  }
+                                       std::uint64_t depth = 0) const;
   /// Sets all values, or none and returns the reason: a parameter is not declared, read-only, of
   /// another type or out of range, or a callback refuses. A value that is not set undeclares a
   /// parameter of any type. Throws Error in a parameter callback of this node.
-  [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values) {
-    return parameters_.set_atomically(values);
-  }
+  [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values);
   /// One after another: a result for each.
-  std::vector<SetParametersResult> set_parameters(const std::vector<Parameter>& parameters) {
-    return parameters_.set(parameters);
-  }
+  std::vector<SetParametersResult> set_parameters(const std::vector<Parameter>& parameters);
   /// The callback gets the values that are to be set, but not those that are declared, and may
   /// change, add and remove some; if none is left, setting fails. For the rest, as
   /// add_on_set_parameters_callback.
   [[nodiscard]] PreSetParametersHandle add_pre_set_parameters_callback(
-      PreSetParametersCallback callback) {
-    return parameters_.add_pre_set(std::move(callback));
-  }
+      PreSetParametersCallback callback);
   /// The callback gets values that are valid by their descriptors, before they are set or declared,
   /// on the thread that does so. As in rclcpp, the one that was added last is called first: so only
   /// the one that was added first knows that no other refuses. To act on values, use a post-set
   /// callback. It may read parameters, which have their old values, but not set or declare any.
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
-      OnSetParametersCallback callback) {
-    return parameters_.add_on_set(std::move(callback));
-  }
+      OnSetParametersCallback callback);
   /// The same with values that were set or declared; parameters have their new values.
   [[nodiscard]] PostSetParametersHandle add_post_set_parameters_callback(
-      PostSetParametersCallback callback) {
-    return parameters_.add_post_set(std::move(callback));
-  }
-  /// For ParameterServices; see NodeParameters.
-  void set_parameters_listener(ParametersListener listener) {
-    parameters_.set_listener(std::move(listener));
-  }
+      PostSetParametersCallback callback);
+  /// For ParameterServices; see ParameterStore.
+  void set_parameters_listener(ParametersListener listener);
 
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
   std::string resolve(std::string_view topic);
@@ -402,7 +371,7 @@ class Node : public std::enable_shared_from_this<Node> {
   void release(const NodeListener* owner) noexcept;
   bool belongs_to(const NodeListener* owner) const noexcept { return owner_.load() == owner; }
   /// Names in the options that the code has never asked for: parameters, then remaps.
-  std::vector<std::string> unused_parameters() const { return parameters_.unused(); }
+  std::vector<std::string> unused_parameters() const;
   std::vector<std::string> unused_remaps() const;
   /// The full names of the topics that the code has asked for so far.
   std::vector<std::string> topics() const;
@@ -420,8 +389,11 @@ class Node : public std::enable_shared_from_this<Node> {
     return endpoint(topic, message_type<T>(), qos);
   }
   Endpoint endpoint(std::string_view topic, const MessageType& type, const QoS& qos);
+  /// The same for a publisher, with what its PublisherOptions say, which it remembers.
+  Endpoint publisher_endpoint(std::string_view topic, const MessageType& type, const QoS& qos,
+                              const std::vector<std::string>& published_by, bool joins,
+                              const std::string& graph_node);
   std::shared_ptr<CallbackGroup> group_or_default(std::shared_ptr<CallbackGroup> group) const;
-  void remember_output(const std::string& topic, const PublishingCallbacks& callbacks);
   /// Throws Error if the timer's name is invalid; warns if another timer has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   std::string next_wall_timer_name();
@@ -436,11 +408,21 @@ class Node : public std::enable_shared_from_this<Node> {
   }
 
  private:
+  struct State;
+
+  void write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) const;
+  ParameterValue declare_value(std::string_view name, ParameterValue value,
+                               ParameterDescriptor descriptor, const detail::IntegerLimits& limits);
+  ParameterValue parameter_value(std::string_view name) const;
+  ParameterValue parameter_if_set(std::string_view name) const;
   void declare_use_sim_time();
   void simulate_time(bool simulated);
   std::shared_ptr<Entity> adopt_entity(std::shared_ptr<Entity> entity);
   QoS decide(const std::string& topic, const QoS& code);
+  void remember_output(const std::string& topic, const PublishingCallbacks& callbacks);
   static void check_deadline(const std::string& topic, const QoS& qos);
+  static std::string qos_event_name(std::string_view topic, std::string_view end,
+                                    std::string_view event);
   /// "/arm/move" → "arm_move_timeout".
   static std::string timeout_name(std::string_view service);
   std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
@@ -455,9 +437,6 @@ class Node : public std::enable_shared_from_this<Node> {
                                                    std::move(callback), std::move(runner)));
   }
   void add(const std::shared_ptr<Entity>& entity);
-  /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
-  template <class Call>
-  void notify(Call&& call);
   struct ChangedParameters {
     std::map<CallbackGroup*, CallbackParameters> groups;
     std::map<Entity*, CallbackParameters> callbacks;
@@ -471,20 +450,8 @@ class Node : public std::enable_shared_from_this<Node> {
   Clock& clock_;
   const std::string name_, name_space_, fully_qualified_name_;
   const std::shared_ptr<CallbackGroup> default_group_;
-  NodeParameters parameters_;
+  const std::unique_ptr<State> state_;
   OnSetParametersHandle switch_clock_;  // when kUseSimTime changes
-
-  mutable PiMutex mutex_;  // guards all below
-  std::vector<std::weak_ptr<Entity>> entities_;
-  std::vector<std::weak_ptr<CallbackGroup>> groups_;
-  std::vector<NodeListener*> listeners_;
-  std::vector<std::pair<NodeListener*, std::thread::id>> listener_calls_;  // that run now
-  std::condition_variable_any listener_called_;
-  std::set<std::string, std::less<>> used_remaps_, topics_, timers_of_one_name_;
-  std::map<std::string, std::weak_ptr<Timer>, std::less<>> timers_;  // that the user holds
-  int wall_timers_ = 0;
-  std::map<std::string, PublishingCallbacks, std::less<>> outputs_;  // by topic
-
   std::atomic<const NodeListener*> owner_{nullptr};
 };
 

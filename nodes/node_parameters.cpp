@@ -1,398 +1,80 @@
+// A node's parameters, which its ParameterStore has.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/nodes/node_parameters.hpp"
-
-#include <algorithm>
-#include <cmath>
-#include <mutex>
-#include <optional>
-#include <tuple>
-
-#include <fmt/format.h>
-
-#include "takt/base/error.hpp"
+#include "takt/nodes/node.hpp"
+#include "takt/nodes/node_state.hpp"
 
 namespace takt {
-namespace {
 
-std::string a_type(const ParameterValue& value) {
-  const std::string_view name = type_name(value);
-  if (std::holds_alternative<std::monostate>(value)) return std::string(name);
-  return fmt::format("{} {}", name.starts_with('i') ? "an" : "a", name);
+ParameterValue Node::declare_value(std::string_view name, ParameterValue value,
+                                   ParameterDescriptor descriptor,
+                                   const detail::IntegerLimits& limits) {
+  return state_->parameters.declare(name, std::move(value), std::move(descriptor), limits);
 }
 
-// As ROS 2 compares them: 0.3 is three steps of 0.1.
-bool are_equal(double a, double b) {
-  constexpr double kRoundings = 100;
-  return std::abs(a - b) <= kRoundings * std::numeric_limits<double>::epsilon() * std::abs(a + b);
+ParameterValue Node::parameter_value(std::string_view name) const {
+  return state_->parameters.get(name);
 }
 
-bool is_in(const IntegerRange& range, std::int64_t value) {
-  if (value < range.from_value || value > range.to_value) return false;
-  // Unsigned, as the range may be wider than the type.
-  const auto from_begin =
-      static_cast<std::uint64_t>(value) - static_cast<std::uint64_t>(range.from_value);
-  return range.step == 0 || from_begin % range.step == 0 || value == range.to_value;
+ParameterValue Node::parameter_if_set(std::string_view name) const {
+  return state_->parameters.get_if_set(name);
 }
 
-bool is_in(const FloatingPointRange& range, double value) {
-  if (are_equal(value, range.from_value) || are_equal(value, range.to_value)) return true;
-  if (!(value >= range.from_value && value <= range.to_value)) return false;  // or it is no number
-  if (range.step == 0) return true;
-  const double steps = std::round((value - range.from_value) / range.step);
-  return are_equal(value, range.from_value + steps * range.step);
+void Node::undeclare_parameter(std::string_view name) {
+  state_->parameters.undeclare(name);
 }
 
-// The value as the type of the other, if each of its numbers has the same value there: 2 is 2.0,
-// and a list of integers may be bytes.
-ParameterValue converted(const ParameterValue& value, const ParameterValue& other) {
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    if (std::holds_alternative<double>(other)) return static_cast<double>(*integer);
-  }
-  using Bytes = std::vector<std::uint8_t>;
-  const auto* integers = std::get_if<std::vector<std::int64_t>>(&value);
-  if (integers == nullptr || !std::holds_alternative<Bytes>(other)) return value;
-  const auto is_byte = [](std::int64_t integer) { return std::in_range<std::uint8_t>(integer); };
-  if (!std::all_of(integers->begin(), integers->end(), is_byte)) return value;
-  Bytes bytes;
-  for (const std::int64_t integer : *integers) bytes.push_back(static_cast<std::uint8_t>(integer));
-  return bytes;
+std::vector<Parameter> Node::get_parameters(const std::vector<std::string>& names) const {
+  return state_->parameters.get(names);
 }
 
-template <class Range>
-std::string text(const Range& range) {
-  std::string result = fmt::format(" from {} to {}", range.from_value, range.to_value);
-  if (range.step != 0) result += fmt::format(" in steps of {}", range.step);
-  return result;
+Parameters Node::get_parameters_by_prefix(std::string_view prefix) const {
+  return state_->parameters.get_by_prefix(prefix);
 }
 
-}  // namespace
-
-// Lets one thread at a time change parameters. A callback that is called for a change and makes one
-// would wait for itself.
-class NodeParameters::Changing {
- public:
-  Changing(NodeParameters& parameters, std::string_view what) : parameters_(parameters) {
-    if (parameters.changing_thread_.load() == std::this_thread::get_id()) {
-      throw Error(fmt::format("node '{}': a callback of parameters {}", parameters.node_, what),
-                  "do it after the callback");
-    }
-    parameters.change_mutex_.lock();
-    parameters.changing_thread_.store(std::this_thread::get_id());
-  }
-  ~Changing() {
-    parameters_.changing_thread_.store({});
-    parameters_.change_mutex_.unlock();
-  }
-  Changing(const Changing&) = delete;
-  Changing& operator=(const Changing&) = delete;
-
- private:
-  NodeParameters& parameters_;
-};
-
-NodeParameters::NodeParameters(std::string node, Parameters given)
-    : node_(std::move(node)), given_(std::move(given)) {
-  for (const auto& [name, value] : given_) unused_.insert(name);
+bool Node::has_parameter(std::string_view name) const {
+  return state_->parameters.has(name);
 }
 
-ParameterValue NodeParameters::declare(std::string_view name, Declared declared) {
-  const Changing changing(*this, "declares one");
-  if (has(name)) {
-    throw Error(fmt::format("parameter '{}' of node '{}' is declared twice", name, node_));
-  }
-  check_descriptor(name, declared);
-  declared.value = accepted(name, declared.value, declared);
-  if (const auto given = given_.find(name); given != given_.end()) {
-    declared.value = accepted(name, given->second, declared);
-  }
-  ParameterValue value = declared.value;
-  // As in rclcpp, what has no value is declared without callbacks.
-  const bool is_set = !std::holds_alternative<std::monostate>(value);
-  Parameters values;
-  if (is_set) values.try_emplace(std::string(name), value);
-  const SetParametersResult result = is_set ? ask_callbacks(values) : SetParametersResult();
-  if (!result.successful) {
-    throw Error(fmt::format("parameter '{}' of node '{}' cannot be {}: {}", name, node_,
-                            to_string(value), result.reason));
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    declared_.try_emplace(std::string(name), std::move(declared));
-    if (const auto found = unused_.find(name); found != unused_.end()) unused_.erase(found);
-  }
-  if (is_set) report({.added = values}, values);
-  return value;
+ParameterDescriptor Node::describe_parameter(std::string_view name) const {
+  return std::move(state_->parameters.describe({std::string(name)}).front());
 }
 
-void NodeParameters::undeclare(std::string_view name) {
-  const Changing changing(*this, "undeclares one");
-  {
-    const std::lock_guard lock(mutex_);
-    check_undeclaring(name, find(name));
-  }
-  ParameterChanges changes{.deleted = {std::string(name)}};
-  apply(changes);
-  if (listener_) listener_(changes);
-}
-
-SetParametersResult NodeParameters::set_atomically(Parameters values) {
-  const Changing changing(*this, "sets one");
-  each(pre_set_, [&](const PreSetParametersCallback& callback) {
-    callback(values);
-    return true;
-  });
-  if (values.empty()) {
-    return {false,
-            fmt::format("node '{}': no parameter is given, or a callback has removed all", node_)};
-  }
-  ParameterChanges changes;
-  try {
-    changes = checked(values);
-  } catch (const Error& error) {
-    return {false, error.what()};
-  }
-  // Callbacks get values as they are stored, and those that are not set of what is undeclared.
-  for (const auto& [name, value] : changes.changed) values[name] = value;
-  if (SetParametersResult result = ask_callbacks(values); !result.successful) return result;
-  apply(changes);
-  report(changes, values);
-  return {};
-}
-
-std::vector<SetParametersResult> NodeParameters::set(const std::vector<Parameter>& parameters) {
-  std::vector<SetParametersResult> results;
-  for (const auto& [name, value] : parameters) results.push_back(set_atomically({{name, value}}));
-  return results;
-}
-
-// What setting these values will change; an Error when one cannot be set.
-ParameterChanges NodeParameters::checked(const Parameters& values) const {
-  ParameterChanges changes;
-  const std::lock_guard lock(mutex_);
-  for (const auto& [name, value] : values) {
-    const Declared& declared = find(name);
-    if (declared.descriptor.read_only) {
-      throw Error(fmt::format("parameter '{}' of node '{}' is read-only", name, node_),
-                  "give its value in the configuration");
-    }
-    const bool is_set = !std::holds_alternative<std::monostate>(value);
-    if (!is_set) check_undeclaring(name, declared);
-    if (is_set || std::holds_alternative<std::monostate>(declared.value)) {
-      changes.changed.try_emplace(name, accepted(name, value, declared));
-    } else {
-      changes.deleted.push_back(name);
-    }
-  }
-  return changes;
-}
-
-// What is replaced and deleted is freed after the lock.
-void NodeParameters::apply(ParameterChanges changes) {
-  std::vector<decltype(declared_)::node_type> deleted;
-  const std::lock_guard lock(mutex_);
-  for (auto& [name, value] : changes.changed) {
-    std::swap(declared_.find(name)->second.value, value);
-  }
-  for (const std::string& name : changes.deleted) deleted.push_back(declared_.extract(name));
-}
-
-// To the listener first, so that it gets what a callback throws at.
-void NodeParameters::report(const ParameterChanges& changes, const Parameters& values) {
-  if (listener_) listener_(changes);
-  each(post_set_, [&](const PostSetParametersCallback& callback) {
-    callback(values);
-    return true;
-  });
-}
-
-void NodeParameters::set_listener(ParametersListener listener) {
-  const Changing changing(*this, "changes the listener");
-  listener_.swap(listener);
-}
-
-template <class Callback, class Call>
-void NodeParameters::each(Callbacks<Callback>& callbacks, Call&& call) {
-  Callbacks<Callback> latest_first;
-  {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(callbacks, [](const auto& callback) { return callback.expired(); });
-    latest_first.assign(callbacks.rbegin(), callbacks.rend());
-  }
-  for (const auto& weak : latest_first) {
-    const ParametersHandle<Callback> callback = weak.lock();
-    if (callback != nullptr && !call(*callback)) return;
-  }
-}
-
-SetParametersResult NodeParameters::ask_callbacks(const Parameters& values) {
-  SetParametersResult result;
-  each(on_set_, [&](const OnSetParametersCallback& callback) {
-    result = callback(values);
-    return result.successful;
-  });
-  return result;
-}
-
-// A fixed type needs a value; a range must be one, and of the parameter's type.
-void NodeParameters::check_descriptor(std::string_view name, const Declared& declared) const {
-  const auto& [value, descriptor, limits] = declared;
-  if (!descriptor.dynamic_typing && std::holds_alternative<std::monostate>(value)) {
-    throw Error(fmt::format("parameter '{}' of node '{}' is declared without a value", name, node_),
-                "give one, which says its type, or dynamic_typing");
-  }
-  const auto check = [&](const auto& range, bool is_of_its_type) {
-    if (!range) return;
-    if (!is_of_its_type && !declared.descriptor.dynamic_typing) {
-      throw Error(fmt::format("parameter '{}' of node '{}' is {}, and its range is of another type",
-                              name, node_, a_type(declared.value)),
-                  "give the range of its type, or none");
-    }
-    if (!(range->from_value <= range->to_value && range->step >= 0)) {
-      throw Error(fmt::format("parameter '{}' of node '{}' cannot be in the range{}", name, node_,
-                              text(*range)),
-                  "give the smaller value first, and no negative step");
-    }
-  };
-  check(descriptor.integer_range, std::holds_alternative<std::int64_t>(value));
-  check(descriptor.floating_point_range, std::holds_alternative<double>(value));
-}
-
-void NodeParameters::check_undeclaring(std::string_view name, const Declared& declared) const {
-  const auto refuse = [&](std::string_view why, std::string_view hint) {
-    throw Error(
-        fmt::format("parameter '{}' of node '{}' cannot be undeclared: {}", name, node_, why),
-        std::string(hint));
-  };
-  if (declared.descriptor.read_only) refuse("it is read-only", "");
-  if (!declared.descriptor.dynamic_typing) {
-    refuse("its type is fixed", "declare it with dynamic_typing");
-  }
-}
-
-// The value as the parameter takes it; an Error when it does not.
-ParameterValue NodeParameters::accepted(std::string_view name, const ParameterValue& given,
-                                        const Declared& declared) const {
-  const auto& descriptor = declared.descriptor;
-  const auto refuse = [&](const ParameterValue& of_the_type, const std::string& range) {
-    throw Error(
-        fmt::format("parameter '{}' of node '{}' cannot be {}", name, node_, to_string(given)),
-        fmt::format("give {}{}", a_type(of_the_type), range));
-  };
-  const auto check = [&](const auto& range, const auto& number) {
-    if (!is_in(range, number)) refuse(number, text(range));
-  };
-  const ParameterValue value = descriptor.dynamic_typing ? given : converted(given, declared.value);
-  if (!descriptor.dynamic_typing && value.index() != declared.value.index()) {
-    const auto& [integers, numbers] =
-        std::tie(descriptor.integer_range, descriptor.floating_point_range);
-    refuse(declared.value, integers ? text(*integers) : numbers ? text(*numbers) : "");
-  }
-  if (const auto* integer = std::get_if<std::int64_t>(&value)) {
-    if (descriptor.integer_range) check(*descriptor.integer_range, *integer);
-    check(IntegerRange{declared.limits.lowest, declared.limits.highest}, *integer);
-  }
-  const auto* number = std::get_if<double>(&value);
-  if (number != nullptr && descriptor.floating_point_range) {
-    check(*descriptor.floating_point_range, *number);
-  }
-  return value;
-}
-
-bool NodeParameters::has(std::string_view name) const {
-  const std::lock_guard lock(mutex_);
-  return declared_.contains(name);
-}
-
-ParameterValue NodeParameters::value(std::string_view name) const {
-  const std::lock_guard lock(mutex_);
-  return find(name).value;
-}
-
-ParameterValue NodeParameters::value_if_set(std::string_view name) const {
-  const std::lock_guard lock(mutex_);
-  const auto found = declared_.find(name);
-  return found != declared_.end() ? found->second.value : ParameterValue();
-}
-
-std::vector<Parameter> NodeParameters::get(const std::vector<std::string>& names) const {
-  std::vector<Parameter> parameters;
-  const std::lock_guard lock(mutex_);
-  for (const std::string& name : names) parameters.push_back({name, find(name).value});
-  return parameters;
-}
-
-Parameters NodeParameters::get_by_prefix(std::string_view prefix) const {
-  const std::string before = prefix.empty() ? "" : std::string(prefix) + ".";
-  Parameters parameters;
-  const std::lock_guard lock(mutex_);
-  for (const auto& [name, declared] : declared_) {
-    if (name.starts_with(before) && name != before) {
-      parameters.emplace(name.substr(before.size()), declared.value);
-    }
-  }
-  return parameters;
-}
-
-std::vector<ParameterDescriptor> NodeParameters::describe(
+std::vector<ParameterDescriptor> Node::describe_parameters(
     const std::vector<std::string>& names) const {
-  std::vector<ParameterDescriptor> descriptors;
-  const std::lock_guard lock(mutex_);
-  for (const std::string& name : names) descriptors.push_back(find(name).descriptor);
-  return descriptors;
+  return state_->parameters.describe(names);
 }
 
-const NodeParameters::Declared& NodeParameters::find(std::string_view name) const {
-  if (const auto found = declared_.find(name); found != declared_.end()) return found->second;
-  std::vector<std::string> names;
-  for (const auto& [declared, value] : declared_) names.push_back(declared);
-  throw Error(fmt::format("node '{}' has no parameter '{}'", node_, name), suggest(name, names));
+ListParametersResult Node::list_parameters(const std::vector<std::string>& prefixes,
+                                           std::uint64_t depth) const {
+  return state_->parameters.list(prefixes, depth);
 }
 
-// ROS 2's rules: a prefix is a parameter's name, or what stands before a dot of it; the depth
-// counts parts after the prefix.
-ListParametersResult NodeParameters::list(const std::vector<std::string>& prefixes,
-                                          std::uint64_t depth) const {
-  const auto is_within_depth = [&](std::string_view name) {
-    return depth == 0 ||
-           static_cast<std::uint64_t>(std::count(name.begin(), name.end(), '.')) < depth;
-  };
-  const auto is_asked_for = [&](std::string_view name) {
-    if (prefixes.empty()) return is_within_depth(name);
-    return std::any_of(prefixes.begin(), prefixes.end(), [&](const std::string& prefix) {
-      if (name == prefix) return true;
-      return name.starts_with(prefix + ".") && is_within_depth(name.substr(prefix.size() + 1));
-    });
-  };
-  ListParametersResult result;
-  const std::lock_guard lock(mutex_);
-  for (const auto& [name, declared] : declared_) {
-    if (!is_asked_for(name)) continue;
-    result.names.push_back(name);
-    const std::size_t dot = name.rfind('.');
-    if (dot == std::string::npos) continue;
-    const std::string prefix = name.substr(0, dot);
-    if (std::find(result.prefixes.begin(), result.prefixes.end(), prefix) ==
-        result.prefixes.end()) {
-      result.prefixes.push_back(prefix);
-    }
-  }
-  return result;
+SetParametersResult Node::set_parameters_atomically(const Parameters& values) {
+  return state_->parameters.set_atomically(values);
 }
 
-std::vector<std::string> NodeParameters::unused() const {
-  const std::lock_guard lock(mutex_);
-  return {unused_.begin(), unused_.end()};
+std::vector<SetParametersResult> Node::set_parameters(const std::vector<Parameter>& parameters) {
+  return state_->parameters.set(parameters);
 }
 
-void NodeParameters::throw_wrong_type(std::string_view name, const ParameterValue& is,
-                                      const ParameterValue& wanted) const {
-  throw Error(fmt::format("parameter '{}' of node '{}' is {}", name, node_, a_type(is)),
-              fmt::format("it cannot be read as {}", a_type(wanted)));
+PreSetParametersHandle Node::add_pre_set_parameters_callback(PreSetParametersCallback callback) {
+  return state_->parameters.add_pre_set(std::move(callback));
 }
 
-void NodeParameters::throw_too_narrow(std::string_view name, const ParameterValue& is) const {
-  throw Error(fmt::format("parameter '{}' of node '{}' is {}", name, node_, to_string(is)),
-              "read it as a wider integer");
+OnSetParametersHandle Node::add_on_set_parameters_callback(OnSetParametersCallback callback) {
+  return state_->parameters.add_on_set(std::move(callback));
+}
+
+PostSetParametersHandle Node::add_post_set_parameters_callback(PostSetParametersCallback callback) {
+  return state_->parameters.add_post_set(std::move(callback));
+}
+
+void Node::set_parameters_listener(ParametersListener listener) {
+  state_->parameters.set_listener(std::move(listener));
+}
+
+std::vector<std::string> Node::unused_parameters() const {
+  return state_->parameters.unused();
 }
 
 }  // namespace takt

@@ -1,7 +1,5 @@
 // Tests of a node's parameters: declared, described, read and set.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/nodes/node_parameters.hpp"
-
 #include <atomic>
 #include <limits>
 #include <thread>

@@ -1,13 +1,19 @@
-// Parameter values, descriptors and results.
+// Parameters of nodes: values, descriptors, results and callbacks.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_PARAMETER_HPP_
 #define TAKT_NODES_PARAMETER_HPP_
 
+#include <concepts>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -72,6 +78,81 @@ struct ListParametersResult {
   std::vector<std::string> prefixes;  // of these names: "a.b" for "a.b.c"
 };
 
+/// Called first, with the values that are to be set; may change, add and remove some.
+using PreSetParametersCallback = std::function<void(Parameters&)>;
+/// Called with values before they are set; may reject them all with a reason.
+using OnSetParametersCallback = std::function<SetParametersResult(const Parameters&)>;
+/// Called with values after they were set.
+using PostSetParametersCallback = std::function<void(const Parameters&)>;
+/// Keeps the callback: when it is dropped, no further call begins.
+template <class Callback>
+using ParametersHandle = std::shared_ptr<const Callback>;
+using PreSetParametersHandle = ParametersHandle<PreSetParametersCallback>;
+using OnSetParametersHandle = ParametersHandle<OnSetParametersCallback>;
+using PostSetParametersHandle = ParametersHandle<PostSetParametersCallback>;
+
+/// Called after parameters were declared, set or undeclared, on the thread that did so.
+using ParametersListener = std::function<void(const ParameterChanges&)>;
+
+namespace detail {
+
+// What the integer type of the code can hold.
+struct IntegerLimits {
+  std::int64_t lowest = std::numeric_limits<std::int64_t>::min();
+  std::int64_t highest = std::numeric_limits<std::int64_t>::max();
+};
+
+template <class T>
+inline constexpr bool kIsInteger = std::integral<T> && !std::same_as<T, bool>;
+template <class T>
+constexpr IntegerLimits integer_limits() {
+  IntegerLimits limits;
+  if constexpr (kIsInteger<T>) {
+    using Own = std::numeric_limits<T>;
+    limits.lowest = static_cast<std::int64_t>(Own::min());
+    if constexpr (std::is_signed_v<T> || sizeof(T) < sizeof(std::int64_t)) {
+      limits.highest = static_cast<std::int64_t>(Own::max());
+    }
+  }
+  return limits;
+}
+// int and float literals become the parameter types int64 and double.
+template <class T>
+auto widened(T value) {
+  if constexpr (kIsInteger<T>) {
+    return static_cast<std::int64_t>(value);
+  } else if constexpr (std::floating_point<T>) {
+    return static_cast<double>(value);
+  } else if constexpr (std::convertible_to<T, std::string>) {
+    return std::string(std::move(value));
+  } else {
+    return value;
+  }
+}
+
+[[noreturn]] void refuse_type(const std::string& node, std::string_view name,
+                              const ParameterValue& is, const ParameterValue& wanted);
+[[noreturn]] void refuse_narrow(const std::string& node, std::string_view name,
+                                const ParameterValue& is);
+
+/// Throws Error when the value is of another type, or more than T can hold.
+template <class T>
+T as(const std::string& node, std::string_view name, ParameterValue value) {
+  if constexpr (std::same_as<T, ParameterValue>) {
+    return value;
+  } else {
+    using Stored = decltype(widened(std::declval<T>()));
+    auto* stored = std::get_if<Stored>(&value);
+    if (stored == nullptr) refuse_type(node, name, value, ParameterValue(Stored{}));
+    if constexpr (kIsInteger<T>) {
+      constexpr IntegerLimits kLimits = integer_limits<T>();
+      if (*stored < kLimits.lowest || *stored > kLimits.highest) refuse_narrow(node, name, value);
+    }
+    return static_cast<T>(std::move(*stored));
+  }
+}
+
+}  // namespace detail
 }  // namespace takt
 
 #endif  // TAKT_NODES_PARAMETER_HPP_

@@ -72,9 +72,11 @@ struct SendGoal {
     static void visit(Visitor& visitor, Self& self) {
       visitor(self.goal_id), visitor(self.goal);
     }
-    static std::vector<MessageField> fields() {
-      return {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id)),
-              detail::describe_field<typename A::Goal>("goal", offsetof(Request, goal))};
+    static const MessageType& describe(std::string_view name) {
+      return detail::make_message_type(
+          name, detail::kLayoutOf<Request>,
+          {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id)),
+           detail::describe_field<typename A::Goal>("goal", offsetof(Request, goal))});
     }
   };
   struct Response {
@@ -87,10 +89,12 @@ struct SendGoal {
     static void visit(Visitor& visitor, Self& self) {
       visitor(self.accepted), visitor(self.stamp);
     }
-    static std::vector<MessageField> fields() {
-      return {detail::describe_field<bool>("accepted", offsetof(Response, accepted)),
-              detail::describe_field<builtin_interfaces::msg::Time>("stamp",
-                                                                    offsetof(Response, stamp))};
+    static const MessageType& describe(std::string_view name) {
+      return detail::make_message_type(
+          name, detail::kLayoutOf<Response>,
+          {detail::describe_field<bool>("accepted", offsetof(Response, accepted)),
+           detail::describe_field<builtin_interfaces::msg::Time>("stamp",
+                                                                 offsetof(Response, stamp))});
     }
   };
 };
@@ -106,8 +110,10 @@ struct GetResult {
     static void visit(Visitor& visitor, Self& self) {
       visitor(self.goal_id);
     }
-    static std::vector<MessageField> fields() {
-      return {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id))};
+    static const MessageType& describe(std::string_view name) {
+      return detail::make_message_type(
+          name, detail::kLayoutOf<Request>,
+          {detail::describe_field<GoalId>("goal_id", offsetof(Request, goal_id))});
     }
   };
   struct Response {
@@ -120,9 +126,11 @@ struct GetResult {
     static void visit(Visitor& visitor, Self& self) {
       visitor(self.status), visitor(self.result);
     }
-    static std::vector<MessageField> fields() {
-      return {detail::describe_field<std::int8_t>("status", offsetof(Response, status)),
-              detail::describe_field<typename A::Result>("result", offsetof(Response, result))};
+    static const MessageType& describe(std::string_view name) {
+      return detail::make_message_type(
+          name, detail::kLayoutOf<Response>,
+          {detail::describe_field<std::int8_t>("status", offsetof(Response, status)),
+           detail::describe_field<typename A::Result>("result", offsetof(Response, result))});
     }
   };
 };
@@ -138,31 +146,28 @@ struct FeedbackMessage {
   static void visit(Visitor& visitor, Self& self) {
     visitor(self.goal_id), visitor(self.feedback);
   }
-  static std::vector<MessageField> fields() {
-    return {detail::describe_field<GoalId>("goal_id", offsetof(FeedbackMessage, goal_id)),
-            detail::describe_field<typename A::Feedback>("feedback",
-                                                         offsetof(FeedbackMessage, feedback))};
+  static const MessageType& describe(std::string_view name) {
+    return detail::make_message_type(
+        name, detail::kLayoutOf<FeedbackMessage>,
+        {detail::describe_field<GoalId>("goal_id", offsetof(FeedbackMessage, goal_id)),
+         detail::describe_field<typename A::Feedback>("feedback",
+                                                      offsetof(FeedbackMessage, feedback))});
   }
 };
 
 template <class T>
 concept ActionPart = ActionType<typename T::Action> && requires {
   T::kName;
-  T::fields();
+  T::describe(std::string_view());
 };
 
 template <ActionPart T>
 const MessageType& takt_message_type(const T*) {
-  static const MessageType type = [] {
+  static const MessageType& type = []() -> const MessageType& {
     constexpr std::string_view kGoal = "_Goal";
     std::string name = message_type<typename T::Action::Goal>().name;
     if (name.ends_with(kGoal)) name.resize(name.size() - kGoal.size());
-    return detail::finish_message_type({.name = name.append(T::kName),
-                                        .fields = T::fields(),
-                                        .size = sizeof(T),
-                                        .alignment = alignof(T),
-                                        .encode = &detail::encode_message<T>,
-                                        .decode = &detail::decode_message<T>});
+    return T::describe(name.append(T::kName));
   }();
   return type;
 }

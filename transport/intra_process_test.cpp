@@ -74,14 +74,14 @@ class Reader final : public IntraProcessReader, ArrivalListener {
 class IntraProcessTest : public testing::Test {
  protected:
   static constexpr std::size_t kLoans = 64;
-  using Block = LoanedBlock<Number>;
+  using Block = LoanedBlock;
 
   ~IntraProcessTest() override { EXPECT_EQ(loans_at_home(), kLoans); }
 
   void write(IntraProcessWriter& writer, int value) {
     Block* block = loans_->acquire();
     ASSERT_NE(block, nullptr);
-    block->message.value = value;
+    static_cast<Number*>(block->message())->value = value;
     writer.write(*block);
   }
   std::size_t loans_at_home() {
@@ -92,8 +92,7 @@ class IntraProcessTest : public testing::Test {
   }
 
   ManualClock clock_{TimePoint(1h)};
-  PoolPtr<Block> loans_{
-      Pool<Block>::create(kLoans, [](std::uint32_t) { return std::make_unique<Block>(Number{}); })};
+  PoolPtr<Block> loans_ = make_loans(kLoans, kMakerOf<Number>);
 };
 
 TEST_F(IntraProcessTest, DeliversToEveryReaderOfTheTopicAndToNoOther) {
@@ -309,7 +308,7 @@ TEST_F(IntraProcessTest, HandsOverToALateReaderWhereWhatIsSentFollows) {
     for (int value = 1; !stop.load();) {
       Block* block = loans_->acquire();
       if (block == nullptr) continue;
-      block->message.value = value++;
+      static_cast<Number*>(block->message())->value = value++;
       writer.write(*block);
     }
   });

@@ -19,14 +19,24 @@ std::optional<std::uint64_t> MessageBlock::address() const noexcept {
   return address;
 }
 
+void LoanedBlock::recycle() noexcept {
+  Pool<LoanedBlock>::recycle(*this);
+}
+
 void OwnedBlock::recycle() noexcept {
-  unique_.reset();
+  free_owned();
   shared_.reset();
   if (from_heap) {
     delete this;
   } else {
     Pool<OwnedBlock>::recycle(*this);
   }
+}
+
+PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
+                                const void* prototype) {
+  return PoolPtr<LoanedBlock>(
+      Pool<LoanedBlock>::create(count, [&](std::uint32_t) { return maker.loan(prototype); }));
 }
 
 }  // namespace takt

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/pool.hpp"
@@ -124,15 +125,26 @@ using HeldMessage = std::unique_ptr<MessageBlock, ReleaseMessage>;
 /// A message that lives in its publisher's pool. It is constructed once and keeps its memory
 /// (a vector's capacity, say) from one loan to the next.
 /// Thread safety and real-time: as MessageBlock.
-template <class T>
-class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
+class LoanedBlock : public MessageBlock, public PoolNode<LoanedBlock> {
  public:
-  LoanedBlock() : message() { payload_ = &message; }
-  explicit LoanedBlock(const T& prototype) : message(prototype) { payload_ = &message; }
-  T message;
+  virtual ~LoanedBlock() = default;
+  // The loan is not const, but receivers must not write to the message.
+  void* message() noexcept { return const_cast<void*>(payload_); }
 
  private:
-  void recycle() noexcept override { Pool<LoanedBlock>::recycle(*this); }
+  void recycle() noexcept override;
+};
+
+/// The loan with its message, which is all that depends on the type.
+/// Thread safety and real-time: as LoanedBlock.
+template <class T>
+class LoanOf final : public LoanedBlock {
+ public:
+  LoanOf() : value_() { payload_ = &value_; }
+  explicit LoanOf(const T& prototype) : value_(prototype) { payload_ = &value_; }
+
+ private:
+  T value_;
 };
 
 /// A message that the user made: by unique_ptr (moves) or shared_ptr<const T> (fans out).
@@ -140,10 +152,13 @@ class LoanedBlock final : public MessageBlock, public PoolNode<LoanedBlock<T>> {
 /// Real-time: as MessageBlock; the last release frees the user's message.
 class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock> {
  public:
+  OwnedBlock() = default;
+  ~OwnedBlock() { free_owned(); }
+
   template <class T>
   void own(std::unique_ptr<T> message) noexcept {
-    payload_ = message.get();
-    unique_ = {message.release(), [](void* owned) noexcept { delete static_cast<T*>(owned); }};
+    payload_ = owned_ = message.release();
+    free_ = [](void* owned) noexcept { delete static_cast<T*>(owned); };
   }
   void own(std::shared_ptr<const void> message) noexcept {
     payload_ = message.get();
@@ -156,11 +171,38 @@ class OwnedBlock final : public MessageBlock, public PoolNode<OwnedBlock> {
 
  private:
   void recycle() noexcept override;
-  void* give_away() noexcept override { return unique_.release(); }
+  void* give_away() noexcept override { return std::exchange(owned_, nullptr); }
+  void free_owned() noexcept {
+    if (owned_ != nullptr) free_(std::exchange(owned_, nullptr));
+  }
 
-  std::unique_ptr<void, void (*)(void*) noexcept> unique_{nullptr, nullptr};
+  void* owned_ = nullptr;  // came by unique_ptr
+  void (*free_)(void*) noexcept = nullptr;
   std::shared_ptr<const void> shared_;
 };
+
+/// Makes messages of a type for those that do not know it.
+/// Thread safety: immutable.
+struct MessageMaker {
+  std::unique_ptr<LoanedBlock> (*loan)(const void* prototype);  // nullptr: a T{}
+  void* (*own)(OwnedBlock& block);                              // a new T{}, which it returns
+};
+template <class T>
+inline constexpr MessageMaker kMakerOf = {
+    [](const void* prototype) -> std::unique_ptr<LoanedBlock> {
+      if (prototype == nullptr) return std::make_unique<LoanOf<T>>();
+      return std::make_unique<LoanOf<T>>(*static_cast<const T*>(prototype));
+    },
+    [](OwnedBlock& block) -> void* {
+      auto message = std::make_unique<T>();
+      T* const address = message.get();
+      block.own(std::move(message));
+      return address;
+    }};
+
+/// So many loans, each as `prototype`.
+PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
+                                const void* prototype = nullptr);
 
 }  // namespace takt
 

@@ -24,7 +24,7 @@ struct Scan {
   static inline std::atomic<int> alive{0};
 };
 
-using Loaned = LoanedBlock<Scan>;
+using Loaned = LoanedBlock;
 using Owned = OwnedBlock;
 
 class MessageBlockTest : public testing::Test {
@@ -33,8 +33,7 @@ class MessageBlockTest : public testing::Test {
   int alive() const { return Scan::alive - alive_before_; }
 
   Scan prototype_;
-  PoolPtr<Loaned> loans_{
-      Pool<Loaned>::create(1, [&](std::uint32_t) { return std::make_unique<Loaned>(prototype_); })};
+  PoolPtr<Loaned> loans_ = make_loans(1, kMakerOf<Scan>, &prototype_);
   PoolPtr<Owned> wrappers_{
       Pool<Owned>::create(1, [](std::uint32_t) { return std::make_unique<Owned>(); })};
 
@@ -45,7 +44,7 @@ class MessageBlockTest : public testing::Test {
 TEST_F(MessageBlockTest, LoanedGoesHomeWithTheLastRelease) {
   Loaned* block = loans_->acquire();
   block->set_references(2);
-  EXPECT_EQ(block->payload(), &block->message);
+  EXPECT_EQ(block->payload(), block->message());
   block->release();
   EXPECT_EQ(loans_->acquire(), nullptr);
   block->release();
@@ -55,12 +54,12 @@ TEST_F(MessageBlockTest, LoanedGoesHomeWithTheLastRelease) {
 
 TEST_F(MessageBlockTest, LoanedKeepsItsMemoryFromOneLoanToTheNext) {
   Loaned* block = loans_->acquire();
-  block->message.ranges.reserve(100);
-  const int* memory = block->message.ranges.data();
+  static_cast<Scan*>(block->message())->ranges.reserve(100);
+  const int* memory = static_cast<Scan*>(block->message())->ranges.data();
   block->set_references(1);
   block->release();
   block = loans_->acquire();
-  EXPECT_EQ(block->message.ranges.data(), memory);
+  EXPECT_EQ(static_cast<Scan*>(block->message())->ranges.data(), memory);
   Pool<Loaned>::recycle(*block);
 }
 
@@ -155,7 +154,7 @@ TEST_F(MessageBlockTest, GoesHomeExactlyOnceWhenAllReleaseItAtOnce) {
     Loaned* block = loans_->acquire();
     ASSERT_NE(block, nullptr) << "round " << round;
     ASSERT_EQ(loans_->acquire(), nullptr) << "round " << round;
-    block->message.ranges.assign(1, round);
+    static_cast<Scan*>(block->message())->ranges.assign(1, round);
     block->set_references(kHolders);
     std::latch start(kHolders);
     std::vector<std::thread> holders;

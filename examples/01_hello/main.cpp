@@ -1,6 +1,6 @@
 // Two nodes and an executor that is chosen by a word: ./hello events
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include "takt/takt.hpp"
 

@@ -243,12 +243,11 @@ static void write_visit(Writer* writer, const idl_member_t* member,
 static void write_message_type(Writer* writer, const idl_struct_t* type) {
   char wire[kMostName];
   wire_name(type, wire);
-  fprintf(
-      writer->out,
-      "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
-      "    static const ::takt::MessageType type = ::takt::detail::generated_message_type<Type>(\n"
-      "        \"%s\",\n        {\n",
-      wire);
+  fprintf(writer->out,
+          "  friend const ::takt::MessageType& takt_message_type(const Type*) {\n"
+          "    static const ::takt::MessageType& type = ::takt::detail::make_message_type(\n"
+          "        \"%s\", ::takt::detail::kLayoutOf<Type>,\n        {\n",
+          wire);
   for_each_field(writer, type, 0, write_description);
   fputs("        });\n    return type;\n  }\n", writer->out);
   static const char* const kConst[] = {"", "const "};

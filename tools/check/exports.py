@@ -12,8 +12,16 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # What is exported without being declared in such a header as part of an interface, with the reason.
 OTHERS = {
     "takt_try_library": "the program of this name calls it",
-    "takt::detail::finish_message_type": "TAKT_MESSAGE calls it",
-    "takt::detail::ControlBlocks": "templates of subscriptions call it",
+    "takt::detail::finish_message_type": "tools that make message types call it",
+    "takt::detail::make_message_type": "TAKT_MESSAGE calls it",
+    "takt::detail::FieldDescription": "TAKT_MESSAGE makes them",
+    "takt::detail::name_of": "TAKT_MESSAGE calls it",
+    "takt::detail::name_of_sequence": "TAKT_MESSAGE calls it",
+    "takt::detail::name_of_array": "TAKT_MESSAGE calls it",
+    "takt::detail::name_of_bounded": "TAKT_MESSAGE calls it",
+    "takt::detail::refuse_call": "templates of clients call it",
+    "takt::detail::refuse_type": "templates of parameters call it",
+    "takt::detail::refuse_narrow": "templates of parameters call it",
 }
 
 

@@ -1,0 +1,104 @@
+// The parameters of a node's callback groups and callbacks, which take effect together.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "takt/nodes/node.hpp"
+#include "takt/nodes/node_state.hpp"
+
+namespace takt {
+namespace {
+
+// What each of the objects that are named will have.
+template <class Object>
+std::map<Object*, CallbackParameters> after(
+    const std::map<std::string, CallbackParameters, std::less<>>& changes,
+    const std::vector<std::shared_ptr<Object>>& objects, std::string_view what, const Node& node) {
+  std::map<Object*, CallbackParameters> result;
+  for (const auto& change : changes) {  // clang 14 captures no structured bindings
+    const std::string& name = change.first;
+    const auto object = std::find_if(objects.begin(), objects.end(), [&](const auto& candidate) {
+      return candidate->name() == name;
+    });
+    if (object == objects.end()) {
+      std::vector<std::string> names;
+      for (const auto& candidate : objects) names.push_back(candidate->name());
+      throw Error(fmt::format("node '{}' has no {} '{}'", node.fully_qualified_name(), what, name),
+                  suggest(name, names));
+    }
+    result[object->get()] = change.second.or_else((*object)->parameters());
+  }
+  return result;
+}
+
+}  // namespace
+
+// With the mutex held: what each object will have, if all of it can be.
+Node::ChangedParameters Node::checked(const CallbackParameterChanges& changes,
+                                      const std::vector<std::shared_ptr<CallbackGroup>>& groups,
+                                      const std::vector<std::shared_ptr<Entity>>& entities) const {
+  ChangedParameters changed{after(changes.callback_groups, groups, "callback group", *this),
+                            after(changes.callbacks, entities, "callback", *this)};
+  const auto of = [](const auto& some, const auto& object) -> const CallbackParameters& {
+    const auto found = some.find(object.get());
+    return found != some.end() ? found->second : object->parameters();
+  };
+  for (const auto& [group, parameters] : changed.groups) parameters.check();
+  for (const auto& [entity, parameters] : changed.callbacks) parameters.check(entity->period());
+  for (const auto& entity : entities) {
+    of(changed.callbacks, entity)
+        .or_else(of(changed.groups, entity->group()))
+        .check(entity->period());
+  }
+  return changed;
+}
+
+void Node::check_callback_parameters(const CallbackParameterChanges& changes) const {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  const std::lock_guard lock(state_->mutex);
+  checked(changes, all_groups, all_entities);
+}
+
+void Node::set_callback_parameters(const CallbackParameterChanges& changes) {
+  const auto all_groups = groups();
+  const auto all_entities = entities();
+  ChangedParameters before;
+  const auto exchange = [&before](const ChangedParameters& parameters) {
+    before = {};
+    for (const auto& [group, of_group] : parameters.groups) {
+      before.groups.emplace(group, group->parameters());
+      group->set_parameters(of_group);
+    }
+    for (const auto& [entity, of_entity] : parameters.callbacks) {
+      before.callbacks.emplace(entity, entity->parameters());
+      entity->set_parameters(of_entity);
+    }
+  };
+  const auto notify_listeners = [this] {
+    state_->notify([this](NodeListener& listener) { listener.parameters_changed(*this); });
+  };
+  {
+    const std::lock_guard lock(state_->mutex);
+    exchange(checked(changes, all_groups, all_entities));
+  }
+  try {
+    notify_listeners();
+  } catch (...) {  // a user's scheduler does not take them
+    {
+      const std::lock_guard lock(state_->mutex);
+      exchange(ChangedParameters(before));
+    }
+    notify_listeners();
+    throw;
+  }
+}
+
+CallbackParameters Node::callback_parameters(const Entity& entity) const {
+  const std::lock_guard lock(state_->mutex);
+  return entity.parameters().or_else(entity.group()->parameters());
+}
+
+}  // namespace takt
