@@ -5,7 +5,9 @@
 
 #include <cstddef>
 
-namespace takt {
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
 
 /// Begins to take these bytes' cache lines, the first three at most, from the core that has them:
 /// for a thread that will write there, and does something else first. Harmless wherever it points.

@@ -145,8 +145,7 @@ class Takt final : public Stream {
     options.spin = spin;
     executor_ = executors().make(executor, options);
     node_ = std::make_shared<Node>(this->name());
-    publisher_ =
-        node_->create_publisher<Parcel>("~/parcels", kInFlight, {.loans = kInFlight});
+    publisher_ = node_->create_publisher<Parcel>("~/parcels", kInFlight, {.loans = kInFlight});
     subscription_ =
         node_->create_subscription<Parcel>("~/parcels", kInFlight, [this](const Parcel& parcel) {
           check(parcel.number, last_ + 1);
