@@ -1,15 +1,24 @@
-// What does it cost to transfer messages between threads?
-// `stream`: cost per message when a publisher thread sends as fast as back-pressure permits (it
-// waits for a free loan, so no message is lost), compared with a pooled ring on Boost's spsc_queue.
+// What does it cost to transfer messages between threads? A thread sends as fast as back-pressure
+// permits: it waits for a free message, so none is lost. Another one, on another CPU, receives.
+// The rounds alternate: `boost`, a pool of messages and two of Boost's rings that carry pointers
+// forth and back; `bare`, Takt's pool and ring alone; and an executor that sleeps or that spins
+// while there is nothing. The first two spin. The counters are medians of the rounds:
+// - <name>_ns: per message. <name>_sleeps: how often the receiver slept, per 1000 messages.
+// - <name>_ratio: to `boost`, with its 95 % interval; <name>_of_bare: to `bare`.
 // How long one message takes, hand_over_benchmark measures.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
 #include <benchmark/benchmark.h>
 #include <boost/lockfree/spsc_queue.hpp>
+#include <sys/resource.h>
 
+#include "takt/base/lockfree/keep_last_ring.hpp"
+#include "takt/base/lockfree/pool.hpp"
+#include "takt/base/spin_pause.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/machine.hpp"
+#include "takt/measuring/rounds.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -22,91 +31,177 @@ struct Parcel {
 TAKT_MESSAGE(Parcel, "bench/msg/Parcel", number, payload);
 
 constexpr std::size_t kInFlight = 64;
-constexpr std::int64_t kBatch = 200'000;
+constexpr std::uint64_t kMessages = 100'000;
+constexpr int kRounds = 20;
 
-/// The lower bound: a pool of messages, and two rings that carry pointers forth and back.
-void stream_bare(benchmark::State& state) {
-  std::vector<Parcel> pool(kInFlight);
-  boost::lockfree::spsc_queue<Parcel*> full(kInFlight), empty(kInFlight);
-  for (Parcel& parcel : pool) empty.push(&parcel);
-  std::atomic<bool> stop{false};
-  std::atomic<std::int64_t> to_send{0};
-  std::jthread producer([&] {
-    rt::stay_on(0);
-    std::uint64_t number = 0;
-    while (!stop.load(std::memory_order_relaxed)) {
-      if (to_send.load(std::memory_order_relaxed) <= 0) continue;
-      for (std::int64_t i = 0; i < kBatch; ++i) {
-        Parcel* parcel;
-        while (!empty.pop(parcel)) {
-        }
-        parcel->number = ++number;
-        full.push(parcel);
+/// One way to transfer messages 1 to kMessages. `send` and `receive` run on two threads.
+class Stream {
+ public:
+  explicit Stream(std::string name) : name_(std::move(name)) {}
+  virtual ~Stream() = default;
+  virtual void send() = 0;
+  virtual void receive() = 0;
+
+  void run() {
+    std::atomic<bool> go{false};
+    std::jthread sender([&] {
+      rt::stay_on(0);
+      while (!go.load()) {
       }
-      to_send.fetch_sub(kBatch);
-    }
-  });
-  rt::stay_on(1);
-  while (state.KeepRunningBatch(kBatch)) {
-    to_send.fetch_add(kBatch);
-    for (std::int64_t i = 0; i < kBatch; ++i) {
+      send();
+    });
+    rusage before{}, after{};
+    getrusage(RUSAGE_THREAD, &before);
+    const TimePoint start = Clock::steady().now();
+    go.store(true);
+    receive();
+    const Nanoseconds elapsed = Clock::steady().now() - start;
+    getrusage(RUSAGE_THREAD, &after);
+    ns_.push_back(static_cast<double>(elapsed.count()) / kMessages);
+    sleeps_.push_back(static_cast<double>(after.ru_nvcsw - before.ru_nvcsw) * 1000 / kMessages);
+  }
+  const std::string& name() const { return name_; }
+  const std::vector<double>& ns() const { return ns_; }
+  const std::vector<double>& sleeps() const { return sleeps_; }
+  bool is_complete() const { return is_complete_; }
+
+ protected:
+  void check(std::uint64_t number, std::uint64_t expected) {
+    if (number != expected) is_complete_ = false;
+  }
+
+ private:
+  const std::string name_;
+  std::vector<double> ns_, sleeps_;
+  bool is_complete_ = true;
+};
+
+class Boost final : public Stream {
+ public:
+  Boost() : Stream("boost") {
+    for (Block& block : pool_) empty_.push(&block.parcel);
+  }
+  void send() override {
+    for (std::uint64_t number = 1; number <= kMessages; ++number) {
       Parcel* parcel;
-      while (!full.pop(parcel)) {
-      }
-      benchmark::DoNotOptimize(parcel->number);
-      empty.push(parcel);
+      while (!empty_.pop(parcel)) spin_pause();
+      parcel->number = number;
+      full_.push(parcel);
     }
   }
-  stop = true;
-}
-BENCHMARK(stream_bare)->UseRealTime();
+  void receive() override {
+    for (std::uint64_t number = 1; number <= kMessages; ++number) {
+      Parcel* parcel;
+      while (!full_.pop(parcel)) spin_pause();
+      check(parcel->number, number);
+      empty_.push(parcel);
+    }
+  }
 
-void stream(benchmark::State& state, const std::string& executor_name) {
-  ExecutorOptions options;
-  options.statistics = StatisticsLevel::count;
-  options.threads.resize(1);
-  const auto executor = executors().make(executor_name, options);
-  const auto sender = std::make_shared<Node>("sender");
-  const auto receiver = std::make_shared<Node>("receiver");
-  const auto publisher =
-      sender->create_publisher<Parcel>("parcels", kInFlight, {.loans = kInFlight});
-  std::int64_t left = 0;
-  std::uint64_t last = 0, lost = 0;
-  const auto subscription =
-      receiver->create_subscription<Parcel>("parcels", kInFlight, [&](const Parcel& parcel) {
-        lost += parcel.number - last - 1;
-        last = parcel.number;
-        if (--left == 0) executor->cancel();
-      });
-  executor->add_node(receiver);
-  std::atomic<bool> stop{false};
-  std::atomic<std::int64_t> to_send{0};
-  std::jthread producer([&] {
-    rt::stay_on(0);
-    std::uint64_t number = 0;
-    while (!stop.load(std::memory_order_relaxed)) {
-      if (to_send.load(std::memory_order_relaxed) <= 0) continue;
-      for (std::int64_t i = 0; i < kBatch; ++i) {
-        LoanedMessage<Parcel> parcel;
-        while (!(parcel = publisher->borrow_loaned_message())) {
-        }
-        parcel->number = ++number;
-        publisher->publish(std::move(parcel));
-      }
-      to_send.fetch_sub(kBatch);
+ private:
+  struct alignas(64) Block {
+    Parcel parcel;
+  };
+  std::vector<Block> pool_{kInFlight};
+  boost::lockfree::spsc_queue<Parcel*> full_{kInFlight}, empty_{kInFlight};
+};
+
+class Bare final : public Stream {
+ public:
+  Bare() : Stream("bare") {}
+  void send() override {
+    for (std::uint64_t number = 1; number <= kMessages; ++number) {
+      Block* block;
+      while ((block = pool_->acquire()) == nullptr) spin_pause();
+      block->parcel.number = number;
+      ring_.push(block, number, 0);
     }
-  });
-  rt::stay_on(1);
-  while (state.KeepRunningBatch(kBatch)) {
-    left = kBatch;
-    to_send.fetch_add(kBatch);
-    executor->spin();
   }
-  stop = true;
-  if (lost != 0) state.SkipWithError("messages were lost");
+  void receive() override {
+    for (std::uint64_t number = 1; number <= kMessages; ++number) {
+      bool more;
+      Block* block;
+      while ((block = ring_.pop([](Block*) {}, more)) == nullptr) spin_pause();
+      check(block->parcel.number, number);
+      Pool<Block>::recycle(*block);
+    }
+  }
+
+ private:
+  struct alignas(64) Block : PoolNode<Block> {
+    Parcel parcel;
+  };
+  PoolPtr<Block> pool_{
+      Pool<Block>::create(kInFlight, [](std::uint32_t) { return std::make_unique<Block>(); })};
+  KeepLastRing<Block> ring_{kInFlight};
+};
+
+class Takt final : public Stream {
+ public:
+  Takt(std::string name, const std::string& executor, Nanoseconds spin) : Stream(std::move(name)) {
+    ExecutorOptions options;
+    options.statistics = StatisticsLevel::count;
+    options.threads.resize(1);
+    options.spin = spin;
+    executor_ = executors().make(executor, options);
+    node_ = std::make_shared<Node>(this->name());
+    publisher_ = node_->create_publisher<Parcel>("~/parcels", kInFlight, {.loans = kInFlight});
+    subscription_ =
+        node_->create_subscription<Parcel>("~/parcels", kInFlight, [this](const Parcel& parcel) {
+          check(parcel.number, last_ + 1);
+          last_ = parcel.number;
+          if (last_ == kMessages) executor_->cancel();
+        });
+    executor_->add_node(node_);
+  }
+  void send() override {
+    for (std::uint64_t number = 1; number <= kMessages; ++number) {
+      LoanedMessage<Parcel> parcel;
+      while (!(parcel = publisher_->borrow_loaned_message())) spin_pause();
+      parcel->number = number;
+      publisher_->publish(std::move(parcel));
+    }
+  }
+  void receive() override {
+    last_ = 0;
+    executor_->spin();
+  }
+
+ private:
+  std::shared_ptr<Executor> executor_;
+  std::shared_ptr<Node> node_;
+  std::shared_ptr<Publisher<Parcel>> publisher_;
+  std::shared_ptr<Subscription<Parcel>> subscription_;
+  alignas(64) std::uint64_t last_ = 0;  // the receiver writes it for each message
+};
+
+void transfer(benchmark::State& state, const std::string& executor) {
+  if (available_cpus().size() < 2) return state.SkipWithError("needs two CPUs");
+  std::vector<std::unique_ptr<Stream>> streams;
+  streams.push_back(std::make_unique<Boost>());
+  streams.push_back(std::make_unique<Bare>());
+  streams.push_back(std::make_unique<Takt>("asleep", executor, Nanoseconds(0)));
+  streams.push_back(std::make_unique<Takt>("spinning", executor, kSpinAlways));
+  rt::stay_on(1);
+  for ([[maybe_unused]] auto _ : state) {
+    for (const auto& stream : streams) stream->run();
+  }
+  for (const auto& stream : streams) {
+    const auto report = [&](const std::string& name, const Stream& to) {
+      const rt::Interval ratio = rt::paired_ratio(stream->ns(), to.ns());
+      state.counters[stream->name() + name] = ratio.median;
+      state.counters[stream->name() + name + "_low"] = ratio.low;
+      state.counters[stream->name() + name + "_high"] = ratio.high;
+    };
+    state.counters[stream->name() + "_ns"] = rt::median(stream->ns());
+    state.counters[stream->name() + "_sleeps"] = rt::median(stream->sleeps());
+    report("_ratio", *streams[0]);
+    report("_of_bare", *streams[1]);
+    if (!stream->is_complete()) state.SkipWithError("messages were lost");
+  }
 }
-BENCHMARK_CAPTURE(stream, events, "events")->UseRealTime();
-BENCHMARK_CAPTURE(stream, single_threaded, "single_threaded")->UseRealTime();
+BENCHMARK_CAPTURE(transfer, events, "events")->Iterations(kRounds)->UseRealTime();
+BENCHMARK_CAPTURE(transfer, single_threaded, "single_threaded")->Iterations(kRounds)->UseRealTime();
 
 }  // namespace
 }  // namespace takt

@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "takt/base/prefetch.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -48,6 +49,10 @@ class PoolBase {
   std::uint32_t acquire_index() noexcept {
     const std::uint32_t index = pop(lendable_);
     return index != kNone ? index : take_over();
+  }
+  /// The one that was free behind it when it was lent; kNone: none.
+  std::uint32_t next_of(std::uint32_t index) const noexcept {
+    return next_[index].load(std::memory_order_relaxed);
   }
   void recycle_index(std::uint32_t index) noexcept { push(returned_, index, index); }
 
@@ -146,7 +151,12 @@ class Pool final : public PoolBase {
   /// nullptr when all are out.
   T* acquire() noexcept {
     const std::uint32_t index = acquire_index();
-    return index != kNone ? objects_[index].get() : nullptr;
+    if (index == kNone) return nullptr;
+    // Where another thread returns objects, it has the cache lines of the one to be lent next.
+    if (const std::uint32_t next = next_of(index); next != kNone) {
+      prefetch_for_writing(objects_[next].get(), sizeof(T));
+    }
+    return objects_[index].get();
   }
 
   /// Gives an object back to the pool it came from.

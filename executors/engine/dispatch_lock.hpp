@@ -44,7 +44,6 @@ class DispatchLock {
       std::atomic_signal_fence(std::memory_order_seq_cst);
       if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
         return;
-      self.is_inside.store(false, std::memory_order_release);
       lose_title(self);
     }
     if (try_lock(self)) [[likely]] {
