@@ -124,7 +124,7 @@ def scaling_section(rows, table):
 
 
 def hand_over_section(rows, table):
-    names = list(rows[0]["metrics"])
+    names = [name for name in ("cache_line", "futex", "always", "spin_50us", "asleep") if name in rows[0]["metrics"]]
     return (
         "## From a thread to a callback on another CPU\n\nFrom `publish` to the callback in ns; statistics `count`. `futex` and "
         "`cache_line` are bare; the others wait asleep, with `spin: 50us` and with `spin: always`. Medians of 30 rounds of 300 "
@@ -151,7 +151,8 @@ def nodes_section(rows, table):
         "most, and a node with all of ROS 2's services 14 of them.\n\n" +
         table(["nodes", "with", "create (ms)", "start (ms)", "end (ms)", "memory a node (kB)", "of it its objects (kB)", "ratio"],
               [[f"{row['nodes']:,}", kinds[row["name"]],
-                *cells(row, "create_ms", "spin_ms", "end_ms", "node_kB", "objects_kB", "ratio")] for row in rows]))
+                *cells(row, "create_ms", "spin_ms", "end_ms", "node_kB", "objects_kB", "ratio")]
+               for row in sorted(rows, key=lambda row: (list(kinds).index(row["name"]), row["nodes"]))]))
 
 
 def round_trips_section(rows, table):
