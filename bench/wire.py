@@ -107,7 +107,7 @@ def measure(kind, rounds):
     one, variants, sizes = KINDS[kind]
     rows = []
     for size in sizes:
-        of_size = [{"name": who, "bytes": size, "metrics": {}} for who in variants]
+        of_size = [{"name": name, "bytes": size, "metrics": {}} for name in variants]
         for _ in range(rounds):
             for row in of_size:
                 for figure, value in one(row["name"], size).items():
