@@ -250,14 +250,15 @@ def draw_experiment(page, experiment, paper):
         percentile_curves(page, named, f"{experiment['title']}: publish → callback {where}.")
         boxes(page, named, f"{experiment['title']}: publish → callback {where}.")
     metrics = experiment["metrics"]
+    lost = ["lost"] if any("lost" in row.get("metrics", {}) for row in experiment["rows"]) else []
     page.note(f"Statistics: {experiment['statistics']}.")
     for deviation in experiment["deviations"]:
         page.note(f"Not as in the original: {deviation}")
     page.table(["series"] + ([experiment["x_label"]] if experiment["x_label"] else []) +
-               [experiment["labels"][metric] for metric in metrics] + ["lost"],
+               [experiment["labels"][metric] for metric in metrics] + lost,
                [[row["series"]] + ([f"{row['x']:g}"] if "x" in row else []) +
                 [shown(row["metrics"][m]) if m in row["metrics"] else "-" for m in metrics] +
-                [f"{row['metrics']['lost']['sum']:g}"]
+                [f"{row['metrics'][metric]['sum']:g}" for metric in lost]
                 for row in experiment["rows"] if "metrics" in row])
     for series, why in sorted({(row["series"], row["missing"])
                                for row in experiment["rows"] if "missing" in row}):

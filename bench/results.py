@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 """Measures, and makes the page of docs/results and the README's figures from the data.
 
-usage: results.py measure [PART...]  measures into docs/results/DATE, 30 minutes; nothing else should run
+usage: results.py measure [PART...]  measures into docs/results/DATE, 40 minutes; nothing else should run
                                      (PART: only these again, of the newest date, while the code is the same;
-                                     bounds: into docs/results/bounds, 13 minutes)
-       results.py write              makes docs/results/DATE.md, bounds.md and the README's figures from that data
+                                     bounds: into docs/results/bounds, 13 minutes;
+                                     threads [PIECE...]: into docs/results/threads, 7 minutes)
+       results.py write              makes docs/results/DATE.md, bounds.md, threads.md and the README's figures from
+                                     that data
        results.py check              exit status 1 if they are not what the data gives
 
 The newest date counts. A file of data is what the command wrote, without the histograms.
@@ -21,6 +23,7 @@ import subprocess
 import sys
 
 import bounds
+import threads
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # What the figures measure.
@@ -82,14 +85,37 @@ def measure_timers(out):
         key: {name: row[name] for name in kept} for key, row in document["thread"].items()}}
 
 
+def keep_with_report(name, document, drawn):
+    """The data, and what report.py draws of `drawn`."""
+    folder = ROOT / "docs/results" / name
+    folder.mkdir(exist_ok=True)
+    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", folder / f"{name}.html"], input=json.dumps(drawn),
+                   text=True, check=True)
+    (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+
+
 def measure_bounds():
     document = {"date": str(datetime.date.today()), "commit": git("rev-parse", "HEAD"),
                 **bounds.measure(ROOT / "build/release/bin/takt", ROOT)}
-    folder = ROOT / "docs/results/bounds"
-    folder.mkdir(exist_ok=True)
-    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", folder / "bounds.html"], input=json.dumps(document),
-                   text=True, check=True)
-    (folder / "bounds.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
+    keep_with_report("bounds", document, document)
+
+
+def measure_threads(wanted):
+    """All pieces, or only these again, while the code is the same."""
+    if not set(wanted) <= set(threads.PIECES):
+        sys.exit(f"a piece of threads is one of: {' '.join(threads.PIECES)}")
+    document, path = {"commit": git("rev-parse", "HEAD"), "pieces": {}}, ROOT / "docs/results/threads/threads.json"
+    if wanted and path.exists():
+        document = json.loads(path.read_text(encoding="utf-8"))
+        if code_is_newer(ROOT, document["commit"]):
+            sys.exit("the code has changed since docs/results/threads: measure all pieces")
+    document["pieces"].update(threads.measure(ROOT / "build/release/bin", wanted or threads.PIECES))
+    run_file = str(ROOT / "build/release/threads.json")
+    subprocess.run([ROOT / "build/release/bin/takt", "run", ROOT / "examples/03_robot/robot.yaml", "--duration", "100ms",
+                    "--json", run_file], stdout=subprocess.DEVNULL, check=True)
+    about = json.loads(pathlib.Path(run_file).read_text(encoding="utf-8"))
+    document |= {"date": str(datetime.date.today()), "takt": about["takt"], "machine": about["machine"]}
+    keep_with_report("threads", document, {**document, "experiments": threads.experiments(document["pieces"])})
 
 
 def measure(wanted):
@@ -98,10 +124,11 @@ def measure(wanted):
     parts = {"dispatch": measure_dispatch, "demo": measure_demo,
              **{name: functools.partial(measure_experiment, name) for name in EXPERIMENTS}, "timers": measure_timers}
     if wanted == ["bounds"]:
-        measure_bounds()
-        return
+        return measure_bounds()
+    if wanted[:1] == ["threads"]:
+        return measure_threads(wanted[1:])
     if not set(wanted) <= set(parts):
-        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds alone")
+        sys.exit(f"a part is one of: {' '.join(parts)}, or bounds or threads alone")
     if wanted:
         date, data = newest(ROOT)
         about = data["about"]
@@ -120,6 +147,7 @@ def measure(wanted):
     if not wanted:
         keep("about", {**about, "load_after": os.getloadavg()[0]})
         measure_bounds()
+        measure_threads([])
 
 
 def rows_on_lines(document):
@@ -241,6 +269,14 @@ def bounds_page(document, is_older):
         bounds.section(document, table)]) + "\n"
 
 
+def threads_page(document, is_older):
+    return "\n\n".join([
+        first_line(document["commit"], is_older), "# Workers, hand-over, nodes and messages between processes",
+        f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host: "
+        "compare the rows. Made by `./dev results threads` from [the data](threads/threads.json); as figures: "
+        "[threads.html](threads/threads.html).", threads.section(document, table)]) + "\n"
+
+
 def with_figures(readme, date, data):
     """The README with its figures between their marks."""
     at = (f"Measured on {date} at commit {data['about']['commit'][:9]} on {machine_of(data['memory']['machine'])} "
@@ -271,10 +307,11 @@ def pages(root):
     """Each page: its path, the commit that it measures, and its text as a function of whether the code is newer."""
     date, data = newest(root)
     yield root / f"docs/results/{date}.md", data["about"]["commit"], functools.partial(page, date, data)
-    path = root / "docs/results/bounds/bounds.json"
-    if path.exists():
-        document = json.loads(path.read_text(encoding="utf-8"))
-        yield root / "docs/results/bounds.md", document["commit"], functools.partial(bounds_page, document)
+    for name, page_of in (("bounds", bounds_page), ("threads", threads_page)):
+        path = root / f"docs/results/{name}/{name}.json"
+        if path.exists():
+            document = json.loads(path.read_text(encoding="utf-8"))
+            yield root / f"docs/results/{name}.md", document["commit"], functools.partial(page_of, document)
 
 
 def write(root):

@@ -17,6 +17,8 @@ sys.path += [HERE, os.path.join(HERE, "../cmake")]
 from checks import check, finish  # noqa: E402
 import bounds  # noqa: E402
 import results  # noqa: E402
+import threads  # noqa: E402
+import wire  # noqa: E402
 
 MACHINE = {"cpus": 2, "cpu": "Some CPU", "kernel": "6.1", "preemption": "PREEMPT_RT", "load_average": 0.25}
 README = "# Takt\n<!-- figures: demo -->\n<!-- end -->\nand\n<!-- figures: dispatch -->\nold 99\n<!-- end -->\nlast\n"
@@ -47,6 +49,23 @@ def chain(name, bound_us, p999):
 def analyses():
     return [{"file": "bench/workloads/reference_system.yaml", "variant": "planned", "analysed_in_s": 0.25,
              "chains": [chain("front", 10_000, 4_000), chain("rear", 10_000, 6_000), chain("other", None, 7_000)]}]
+
+
+def pieces():
+    """A row of each piece of threads."""
+    ratio = {"median": 1.94, "min": 1.9, "max": 1.97}
+    rows = {
+        "scaling": {"name": "events", "shape": "chain", "work_us": 10, "workers": 2, "alone_ns": 10_000, "least_share": 0.97,
+                    "metrics": dict.fromkeys(("gain", "gain_apart", "of_apart", "cpu"), ratio)},
+        "hand_over": {"name": "events", "hz": 30_000, "metrics": {"futex": {"median": 25_463, "min": 25_254, "max": 25_616}}},
+        "transfer": {"name": "stream_bare", "metrics": {"ns": ratio}},
+        "nodes": {"name": "ros2", "nodes": 250,
+                  "metrics": dict.fromkeys(("create_ms", "spin_ms", "end_ms", "node_kB", "objects_kB", "ratio"), ratio)},
+        "round_trips": {"name": "Takt", "bytes": 1_000_000,
+                        "metrics": dict.fromkeys(("p50_us", "p99_us", "cpu_us", "switches"), [770, 765.5, 790])},
+        "streams": {"name": "Takt", "bytes": 16,
+                    "metrics": dict.fromkeys(("per_s", "lost", "cpu_us", "switches"), [3.5, 4, 5])}}
+    return {name: {"load_before": 0.5, "load_after": 1.25, "rows": [row]} for name, row in rows.items()}
 
 
 def data(commit):
@@ -88,6 +107,13 @@ check("a variant has the executor, and all chains", bounds.variant_of(SYSTEM, "t
       "threads: [main_cpu]}\ncontainer:\n  components:\n    - component: a::B\n      executor: default\n", bounds.variant_of(SYSTEM, "type: events"))
 check("what is planned stays, and so do chains", bounds.variant_of("chains: []\n" + SYSTEM, None) == "chains: []\n" + SYSTEM)
 
+check("a row of Google Benchmark is its words",
+      threads.words_of({"run_name": "events/chain/work_us:10/workers:2/iterations:20/real_time"}) == ["events", "chain", "10", "2"])
+PING = "[7] 2.000  vm:7 size 16 mean 29.9us min 20.8us 50% 28.5us 90% 32.5us 99% 51.5us max 99us cnt 16663\n"
+check("ddsperf halves round trips", wire.ddsperf_figures(PING) == {"p50_us": 57, "p99_us": 103, "per_s": 16663})
+SUB = "[7] 1.001  size 16 total 1645552 lost 3 delta 1645552 lost 0 rate 1644.60 kS/s 210.51 Mb/s (164.46 kS/s 21.05 Mb/s)\n"
+check("and counts thousands", wire.ddsperf_figures(SUB) == {"per_s": 1_644_600, "lost": 3}, wire.ddsperf_figures(SUB))
+
 with tempfile.TemporaryDirectory() as folder:
     root = pathlib.Path(folder)
     git(root, "init", "-q")
@@ -103,6 +129,9 @@ with tempfile.TemporaryDirectory() as folder:
     (root / "docs/results/bounds").mkdir()
     (root / "docs/results/bounds/bounds.json").write_text(results.rows_on_lines(
         {"date": "2026-01-03", "commit": commit, "machine": MACHINE, "analyses": analyses()}), encoding="utf-8")
+    (root / "docs/results/threads").mkdir()
+    (root / "docs/results/threads/threads.json").write_text(results.rows_on_lines(
+        {"date": "2026-01-04", "commit": commit, "machine": MACHINE, "pieces": pieces()}), encoding="utf-8")
     check("nothing made yet: that is wrong", not outcome(root)[0])
     results.write(root)
     page = (root / "docs/results/2026-01-02.md").read_text(encoding="utf-8")
@@ -120,6 +149,12 @@ with tempfile.TemporaryDirectory() as folder:
                  "| front | planned | 1.000 | 4.000 | 4.000 | 10.000 | 2.500 |",
                  "- `reference_system`, planned, other: its thread is late"):
         check(f"the page of bounds has: {text}", text in page_of_bounds, page_of_bounds)
+    page_of_threads = (root / "docs/results/threads.md").read_text(encoding="utf-8")
+    for text in ("Measured on 2026-01-04 on 2 × Some CPU", "Load average 0.5 before, 1.2 after. Eight callbacks",
+                 "| `events` | chain | 10 | 2 | 10,000 | 1.94 (1.90 – 1.97) |", "| `events` | 30,000 | 25,463 (25,254 – 25,616) |",
+                 "| `stream_bare` | 1.94 (1.90 – 1.97) | 1.00 |", "| 250 | parameter services, graph and rosout, on DDS | 1.94",
+                 "| 1,000,000 | Takt | 770 (766 – 790) |", "| 16 | Takt | 4.0 (3.5 – 5.0) |"):
+        check(f"the page of threads has: {text}", text in page_of_threads, page_of_threads)
     for text in ("| `events`, statistics `count` | 37 (36 – 41) |  |",
                  "| `events`, statistics `full` |  | 122 (120 – 130) |", "by hand, nothing else | 27 (26 – 28) |  |",
                  "events    1.25", "statistics `full`; one run", "](docs/results/2026-01-02.md)"):

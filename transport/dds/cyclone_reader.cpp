@@ -70,8 +70,8 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   }
 
  private:
-  // Of Cyclone's queue. Its one receiving thread takes each message before it stores the next one;
-  // publishers of this process do so on their own threads, several at a time.
+  // Of Cyclone's queue. The one thread that receives data takes each message before it stores the
+  // next one; publishers of this process do so on their own threads, several at a time.
   std::size_t queue_depth() const noexcept {
     constexpr std::size_t kMostAtATime = 100;
     const std::size_t depth = endpoint_.qos.depth;

@@ -105,7 +105,7 @@ std::shared_ptr<Domain> Domain::get(const DdsOptions& options) {
   return domain;
 }
 
-Domain::Domain(const DdsOptions& options) {
+Domain::Domain(const DdsOptions& options) : has_data_thread_(has_data_thread(options)) {
   if (options.domain < 0 || options.domain > kLastDomain) {
     throw Error(fmt::format("there is no DDS domain {}", options.domain),
                 fmt::format("choose a number from 0 to {}", kLastDomain));
@@ -123,6 +123,16 @@ Domain::Domain(const DdsOptions& options) {
   }
   if (options.discovery != DiscoveryRange::lo) return;
   if (const std::string why = keep_on_loopback(options.domain); !why.empty()) complain(why);
+}
+
+Domain::~Domain() {
+  if (!has_data_thread_ || is_loopback_up()) {
+    remove(handle_);
+  } else {
+    log(LogLevel::error,
+        "DDS: Cyclone's threads cannot be ended, as the loopback interface is down: ip link set lo "
+        "up");
+  }
 }
 
 void Domain::remove(dds_entity_t handle) const {

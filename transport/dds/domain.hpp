@@ -40,7 +40,7 @@ class Domain {
  public:
   static std::shared_ptr<Domain> get(const DdsOptions& options);
   explicit Domain(const DdsOptions& options);
-  ~Domain() { remove(handle_); }
+  ~Domain();
   Domain(const Domain&) = delete;
   Domain& operator=(const Domain&) = delete;
 
@@ -50,6 +50,7 @@ class Domain {
 
  private:
   std::string why_no_shared_memory_;
+  const bool has_data_thread_;
   dds_entity_t handle_;
 };
 

@@ -31,14 +31,14 @@ bool is_free(int port) {
   return is_free;
 }
 
-// One that Cyclone could choose, besides the loopback interface.
-bool has_network_interface() {
+// `kind`: IFF_LOOPBACK, or 0: one that Cyclone could choose besides that.
+bool is_interface_up(unsigned kind) {
   ifaddrs* first = nullptr;
   if (getifaddrs(&first) != 0) return false;
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> interfaces(first, freeifaddrs);
   for (const ifaddrs* each = first; each != nullptr; each = each->ifa_next) {
     if (each->ifa_addr != nullptr && each->ifa_addr->sa_family == AF_INET &&
-        (each->ifa_flags & (IFF_UP | IFF_LOOPBACK)) == IFF_UP) {
+        (each->ifa_flags & (IFF_UP | IFF_LOOPBACK)) == (IFF_UP | kind)) {
       return true;
     }
   }
@@ -66,7 +66,7 @@ std::string interfaces(const DdsOptions& options) {
   return fmt::format(
       R"(<Interfaces><NetworkInterface name="lo" multicast="false" priority="{}"/>{}</Interfaces><AllowMulticast>false</AllowMulticast>)",
       options.static_peers.empty() ? 1 : -1,
-      is_local && has_network_interface() ? R"(<NetworkInterface autodetermine="true"/>)" : "");
+      is_local && is_interface_up(0) ? R"(<NetworkInterface autodetermine="true"/>)" : "");
 }
 
 std::string discovery(const DdsOptions& options, int participant_index) {
@@ -97,6 +97,23 @@ std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
 
 }  // namespace
 
+bool has_data_thread(const DdsOptions& options) {
+  if (std::getenv("CYCLONEDDS_URI") != nullptr) return false;  // may choose other interfaces
+  switch (options.discovery) {
+    case DiscoveryRange::off:
+    case DiscoveryRange::lo:
+      return true;
+    case DiscoveryRange::localhost:
+      return options.static_peers.empty();
+    default:
+      return false;
+  }
+}
+
+bool is_loopback_up() {
+  return is_interface_up(IFF_LOOPBACK);
+}
+
 std::optional<int> free_participant_index(int domain, int from) {
   for (int index = from; index < kIndices; ++index) {
     if (index == kFirstOfRos2) index = kAfterRos2;
@@ -106,9 +123,8 @@ std::optional<int> free_participant_index(int domain, int from) {
   return std::nullopt;
 }
 
-// Lean, deterministic, messages up to the size of a datagram in one piece. One thread receives:
-// several need no select() before each message, but Cyclone wakes them at its end by a datagram
-// over the network, and waits for ever when the cable is cut.
+// Lean, deterministic, messages up to the size of a datagram in one piece. What each setting brings
+// is in docs/explanation/decisions/0032_settings_of_cyclone_are_measured.md.
 std::string domain_configuration(const DdsOptions& options, int participant_index,
                                  std::uint64_t roudi) {
   const char* const users = std::getenv("CYCLONEDDS_URI");
@@ -117,9 +133,9 @@ std::string domain_configuration(const DdsOptions& options, int participant_inde
       R"(<Discovery>{}<LeaseDuration>2s</LeaseDuration></Discovery>)"
       R"(<Internal><SocketReceiveBufferSize min="default" max="10MB"/><Watermarks><WhcHigh>16MB</WhcHigh></Watermarks></Internal></Domain></CycloneDDS>,)"
       R"({},)"
-      R"(<CycloneDDS><Domain id="any"><Internal><MultipleReceiveThreads>false</MultipleReceiveThreads></Internal><SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
+      R"(<CycloneDDS><Domain id="any"><Internal><MultipleReceiveThreads>{}</MultipleReceiveThreads></Internal><SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
       interfaces(options), discovery(options, participant_index), users == nullptr ? "" : users,
-      shared_memory(options, roudi));
+      has_data_thread(options), shared_memory(options, roudi));
 }
 
 }  // namespace takt

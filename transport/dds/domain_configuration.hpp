@@ -18,6 +18,13 @@ namespace takt {
 /// processes to those indices only, and Takt answers at once.
 std::optional<int> free_participant_index(int domain, int from);
 
+/// Whether a thread of Cyclone's receives nothing but data. It needs no select() before each
+/// message, but is woken at its end by a datagram of this process to itself. So it exists only
+/// where the loopback interface is Cyclone's first one: over a network that has gone, the end would
+/// wait for ever.
+bool has_data_thread(const DdsOptions& options);
+bool is_loopback_up();
+
 /// As XML. It ends with CYCLONEDDS_URI, which overrules everything but what Takt relies on.
 /// `roudi`: the identity of the one in use; 0: no shared memory.
 std::string domain_configuration(const DdsOptions& options, int participant_index,

@@ -105,6 +105,16 @@ check("and meet when it never had one", meet(neighbours))
 close(neighbours)
 ip("-n", left, "address", "add", "10.77.0.1/24", "dev", "cable")
 
+# Cyclone's threads are woken by the loopback interface.
+lonely = Peer(left, network_host, "here", "there", "0")
+lonely.ask("ready")
+ip("-n", left, "link", "set", "lo", "down")
+lonely.process.stdin.close()
+check("a process ends when the loopback interface is down",
+      eventually(lambda: lonely.process.poll() == 0))
+lonely.process.kill()
+ip("-n", left, "link", "set", "lo", "up")
+
 # Processes that are not to meet do not, while others do.
 apart = pair([left, left], ROS_AUTOMATIC_DISCOVERY_RANGE="OFF")
 machines_apart = pair([left, right])
