@@ -56,9 +56,10 @@ def measure_hand_over(binaries):
 
 def measure_transfer(binaries):
     values = {}
-    for row in google_benchmark(binaries, "transfer_benchmark", f"--benchmark_repetitions={REPETITIONS}",
-                                "--benchmark_enable_random_interleaving=true", "--benchmark_min_time=0.2"):
-        values.setdefault(row["run_name"].removesuffix("/real_time"), []).append(row["real_time"])
+    for row in google_benchmark(binaries, "transfer_benchmark", f"--benchmark_repetitions={REPETITIONS}"):
+        executor = words_of(row)[1]
+        for stream in (key.removesuffix("_of_bare") for key in row if key.endswith("_of_bare")):
+            values.setdefault(f"{executor}/{stream}", []).append(row[f"{stream}_ns"])
     return [{"name": name, "metrics": {"ns": spread(numbers)}} for name, numbers in values.items()]
 
 
@@ -137,7 +138,7 @@ def transfer_section(rows, table):
     bare = next(row for row in rows if "bare" in row["name"])["metrics"]["ns"]["median"]
     return (
         "## As many messages as a thread can send to another\n\nWith back-pressure, so nothing is lost; statistics `count`. "
-        f"`stream_bare` is a pool and a ring. Medians and ranges of {REPETITIONS} repetitions, which alternate.\n\n" +
+        f"`bare` in a name is a pool and a ring alone. Medians and ranges of {REPETITIONS} repetitions.\n\n" +
         table(["row", "ns a message", "against the bare one"],
               [[f"`{row['name']}`", *cells(row, "ns"), f"{row['metrics']['ns']['median'] / bare:.2f}"] for row in rows]))
 
