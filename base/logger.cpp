@@ -104,7 +104,6 @@ bool Logger::take_room() noexcept {
 
 void Logger::write(std::string_view source, LogLevel level, fmt::string_view format,
                    fmt::format_args arguments) {
-  if (!take_room()) return;
   Record record;
   std::size_t begin = 0;
   if (!source.empty()) {
@@ -114,7 +113,7 @@ void Logger::write(std::string_view source, LogLevel level, fmt::string_view for
   const auto end = fmt::vformat_to_n(record.text + begin, kLineBytes - begin, format, arguments);
   record.size = std::min<std::size_t>(begin + end.size, kLineBytes);
   record.source_size = source.size();
-  hand_over(level, record);
+  if (take_room()) hand_over(level, record);  // now, as a formatter may throw
 }
 
 void Logger::set_listener(std::function<void(const LogLine&)> listener) {

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -114,8 +115,7 @@ class LogThrottle {
 
 template <class... Arguments>
 void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-  Logger& logger = Logger::instance();
-  if (level >= logger.level()) logger.write({}, level, format, fmt::make_format_args(arguments...));
+  Logger::instance().log(level, format, std::forward<Arguments>(arguments)...);
 }
 
 }  // namespace takt

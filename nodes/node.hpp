@@ -291,8 +291,8 @@ class Node : public std::enable_shared_from_this<Node> {
   /// again, the configuration gives its value again.
   void undeclare_parameter(std::string_view name);
   /// ParameterValue as T takes every type. Throws Error when it was not declared, or is of another
-  /// type. Numbers may be read in real-time callbacks, see ParameterStore; a callback that needs
-  /// many of them each time better copies them when they are set.
+  /// type. Real-time: of a boolean or a number, a lock with priority inheritance, and no
+  /// allocation; a callback that needs many of them each time better copies them when they are set.
   template <class T>
   T get_parameter(std::string_view name) const {
     return detail::as<T>(name_, name, parameter_value(name));
@@ -336,7 +336,8 @@ class Node : public std::enable_shared_from_this<Node> {
   /// The same with values that were set or declared; parameters have their new values.
   [[nodiscard]] PostSetParametersHandle add_post_set_parameters_callback(
       PostSetParametersCallback callback);
-  /// For ParameterServices; see ParameterStore.
+  /// For ParameterServices. Empty: none. When this returns, the previous listener is not called any
+  /// more. It may read parameters, but not set or declare any.
   void set_parameters_listener(ParametersListener listener);
 
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
