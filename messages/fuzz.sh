@@ -18,5 +18,5 @@ if ! "${compile[@]}" probe.cpp -o probe 2>probe.log; then
   echo "skipped: no clang++ with libFuzzer"
   exit 77
 fi
-"${compile[@]}" "$here/cdr_fuzzer.cpp" "$here/message_type.cpp" -o cdr_fuzzer
+"${compile[@]}" "$here/cdr_fuzzer.cpp" "$here/cdr.cpp" "$here/message_type.cpp" -o cdr_fuzzer
 ./cdr_fuzzer -error_exitcode=1 "$@"  # its own code for a finding is 77, which means skipped
