@@ -15,10 +15,13 @@ function(takt_module)
   file(CREATE_LINK ${folder} ${link} SYMBOLIC)
 
   add_library(takt_${ARG_NAME} OBJECT ${ARG_SOURCES})
-  set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON
-                                                    # <takt/base/visibility.hpp> says what is exported.
-                                                    C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
-                                                    VISIBILITY_INLINES_HIDDEN ON)
+  set_target_properties(takt_${ARG_NAME} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  # <takt/base/visibility.hpp> says what is exported. Clang looks for the macro at a function's
+  # definition, where it does not stand, so with clang everything is exported.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    set_target_properties(takt_${ARG_NAME} PROPERTIES C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden
+                                                      VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   set(modules ${ARG_NAME} ${ARG_USES})
   foreach(module ${modules})
     target_include_directories(takt_${ARG_NAME} PRIVATE ${PROJECT_BINARY_DIR}/include/${module})

@@ -94,9 +94,9 @@ struct TaskRunner::Root {
       bool await_ready() const noexcept { return false; }
       void await_suspend(std::coroutine_handle<promise_type> root) const noexcept {
         TaskRunner& runner = *root.promise().runner;
-        const std::size_t place = root.promise().place;
+        const std::size_t ended = root.promise().place;
         root.destroy();
-        runner.ended(place);
+        runner.ended(ended);
       }
       void await_resume() const noexcept {}
     };

@@ -90,8 +90,8 @@ TEST(Node, WarnsOnceOfTwoTimersOfOneName) {
   const LogLines log;
   const auto node = make_node("mapper");
   auto first = node->create_timer("tick", 1s, [] {});
-  const auto clients = {node->create_client<NamesService>("a", {.timeout = 1s}),
-                        node->create_client<NamesService>("a", {.timeout = 1s})};
+  [[maybe_unused]] const auto clients = {node->create_client<NamesService>("a", {.timeout = 1s}),
+                                         node->create_client<NamesService>("a", {.timeout = 1s})};
   first = nullptr;
   first = node->create_timer("tick", 1s, [] {});  // the only one again
   EXPECT_THAT(log.get(), IsEmpty());

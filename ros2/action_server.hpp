@@ -368,7 +368,7 @@ class ActionServer {
           if (is_executed) core->begin(goal->id());
           if constexpr (kIsTask) {
             if (!runner->reserve()) return;
-            runner->start([&] { return execute(callback, std::move(goal)); });
+            runner->start([&, &goal = goal] { return execute(callback, std::move(goal)); });
           } else {
             (*callback)(std::move(goal));
           }

@@ -55,8 +55,8 @@ class Outside : public Participant {
     std::uint64_t received() const noexcept override { return 7; }
     Outside& outside;
   };
-  const std::string nothing_;
-  const std::vector<ThreadState> threads_;
+  const std::string nothing_{};
+  const std::vector<ThreadState> threads_{};
 };
 
 }  // namespace takt

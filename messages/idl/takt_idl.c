@@ -236,7 +236,7 @@ static void write_visit(Writer* writer, const idl_member_t* member,
   (void)member, (void)number;
   char name[kMostName];
   cpp_name(declarator, name);
-  fprintf(writer->out, "    visitor(message.%s);\n", name);
+  fprintf(writer->out, "    visitor_(message_.%s);\n", name);
 }
 
 // What TAKT_MESSAGE gives a plain struct.
@@ -254,11 +254,11 @@ static void write_message_type(Writer* writer, const idl_struct_t* type) {
   for (int i = 0; i < 2; ++i) {
     fprintf(writer->out,
             "  template <class Visitor>\n"
-            "  friend void takt_visit_fields(Visitor& visitor, [[maybe_unused]] %sType& message) "
+            "  friend void takt_visit_fields(Visitor& visitor_, [[maybe_unused]] %sType& message_) "
             "{\n",
             kConst[i]);
     if (for_each_field(writer, type, 0, write_visit) == 0) {
-      fputs("    visitor.no_fields();\n", writer->out);
+      fputs("    visitor_.no_fields();\n", writer->out);
     }
     fputs("  }\n", writer->out);
   }

@@ -103,7 +103,8 @@ struct Known {
 template <class... T>
 std::map<std::string, Known> all_of() {
   std::map<std::string, Known> all;
-  ((all[message_type<T>().name] = {&message_type<T>(), &expect_sample<T>}), ...);
+  for (const Known& known : {Known{&message_type<T>(), &expect_sample<T>}...})
+    all[known.type->name] = known;
   return all;
 }
 std::map<std::string, Known> shipped() {

@@ -15,11 +15,11 @@ struct Wind {
   double speed = 0;
   std::string from;
 };
-TAKT_MESSAGE(Wind, "weather/msg/Wind",
 #ifdef TAKT_TEST_OTHER_WIND
-             knots,
+TAKT_MESSAGE(Wind, "weather/msg/Wind", knots, speed, from);
+#else
+TAKT_MESSAGE(Wind, "weather/msg/Wind", speed, from);
 #endif
-             speed, from);
 
 /// Sends what it receives, and answers.
 class Roof : public takt::Node {
