@@ -44,42 +44,58 @@ class Registry {
 
   const std::string& noun() const noexcept { return noun_; }
 
-  void add(std::string name, Entry entry) {
-    const std::lock_guard lock(mutex_);
-    const auto [known, is_new] = entries_.try_emplace(std::move(name), std::move(entry));
-    if (!is_new) throw Error(noun_ + " '" + known->first + "' is registered twice");
-  }
+  void add(std::string name, Entry entry);
 
-  std::unique_ptr<Product> make(std::string_view name, Arguments... arguments) const {
-    return find(name).factory(std::forward<Arguments>(arguments)...);
-  }
+  std::unique_ptr<Product> make(std::string_view name, Arguments... arguments) const;
 
   /// Throws the error that lists the valid names when there is no such name.
   void check(std::string_view name) const { find(name); }
 
-  std::vector<std::string> names() const {
-    const std::lock_guard lock(mutex_);
-    std::vector<std::string> result;
-    for (const auto& [name, entry] : entries_) result.push_back(name);
-    return result;
-  }
+  std::vector<std::string> names() const;
 
   std::string description(std::string_view name) const { return find(name).description; }
   Traits traits(std::string_view name) const { return find(name).traits; }
 
  private:
-  Entry find(std::string_view name) const {
-    {
-      const std::lock_guard lock(mutex_);
-      if (const auto found = entries_.find(name); found != entries_.end()) return found->second;
-    }
-    throw Error("no " + noun_ + " is called '" + std::string(name) + "'", suggest(name, names()));
-  }
+  Entry find(std::string_view name) const;
 
   const std::string noun_;
   mutable std::mutex mutex_;
   std::map<std::string, Entry, std::less<>> entries_;
 };
+
+// Not inline, so that a program compiles them only where no `extern template` says that libtakt has
+// them.
+template <class Product, class Traits, class... Arguments>
+void Registry<Product, Traits, Arguments...>::add(std::string name, Entry entry) {
+  const std::lock_guard lock(mutex_);
+  const auto [known, is_new] = entries_.try_emplace(std::move(name), std::move(entry));
+  if (!is_new) throw Error(noun_ + " '" + known->first + "' is registered twice");
+}
+
+template <class Product, class Traits, class... Arguments>
+std::unique_ptr<Product> Registry<Product, Traits, Arguments...>::make(
+    std::string_view name, Arguments... arguments) const {
+  return find(name).factory(std::forward<Arguments>(arguments)...);
+}
+
+template <class Product, class Traits, class... Arguments>
+std::vector<std::string> Registry<Product, Traits, Arguments...>::names() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> result;
+  for (const auto& [name, entry] : entries_) result.push_back(name);
+  return result;
+}
+
+template <class Product, class Traits, class... Arguments>
+typename Registry<Product, Traits, Arguments...>::Entry
+Registry<Product, Traits, Arguments...>::find(std::string_view name) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = entries_.find(name); found != entries_.end()) return found->second;
+  }
+  throw Error("no " + noun_ + " is called '" + std::string(name) + "'", suggest(name, names()));
+}
 
 }  // namespace takt
 
