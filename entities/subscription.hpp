@@ -66,7 +66,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   void announce_if_ready() noexcept;
 
  private:
-  MessageBlock* decode_received(MessageBlock& received) noexcept;
+  [[gnu::noinline]] MessageBlock* decode_received(MessageBlock& received) noexcept;
   /// The message that these bytes are, or nullptr.
   MessageBlock* decode(std::span<const std::byte> bytes) noexcept;
   /// The end outside may go meanwhile: a callback may drop what another one answers for.

@@ -268,10 +268,13 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
                       is_root ? slot.ready_time : slot.root_release,
                       extend_path(slot.path, record.entity->mark()), outputs};
     const Dispatch::Scope scope(dispatch);
-    const Inside inside(shared_, record.exclusion.get());
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
-    cpu_time = call(record, slot);
+    if (notes_calls_) [[unlikely]] {
+      cpu_time = call_and_note(record, slot);
+    } else {
+      call(record, slot);
+    }
     // Before the user's handlers of limits, and before the wait for the lock.
     if (reads_clock || is_checked) [[unlikely]]
       end = options_.clock->now();
@@ -296,6 +299,15 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);
+}
+
+Nanoseconds DispatchingExecutor::call_and_note(CallbackRecord& record, Slot& slot) noexcept {
+  const Exclusion* const outer = std::exchange(inside_, record.exclusion.get());
+  const bool is_traced = trace_of_ != nullptr;
+  const Nanoseconds before = is_traced ? thread_cpu_time() : Nanoseconds::zero();
+  call(record, slot);
+  inside_ = outer;
+  return is_traced ? thread_cpu_time() - before : Nanoseconds::zero();
 }
 
 // Discards a message of an aborted chain instance.

@@ -122,25 +122,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
     std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
   };
 
-  /// The calling thread is in a callback of that group; noted where there are several workers.
-  class Inside {
-   public:
-    Inside(bool is_noted, const Exclusion* group) noexcept : is_noted_(is_noted) {
-      if (is_noted_) [[unlikely]]
-        outer_ = std::exchange(inside_, group);
-    }
-    ~Inside() {
-      if (is_noted_) [[unlikely]]
-        inside_ = outer_;
-    }
-    Inside(const Inside&) = delete;
-    Inside& operator=(const Inside&) = delete;
-
-   private:
-    const bool is_noted_;
-    const Exclusion* outer_ = nullptr;
-  };
-
   /// A callback whose input is taken and which has not run yet.
   struct Execution {
     Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
@@ -215,17 +196,16 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
-  /// Returns the CPU time of the callback; zero unless this thread traces.
-  Nanoseconds call(CallbackRecord& record, Slot& slot) noexcept {
-    const bool is_traced = trace_of_ != nullptr;
-    const Nanoseconds before = is_traced ? thread_cpu_time() : Nanoseconds::zero();
+  void call(CallbackRecord& record, Slot& slot) noexcept {
     try {
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
     }
-    return is_traced ? thread_cpu_time() - before : Nanoseconds::zero();
   }
+  /// As call, where there are several workers or a trace: notes whose callback the thread is in,
+  /// and returns the CPU time of the callback; zero without a trace.
+  [[gnu::noinline]] Nanoseconds call_and_note(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
@@ -287,6 +267,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
   const bool stands_by_;                   // its workers run at the same time
+  const bool notes_calls_;                 // it has several workers, or traces
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
