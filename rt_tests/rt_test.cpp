@@ -21,6 +21,7 @@ constexpr int kBadUsage = 2, kSkipped = 77;
 
 RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::move(question)) {
   guard_output();
+  if (const char* rounds = std::getenv("TAKT_ROUNDS")) rounds_ = std::max(0, std::atoi(rounds));
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--json" && i + 1 < argc) {

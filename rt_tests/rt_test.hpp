@@ -29,7 +29,8 @@ class RtTest {
   void needs_realtime();
   /// Exits with 77 and the reason.
   [[noreturn]] void skip(const std::string& reason);
-  /// Number of rounds, in which the rows alternate; `--rounds N` overrides it.
+  /// Number of rounds, in which the rows alternate; `--rounds N` overrides it, and so does the
+  /// environment's TAKT_ROUNDS=N.
   int rounds(int usual) const noexcept { return rounds_ != 0 ? rounds_ : usual; }
 
   /// Adds a row to the table: its name, and values by column.

@@ -13,7 +13,7 @@ sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../
 from checks import check, finish, skip  # noqa: E402
 
 
-REPEATS = 3  # pairs of runs, which alternate
+REPEATS = os.environ.get("TAKT_ROUNDS", "3")  # pairs of runs, which alternate
 
 
 def check_less(what, less, more, factor=1.0):
@@ -124,7 +124,7 @@ def main():
     if name == "executors" and len(os.sched_getaffinity(0)) < 2:
         skip("one CPU runs nothing in parallel")
     output = subprocess.run([takt, "bench", name, "--duration", DURATIONS.get(name, "500ms"), "--repeat",
-                             str(REPEATS), "--json", "-"], check=True, stdout=subprocess.PIPE).stdout
+                             REPEATS, "--json", "-"], check=True, stdout=subprocess.PIPE).stdout
     experiment = json.loads(output)["experiments"][0]
     rows = experiment["rows"]
     check("what differs from the original is named", experiment["deviations"])
