@@ -2,13 +2,14 @@
 # How the parts of Takt are declared. See docs/explanation/architecture.md for which may include which.
 
 # takt_module(NAME executors USES entities sched base [FOLDERS engine] SOURCES a.cpp engine/b.cpp
-#             [LIBRARIES yaml-cpp])
+#             [LIBRARIES yaml-cpp] [TESTED_IN_ONE_THREAD])
 #
 # A folder of the library. Its compiler sees the headers of the modules that it names, as
 # <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
 # folder, and in those of its folders that it names, belongs to the program NAME_test.
+# TESTED_IN_ONE_THREAD: see takt_test's ONE_THREAD.
 function(takt_module)
-  cmake_parse_arguments(ARG "" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "TESTED_IN_ONE_THREAD" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
   set(folder ${CMAKE_CURRENT_SOURCE_DIR})
   set(link ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt/${ARG_NAME})
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/${ARG_NAME}/takt)
@@ -39,6 +40,9 @@ function(takt_module)
   list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
   if(tests)
+    if(ARG_TESTED_IN_ONE_THREAD)
+      list(PREPEND tests ONE_THREAD)
+    endif()
     takt_test(${ARG_NAME}_test ${tests})
   endif()
 endfunction()
@@ -49,31 +53,31 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/testing/takt)
 file(CREATE_LINK ${PROJECT_SOURCE_DIR}/testing ${PROJECT_BINARY_DIR}/include/testing/takt/testing SYMBOLIC)
 target_include_directories(takt_testing INTERFACE ${PROJECT_BINARY_DIR}/include/testing)
 
-# takt_optimise_little(target): for what may be slow. It compiles a third sooner, and with the address
-# sanitizer in half the time.
+# takt_optimise_little(target): for what may be slow. It compiles a third sooner, and with a sanitizer in
+# half the time.
 function(takt_optimise_little target)
-  if(TAKT_SANITIZE MATCHES address)
+  if(TAKT_SANITIZE)
     target_compile_options(${target} PRIVATE -O0)
   else()
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
 endfunction()
 
-# takt_test(executors_test a_test.cpp b_test.cpp): a GoogleTest program. It is one test for ctest, as to
-# start a process for each of its cases would take longer than the cases.
+# takt_test(executors_test [ONE_THREAD] a_test.cpp b_test.cpp): a GoogleTest program. It is one test for
+# ctest, as to start a process for each of its cases would take longer than the cases. ONE_THREAD: its tests
+# start no other, so the thread sanitizer leaves them out.
 function(takt_test name)
   if(NOT TAKT_BUILD_TESTS)
     return()
   endif()
-  add_executable(${name} ${ARGN})
+  cmake_parse_arguments(ARG "ONE_THREAD" "" "" ${ARGN})
+  add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         takt_testing GTest::gtest_main GTest::gmock)
   if(NOT name STREQUAL base_test)  # it tests lock-free headers, as users compile them
     takt_optimise_little(${name})
   endif()
-  # The thread sanitizer sees nothing in tests of one thread.
-  set(of_one_thread analysis_test messages_test ros_types_test)
-  if(TAKT_SANITIZE STREQUAL "thread" AND name IN_LIST of_one_thread)
+  if(ARG_ONE_THREAD AND TAKT_SANITIZE STREQUAL "thread")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
     return()
   endif()

@@ -221,7 +221,7 @@ static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStati
   if (known == threads.end()) {
     threads.push_back(thread);
   } else {
-    add_to(*known, thread);
+    detail::add_to(*known, thread);
   }
 }
 
@@ -273,7 +273,7 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node
     for (const auto& thread : child->executor.thread_statistics()) {
       add_thread(past_threads_, thread);
     }
-    if (past_threads_.size() > PastStatistics::kMost) past_threads_.pop_back();
+    if (past_threads_.size() > detail::PastStatistics::kMost) past_threads_.pop_back();
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
     std::erase(children_, child);
     child->is_gone = true;

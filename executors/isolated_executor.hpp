@@ -128,7 +128,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   mutable std::mutex mutex_;        // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
   std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
-  PastStatistics past_;                     // of the children that were removed
+  detail::PastStatistics past_;             // of the children that were removed
   std::vector<ThreadStatistics>
       past_threads_;            // one for each name, as many as PastStatistics keeps
   bool runs_children_ = false;  // each on its thread

@@ -9,7 +9,7 @@
 
 #include "takt/base/spin_pause.hpp"
 
-namespace takt {
+namespace takt::detail {
 namespace {
 
 // A container may not grant it. Then nobody is favoured.
@@ -98,4 +98,4 @@ void DispatchLock::unlock_and_leave(std::size_t worker) noexcept {
   release(self);
 }
 
-}  // namespace takt
+}  // namespace takt::detail

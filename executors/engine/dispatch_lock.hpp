@@ -13,7 +13,8 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
+namespace TAKT_PUBLIC detail {
 
 /// A lock with priority inheritance that favours a worker which is alone with it: it then costs
 /// that worker two stores and two loads, and no atomic operation, as long as no other wants it.
@@ -111,6 +112,7 @@ class DispatchLock {
   const Worker* last_ = nullptr;  // the same
 };
 
+}  // namespace detail
 }  // namespace takt
 
 #endif  // TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_

@@ -134,13 +134,13 @@ constexpr int kAlmostFavourite = 63, kFavourite = 80;
 /// What was wrong in the first run in which something was; empty if nothing was.
 std::string explore(const Scenario& scenario) {
   std::string wrong;
-  std::unique_ptr<DispatchLock> lock;
+  std::unique_ptr<detail::DispatchLock> lock;
   int inside = 0;
   std::size_t dispatches = 0, expected = 0;
   for (const std::string& worker : scenario.workers) expected += worker.size();
   const auto begin = [&] {
     kernel.waiters.clear();
-    lock = std::make_unique<DispatchLock>(scenario.workers.size(), true);
+    lock = std::make_unique<detail::DispatchLock>(scenario.workers.size(), true);
     inside = 0;
     dispatches = 0;
     Explorer::Bodies bodies;

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace takt {
+namespace takt::detail {
 namespace {
 
 void lock_often(DispatchLock& lock, std::size_t worker) {
@@ -114,4 +114,4 @@ TEST(DispatchLock, ExcludesWhileFavouritesChange) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::detail

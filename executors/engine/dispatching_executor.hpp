@@ -37,6 +37,11 @@ void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes
 ///    While no thread spins, the control thread installs it itself.
 /// Thread safety and real-time: as Executor.
 class DispatchingExecutor : public Executor, private Wakeable {
+  using CallbackRecord = detail::CallbackRecord;
+  using CallbackSettings = detail::CallbackSettings;
+  using ReadySet = detail::ReadySet;
+  using ScheduleUpdate = detail::ScheduleUpdate;
+
  public:
   DispatchingExecutor(const ExecutorOptions& options, const ExecutorTraits& traits);
   ~DispatchingExecutor() override;
@@ -273,11 +278,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
   std::unique_ptr<WaitBackend> backend_;  // `auto`: made at the first spin
 
-  const std::unique_ptr<Trigger> trigger_;  // nullptr: whenever something is ready
-  const std::unique_ptr<Let> let_;          // nullptr: none
+  const std::unique_ptr<detail::Trigger> trigger_;  // nullptr: whenever something is ready
+  const std::unique_ptr<Let> let_;                  // nullptr: none
 
   // Guarded by lock_ where there is more than one worker.
-  DispatchLock lock_;
+  detail::DispatchLock lock_;
   ReadySet ready_;
   std::exception_ptr exception_;
   ExceptionHandler handler_;
@@ -285,7 +290,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::vector<Nanoseconds> spin_times_;  // of each worker, since spin began
   std::size_t timekeeper_ = kNobody;     // the worker that sleeps until the first timer is due
   TimePoint timekeeper_deadline_{};
-  Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
+  detail::Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
@@ -310,9 +315,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // first thread that finishes ends it for all.
   std::map<const void*, std::uint64_t> leaving_;
   std::uint64_t last_leaving_ = 0;
-  PastStatistics past_;     // of removed callbacks
-  bool is_ending_ = false;  // no more statistics are kept
-  ScheduleUpdate changes_;  // only `removed` and `changed`
+  detail::PastStatistics past_;  // of removed callbacks
+  bool is_ending_ = false;       // no more statistics are kept
+  ScheduleUpdate changes_;       // only `removed` and `changed`
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
@@ -326,7 +331,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::atomic<std::size_t> expected_removals_{0};
 };
 
-struct DispatchingExecutor::Record final : CallbackRecord {
+struct DispatchingExecutor::Record final : detail::CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   ~Record() { release_entity(); }
   DispatchingExecutor& executor;

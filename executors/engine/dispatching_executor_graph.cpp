@@ -152,7 +152,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
     group.exclusion = record->exclusion;
   }
   const CallbackParameters parameters = node.callback_parameters(*entity);
-  record->supervision = std::make_shared<Supervision>(threads_.size());
+  record->supervision = std::make_shared<detail::Supervision>(threads_.size());
   record->supervision->node = record->node;
   record->supervision->callback = entity->name();
   record->supervision->on_deadline_miss = parameters.on_deadline_miss;
@@ -304,12 +304,12 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
 // or of the executor of an outer callback.
 void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
   if (worker_of_ == nullptr) return record.gone.wait(0);
-  const WaitInCallback wait(record);
+  const detail::WaitInCallback wait(record);
   for (;;) {
-    const std::uint32_t seen = WaitInCallback::progress();
+    const std::uint32_t seen = detail::WaitInCallback::progress();
     install_updates_here();
     if (record.gone.load() != 0 || (wait.is_for_itself() && record.forgotten.load())) return;
-    WaitInCallback::wait_for_progress(seen);
+    detail::WaitInCallback::wait_for_progress(seen);
   }
 }
 

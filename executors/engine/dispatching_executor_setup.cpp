@@ -57,7 +57,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       spin_(unless_manual(options.spin, options.clock)),
       early_wake_(unless_manual(options.early_wake, options.clock)),
       trigger_(options_.trigger.own || options_.trigger.kind != TriggerOptions::Kind::any
-                   ? std::make_unique<Trigger>(options_.trigger)
+                   ? std::make_unique<detail::Trigger>(options_.trigger)
                    : nullptr),
       let_(options_.trigger.let_period > Nanoseconds::zero()
                ? std::make_unique<Let>(options_.trigger)

@@ -56,7 +56,7 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   result.reserve(records_.size());  // of 37 kB each
   for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
   if (options_.statistics == StatisticsLevel::off) return result;
-  PastStatistics past = past_;
+  detail::PastStatistics past = past_;
   for (const auto& record : removed_records_) {
     if (record->entity != nullptr) past.add(statistics_of(*record));
   }

@@ -9,7 +9,8 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/visibility.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
+namespace TAKT_PUBLIC detail {
 
 /// Shows a fast loop that about one interval has passed, with few clock readings: one in a tenth of
 /// the interval, or one in 64 rounds when these are very short. When short rounds suddenly become
@@ -40,6 +41,7 @@ class Pace {
   TimePoint last_reading_{}, last_due_{};
 };
 
+}  // namespace detail
 }  // namespace takt
 
 #endif  // TAKT_EXECUTORS_ENGINE_PACE_HPP_

@@ -5,7 +5,7 @@
 #include <tuple>
 #include <utility>
 
-namespace takt {
+namespace takt::detail {
 namespace {
 
 CallbackStatistics* find(std::vector<CallbackStatistics>& rows, const CallbackStatistics& like) {
@@ -74,4 +74,4 @@ void add_to(ThreadStatistics& sum, const ThreadStatistics& more) {
   sum.trace.insert(sum.trace.end(), more.trace.begin(), more.trace.end());
 }
 
-}  // namespace takt
+}  // namespace takt::detail

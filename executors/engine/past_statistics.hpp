@@ -9,7 +9,8 @@
 #include "takt/base/visibility.hpp"
 #include "takt/executors/executor.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
+namespace TAKT_PUBLIC detail {
 
 /// The statistics of removed callbacks, for the result of a run: for example of a lifecycle node
 /// that drops its callbacks before the end. Node, group, name and kind identify a callback; one
@@ -32,6 +33,7 @@ class PastStatistics {
 /// Adds up the statistics of one thread that ran several times.
 void add_to(ThreadStatistics& sum, const ThreadStatistics& more);
 
+}  // namespace detail
 }  // namespace takt
 
 #endif  // TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_

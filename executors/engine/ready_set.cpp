@@ -7,7 +7,7 @@
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/executors/engine/wait_in_callback.hpp"
 
-namespace takt {
+namespace takt::detail {
 namespace {
 
 // Heap order: the timer that is due first in front; of equal ones, the one registered first.
@@ -283,4 +283,4 @@ void ReadySet::restore_deferred() noexcept {
   }
 }
 
-}  // namespace takt
+}  // namespace takt::detail

@@ -21,7 +21,8 @@
 #include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
+namespace TAKT_PUBLIC detail {
 
 /// The effective parameters of a callback. They may change at a dispatch point.
 struct CallbackSettings {
@@ -430,6 +431,7 @@ inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   }
 }
 
+}  // namespace detail
 }  // namespace takt
 
 #endif  // TAKT_EXECUTORS_ENGINE_READY_SET_HPP_

@@ -12,7 +12,8 @@
 
 namespace takt {
 
-CallbackSettings DispatchingExecutor::settings(const Record& record, const Node& node) const {
+detail::CallbackSettings DispatchingExecutor::settings(const Record& record,
+                                                       const Node& node) const {
   CallbackSettings settings = record.wanted;
   settings.overrun =
       node.callback_parameters(*record.entity).overrun.value_or(OverrunPolicy::catch_up);
@@ -93,7 +94,7 @@ void DispatchingExecutor::publish_removal() noexcept {
 }
 
 // Includes the changes of an earlier update that is not installed yet.
-std::unique_ptr<ScheduleUpdate> DispatchingExecutor::make_update(
+std::unique_ptr<detail::ScheduleUpdate> DispatchingExecutor::make_update(
     const ScheduleUpdate* earlier) const {
   auto update = std::make_unique<ScheduleUpdate>();
   if (earlier != nullptr) {
@@ -145,7 +146,7 @@ void DispatchingExecutor::configure(ScheduleUpdate& update) const {
 
 void DispatchingExecutor::send(std::unique_ptr<ScheduleUpdate> update) noexcept {
   update_.store(update.release());
-  WaitInCallback::notify_progress();
+  detail::WaitInCallback::notify_progress();
   wake();
 }
 
@@ -155,7 +156,7 @@ void DispatchingExecutor::install_pending_update() noexcept {
     ready_.install(*update);
     if (let_ != nullptr) let_->taken.swap(update->room);
     used_updates_.push(*update);
-    WaitInCallback::notify_progress();
+    detail::WaitInCallback::notify_progress();
   }
 }
 

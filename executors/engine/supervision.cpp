@@ -25,7 +25,7 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
 // Called with the lock held. The watchdog may have looked while the deadline moved from the release
 // to the execution, so it is expected again.
 void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
-  const Supervision::Watch& watch = record.supervision->begin(worker_index_);
+  const detail::Supervision::Watch& watch = record.supervision->begin(worker_index_);
   const TimePoint deadline = watch.deadline.load();
   if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
 }
@@ -35,8 +35,8 @@ void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
 void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
                                        const Dispatch& dispatch, TimePoint start,
                                        TimePoint end) noexcept {
-  Supervision& supervision = *record.supervision;
-  Supervision::Watch& watch = supervision.running[worker_index_];
+  detail::Supervision& supervision = *record.supervision;
+  detail::Supervision::Watch& watch = supervision.running[worker_index_];
   watch.chain_instance.store(0);
   // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
@@ -86,10 +86,10 @@ void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
 TimePoint DispatchingExecutor::report_misses(TimePoint now) noexcept {
   for (;;) {
     TimePoint next = kNever;
-    std::shared_ptr<Supervision> late;
+    std::shared_ptr<detail::Supervision> late;
     TimePoint missed = kNever;
     // Clears a deadline that has passed; returns true if it has a handler.
-    const auto has_missed = [&](const Record& record, Supervision::Watch& watch) {
+    const auto has_missed = [&](const Record& record, detail::Supervision::Watch& watch) {
       TimePoint deadline = watch.deadline.load();
       next = std::min(next, deadline > now ? deadline : kNever);
       // If this fails, the execution has just ended; if it has begun again, the watchdog expects
@@ -106,7 +106,7 @@ TimePoint DispatchingExecutor::report_misses(TimePoint now) noexcept {
       const std::lock_guard lock(control_mutex_);
       for (const auto& entry : records_) {  // clang 14 captures no structured bindings
         const auto& record = entry.second;
-        Supervision& supervision = *record->supervision;
+        detail::Supervision& supervision = *record->supervision;
         if (has_missed(*record, supervision.waiting) ||
             std::any_of(supervision.running.begin(), supervision.running.end(),
                         [&](auto& watch) { return has_missed(*record, watch); })) {

@@ -5,7 +5,7 @@
 
 #include "takt/executors/engine/ready_set.hpp"
 
-namespace takt {
+namespace takt::detail {
 namespace {
 
 PiMutex& waits_mutex() noexcept {
@@ -49,4 +49,4 @@ WaitInCallback::~WaitInCallback() {
   *link = next_;
 }
 
-}  // namespace takt
+}  // namespace takt::detail

@@ -8,7 +8,7 @@
 
 #include "takt/entities/entity.hpp"
 
-namespace takt {
+namespace takt::detail {
 
 struct CallbackRecord;
 
@@ -46,6 +46,6 @@ class WaitInCallback {
   static constinit std::atomic<std::uint32_t> progress_;
 };
 
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_WAIT_IN_CALLBACK_HPP_

@@ -342,7 +342,7 @@ TEST_F(Choice, AManualClockHasItsOwn) {
 TEST(Pace, IsDueAboutOnceInAnIntervalHoweverShortTheRounds) {
   for (const Nanoseconds round : {10ns, 200ns, 5000ns}) {
     ManualClock clock(TimePoint(1h));
-    Pace pace(50us);
+    detail::Pace pace(50us);
     int due = 0;
     for (TimePoint end = clock.now() + 10ms; clock.now() < end; clock.work(round)) {
       if (pace.is_due(clock)) ++due;
@@ -354,7 +354,7 @@ TEST(Pace, IsDueAboutOnceInAnIntervalHoweverShortTheRounds) {
 
 TEST(Pace, IsDueInEveryRoundThatIsLongerThanTheInterval) {
   ManualClock clock(TimePoint(1h));
-  Pace pace(50us);
+  detail::Pace pace(50us);
   int due = 0;
   for (int round = 0; round < 10; ++round) {
     if (pace.is_due(clock)) ++due;
