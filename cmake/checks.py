@@ -37,6 +37,11 @@ def check(what, holds, *details):
         print(*details)
 
 
+def rounds(usual):
+    """How often to measure: as TAKT_ROUNDS says, which `./dev test` sets to 1."""
+    return int(os.environ.get("TAKT_ROUNDS", usual))
+
+
 def skip(reason):
     print("skipped:", reason)
     sys.exit(77)

@@ -19,7 +19,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cmake"))
-from checks import check, environment, finish, skip
+from checks import check, environment, finish, rounds, skip
 
 takt, seconds = os.path.abspath(sys.argv[1]), float(sys.argv[2])
 FASTER = 5
@@ -104,7 +104,7 @@ def p99(result):
 
 # What it costs: rounds with and without, alternated; of all callbacks and rounds together.
 with_recorder, without = [], []
-for _ in range(int(os.environ.get("TAKT_ROUNDS", "8"))):
+for _ in range(rounds(8)):
     without += p99(run(system(), 1)[0])
     with_recorder += p99(run(system(recorder(folder / "cost.mcap")), 1)[0])
 recording, bare = statistics.median(with_recorder), statistics.median(without)

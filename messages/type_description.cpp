@@ -104,28 +104,10 @@ std::string element_type(const wire::FieldType& type) {
   switch (FieldShape{type.type_id}.element()) {
     case FieldShape::nested:
       return short_name(type.nested_type_name.get());
-    case FieldShape::int8:
-      return "int8";
-    case FieldShape::uint8:
-      return "uint8";
-    case FieldShape::int16:
-      return "int16";
-    case FieldShape::uint16:
-      return "uint16";
-    case FieldShape::int32:
-      return "int32";
-    case FieldShape::uint32:
-      return "uint32";
-    case FieldShape::int64:
-      return "int64";
-    case FieldShape::uint64:
-      return "uint64";
     case FieldShape::float32:
       return "float32";
     case FieldShape::float64:
       return "float64";
-    case FieldShape::character:
-      return "char";
     case FieldShape::boolean:
       return "bool";
     case FieldShape::byte:
@@ -138,8 +120,9 @@ std::string element_type(const wire::FieldType& type) {
       return fmt::format("string<={}", type.string_capacity);
     case FieldShape::bounded_wide_string:
       return fmt::format("wstring<={}", type.string_capacity);
+    default:
+      return detail::name_of(FieldShape{type.type_id}.element());  // as in IDL
   }
-  return {};
 }
 
 }  // namespace

@@ -102,7 +102,7 @@ TEST_P(ConformanceTask, AwaitsAServiceOfAnotherGroupAndExclusivityHolds) {
   const auto second = node->create_timer("second", 300us, ask);
   executor->add_node(node);
   const SpinThread spin(*executor);
-  EXPECT_TRUE(eventually([&] { return answered >= 30; })) << answered;
+  EXPECT_TRUE(eventually([&] { return answered >= 100; })) << answered;
   EXPECT_FALSE(exclusive.violated);
 }
 

@@ -10,10 +10,10 @@ import subprocess
 import sys
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, finish, skip  # noqa: E402
+from checks import check, finish, rounds, skip  # noqa: E402
 
 
-REPEATS = os.environ.get("TAKT_ROUNDS", "3")  # pairs of runs, which alternate
+REPEATS = rounds(3)  # pairs of runs, which alternate
 
 
 def check_less(what, less, more, factor=1.0):
@@ -124,7 +124,7 @@ def main():
     if name == "executors" and len(os.sched_getaffinity(0)) < 2:
         skip("one CPU runs nothing in parallel")
     output = subprocess.run([takt, "bench", name, "--duration", DURATIONS.get(name, "500ms"), "--repeat",
-                             REPEATS, "--json", "-"], check=True, stdout=subprocess.PIPE).stdout
+                             str(REPEATS), "--json", "-"], check=True, stdout=subprocess.PIPE).stdout
     experiment = json.loads(output)["experiments"][0]
     rows = experiment["rows"]
     check("what differs from the original is named", experiment["deviations"])

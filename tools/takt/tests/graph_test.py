@@ -17,7 +17,7 @@ import tempfile
 import time
 
 from command import as_json, run, seen, takt
-from checks import check, environment, finish
+from checks import check, environment, finish, rounds
 
 folder = pathlib.Path(tempfile.mkdtemp())
 domain = environment["ROS_DOMAIN_ID"]
@@ -179,7 +179,7 @@ def test_an_observer_costs_little_more_than_to_be_woken():
     with System():
         for command in ("hz", "bw", "echo"):
             pairs = [((cpu_time(command, "4.5") - cpu_time(command, "1.5")) / 3,
-                      share_of_waking_up()) for _ in range(int(os.environ.get("TAKT_ROUNDS", "3")))]
+                      share_of_waking_up()) for _ in range(rounds(3))]
             ratios = [share / waking for share, waking in pairs]
             shares = ", ".join(f"{100 * share:.2f}" for share, _ in pairs)
             check(f"takt topic {command} at 100 Hz: {shares} % of a CPU, {min(ratios):.2f} to "
