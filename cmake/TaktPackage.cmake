@@ -54,8 +54,7 @@ install(FILES ${PROJECT_BINARY_DIR}/takt.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/
 # A package that nobody has used is a guess. A library with sanitizers is for its own tests only.
 if(TAKT_BUILD_TESTS AND TARGET takt_cli AND NOT TAKT_SANITIZE)
   foreach(way FindPackage PkgConfig AddSubdirectory)
-    # Its compilers are nice to the tests beside it.
-    add_test(NAME Package.${way} COMMAND nice ${PROJECT_SOURCE_DIR}/cmake/consumer/test.sh ${way}
+    add_test(NAME Package.${way} COMMAND ${PROJECT_SOURCE_DIR}/cmake/consumer/test.sh ${way}
                                          ${PROJECT_BINARY_DIR})
     set_tests_properties(
       Package.${way}
