@@ -126,7 +126,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   check_names(made);
   supervisor.ask_to_match(count_matches(made));
   supervisor.ask("start");
-  supervisor.ask("release");
+  supervisor.release();
   std::vector<Attendant> attendants{{"takt", 0}};
   if (roudi != 0) attendants.emplace_back("iox-roudi", roudi);
   supervisor.watch(options.duration);

@@ -29,9 +29,9 @@ struct RunOptions {
 /// other and start before the first timer is released; at the end, all timers stop and messages in
 /// transit are served before any process ends. A single process is this one. EndSignals end the run
 /// cleanly, and in bounded time even while a component's constructor runs; with a duration of zero,
-/// only they end it. If a process ends during start or stop, throws Error with its name. If one
-/// ends in between, it is restarted if its description demands it, and the others continue. The
-/// output of several processes is printed with their names.
+/// only they end it. If a process ends before the first timers are released, or during stop, throws
+/// Error with its name. If one ends in between, it is restarted if its description demands it, and
+/// the others continue. The output of several processes is printed with their names.
 ///
 /// Call it before the process has other threads. Returns the process_json of all processes, and
 /// under "failed" a text for each process that ended and was not restarted. Where there are

@@ -154,6 +154,17 @@ void Supervisor::ask_to_match(const std::vector<json>& wanted) {
   hear();
 }
 
+// A process may run before it has answered, and another may answer late.
+void Supervisor::release() {
+  for (const auto& child : children_) child->channel->send({{"do", "release"}});
+  for (const auto& child : children_) {
+    while (!answer_of(*child) && !child->has_ended) wait_for(*child);
+  }
+  for (const auto& child : children_) {
+    if (child->has_ended) handle_end(*child);
+  }
+}
+
 void Supervisor::bound_end() {
   limit_ = Clock::steady().now() + kSharedMemoryEndLimit;
 }
@@ -257,16 +268,20 @@ json Supervisor::hear(Child& child) {
     if (std::optional<json> answer = answer_of(child)) return std::move(*answer);
     if (child.has_ended && has_run_) throw std::runtime_error(end_of(child));
     if (child.has_ended) throw Error(end_of(child));  // the file may be wrong
-    if (const int signal = signals_.take(); signal != 0) {
-      throw std::runtime_error(fmt::format("{} arrived while waiting for process '{}'",
-                                           name_of_signal(signal), child.name));
-    }
-    if (Clock::steady().now() > limit_) {
-      kill(child.pid, SIGKILL);
-      bound_end();  // the others can end now, and must do so in time
-    }
-    pump(1s);
+    wait_for(child);
   }
+}
+
+void Supervisor::wait_for(const Child& child) {
+  if (const int signal = signals_.take(); signal != 0) {
+    throw std::runtime_error(fmt::format("{} arrived while waiting for process '{}'",
+                                         name_of_signal(signal), child.name));
+  }
+  if (Clock::steady().now() > limit_) {
+    kill(child.pid, SIGKILL);
+    bound_end();  // the others can end now, and must do so in time
+  }
+  pump(1s);
 }
 
 // Waits for output and responses of the children, at most this long, and reads them.

@@ -33,6 +33,9 @@ class Supervisor {
   std::vector<nlohmann::json> ask(const std::string& word);
   void ask_to_match(const std::vector<nlohmann::json>& wanted);
 
+  /// Releases the first timers. A child that ends from here on is restarted as in `watch`.
+  void release();
+
   /// From now on, kills a child that does not end or respond in time: it may wait forever for a
   /// lock in shared memory that a killed process held.
   void bound_end();
@@ -53,6 +56,7 @@ class Supervisor {
   void go_on(Child& child);
   std::optional<nlohmann::json> answer_of(Child& child);
   nlohmann::json hear(Child& child);
+  void wait_for(const Child& child);
   void pump(Nanoseconds most);
   bool end_some();
   std::string unmade_children() const;
