@@ -71,7 +71,7 @@ class CallbackGroup {
 ///
 /// Thread safety: none; the executor serialises it.
 /// Real-time: admit and leave cost one push or pop of the scheduler.
-class Exclusion {
+class alignas(64) Exclusion {
  public:
   explicit Exclusion(CallbackGroupType type) : type_(type) {}
 

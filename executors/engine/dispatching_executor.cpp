@@ -135,8 +135,8 @@ void DispatchingExecutor::wake_all() noexcept {
 // that has just become busy.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_) return;
-  dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   if (standing_by_.load() != 0) {
+    dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     is_left_over_.store(exception_ != nullptr || ready_.waiting() > 1 || ready_.has_another(),
                         std::memory_order_relaxed);
     return;

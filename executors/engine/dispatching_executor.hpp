@@ -348,7 +348,8 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
 
   void announce(Arrival arrival) noexcept override { executor.announce(*this, arrival); }
   bool announce_here(Arrival arrival) noexcept override {
-    if (worker_of_ != &executor || executor.shared_) return false;
+    if (worker_of_ != &executor) return false;
+    if (executor.shared_) return announce_itself();
     executor.ready_.announce_from_callback(*this, arrival);
     return true;
   }
@@ -390,6 +391,16 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
     if (entity != nullptr) entity->forget_earlier_owner(*this);
   }
   bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
+
+ private:
+  /// True from its own callback, if that excludes all others of the group: the worker looks for
+  /// more when it returns, so no other needs to know.
+  bool announce_itself() noexcept {
+    if (inside_ != exclusion.get() || is_reentrant()) return false;
+    if (executing.load(std::memory_order_relaxed) == 0) return false;  // another one of the group
+    announced_again.store(true, std::memory_order_relaxed);
+    return true;
+  }
 };
 
 }  // namespace takt

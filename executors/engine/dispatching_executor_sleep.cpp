@@ -88,8 +88,8 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 // last dispatch, it watches them instead of sleeping, so nobody has to wake it for what they leave
 // over. Returns false if there was nobody to watch, or nothing has come for long.
 bool DispatchingExecutor::stand_by() noexcept {
-  constexpr Nanoseconds kFast(250);  // for each dispatch
-  constexpr Nanoseconds kLook(1000), kLookAtFast(5000);
+  constexpr Nanoseconds kFast(250);         // for each dispatch
+  constexpr Nanoseconds kLook(1000);        // at slow ones: between two looks
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   standing_by_.fetch_add(1);
@@ -100,7 +100,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   const Clock& clock = options_.clock->real();
   TimePoint start = clock.now(), now = start, last = start;
   for (bool is_fast = false;;) {
-    const TimePoint look = start + (is_fast ? kLookAtFast : kLook);
+    const TimePoint look = start + (is_fast ? kPatience : kLook);
     for (; now < look; now = clock.now()) spin_pause();
     const std::uint64_t dispatches = dispatches_.load(std::memory_order_relaxed) - before;
     if (dispatches != 0) last = now;

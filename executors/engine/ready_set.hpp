@@ -60,9 +60,23 @@ struct Supervision {
   std::vector<Watch> running;  // one for each worker
 };
 
+/// What each dispatch of a callback writes: one cache line, as another worker may have had it last.
+/// Serialised by the executor.
+struct DispatchState : ReadyCallback {
+  std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
+  // The scheduler, a parking place or a worker has the record: one of them, once. It is released
+  // when the last message was taken (exclusive groups: when its callback has returned). Written
+  // serialised; read by pending(), and by the thread that waits to free a removed record.
+  std::atomic<bool> held{false};
+  bool is_rearming = false;                  // a timer, while several are rearmed together
+  bool drained = false;                      // `queued`, and out of the inbox: settling answers it
+  std::atomic<bool> announced_again{false};  // by a worker's callback, while it was held
+};
+static_assert(sizeof(DispatchState) == 64);
+
 /// All that an executor keeps of one entity. A control thread creates it when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
-struct CallbackRecord : ReadyCallback, Sink {
+struct CallbackRecord : DispatchState, Sink {
   std::shared_ptr<Entity> entity;
   std::shared_ptr<CallbackGroup> group;
   std::shared_ptr<Exclusion> exclusion;  // shared by the group
@@ -71,23 +85,15 @@ struct CallbackRecord : ReadyCallback, Sink {
   bool is_demoted = false;
   bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
   std::shared_ptr<Supervision> supervision;
-  std::uint64_t discarded = 0;  // messages of aborted chain instances
   bool removed = false;
-  std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
-
-  // The scheduler, a parking place or a worker has the record: one of them, once. It is released
-  // when the last message was taken (exclusive groups: when its callback has returned). Written
-  // serialised; read by pending(), and by the thread that waits to free a removed record.
-  std::atomic<bool> held{false};
-  bool is_rearming = false;            // a timer, while several are rearmed together
-  bool drained = false;                // `queued`, and out of the inbox: settling answers it
-  bool announced_again = false;        // from a callback of the only worker, while it was held
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
   std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
   std::string node;
-  CallbackCounts counts;
   std::unique_ptr<CallbackTimes> times;  // where statistics are full
-  std::uint64_t lost_before = 0;         // what the entity had lost when last traced
+
+  alignas(64) CallbackCounts counts;
+  std::uint64_t discarded = 0;    // messages of aborted chain instances
+  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
 
   // Publishers read what follows: a cache line that the worker does not write each time.
 
@@ -210,7 +216,7 @@ class ReadySet {
     if (is_wait_set()) {
       announce(record, arrival);
     } else if (record.held.load(std::memory_order_relaxed)) {
-      record.announced_again = true;
+      record.announced_again.store(true, std::memory_order_relaxed);
     } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
       record.arrived(arrival);
       hold(record);
@@ -301,17 +307,20 @@ class ReadySet {
   Trigger* const trigger_;
   std::atomic<bool> is_open_{true};  // the snapshot may be served; written serialised
   std::atomic<bool> exact_time_;     // written at a dispatch point
-  Inbox<CallbackRecord> inbox_;
-  std::unique_ptr<Scheduler> scheduler_;
-  bool is_order_ = false;           // the scheduler
-  ReadyCallback* alone_ = nullptr;  // the scheduler need not know it: no other waits
-  std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
-  ReadyCallback* deferred_ = nullptr;                          // linked by next
-  std::size_t waiting_ = 0;                                    // in the scheduler, or alone
-  std::uint64_t window_ = 0;
-  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
-  TimePoint now_{};
   std::atomic<bool> timers_stopped_{false};
+  bool is_order_ = false;  // the scheduler
+  std::unique_ptr<Scheduler> scheduler_;
+  std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
+
+  // Each dispatch writes these: one cache line.
+  alignas(64) ReadyCallback* alone_ = nullptr;  // the scheduler need not know it: no other waits
+  std::size_t waiting_ = 0;                     // in the scheduler, or alone
+  std::uint64_t window_ = 0;
+  TimePoint now_{};
+  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
+  ReadyCallback* deferred_ = nullptr;                                       // linked by next
+
+  alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
 };
 
 // ---- The hot path: inline, so that a worker's dispatch is one function ----
@@ -360,7 +369,7 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   --waiting_;
   auto& record = static_cast<CallbackRecord&>(*first);
   window_ = std::max(window_, record.window);
-  record.announced_again = false;  // take sees what was sent so far
+  record.announced_again.store(false, std::memory_order_relaxed);  // take sees what was sent so far
   return &record;
 }
 
@@ -398,7 +407,7 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
     record.queued.store(false);
     more = record.entity->ready_count() != 0;
   }
-  if (!more && !record.announced_again) {
+  if (!more && !record.announced_again.load(std::memory_order_relaxed)) {
     record.held.store(false, std::memory_order_relaxed);
     return;
   }
