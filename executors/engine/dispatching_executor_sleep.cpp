@@ -89,7 +89,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 // over. Returns false if there was nobody to watch, or nothing has come for long.
 bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kFast(250);         // for each dispatch
-  constexpr Nanoseconds kLook(1000);        // at slow ones: between two looks
+  constexpr Nanoseconds kLook(1000);        // between two looks at slower ones
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   standing_by_.fetch_add(1);

@@ -91,6 +91,7 @@ struct CallbackRecord : DispatchState, Sink {
   std::string node;
   std::unique_ptr<CallbackTimes> times;  // where statistics are full
 
+  // Dispatches write what follows, too: no publisher reads it.
   alignas(64) CallbackCounts counts;
   std::uint64_t discarded = 0;    // messages of aborted chain instances
   std::uint64_t lost_before = 0;  // what the entity had lost when last traced
