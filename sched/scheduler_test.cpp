@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <random>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -196,6 +199,33 @@ TEST(FifoScheduler, PutsACallbackThatComesBackWithAYoungerMessageBehindTheOthers
   first->sequence = 10;
   scheduler->push(*first);
   EXPECT_THAT(pop_all(*scheduler), ElementsAre(1, 2, 0));
+}
+
+TEST(FifoScheduler, RunsTheEarliestWhateverIsPushedLate) {
+  constexpr std::size_t kCount = 20;
+  Callbacks callbacks{std::vector<CallbackInfo>(kCount)};
+  const auto scheduler = callbacks.make("fifo");
+  std::mt19937 random(17);
+  std::set<std::pair<std::uint64_t, std::size_t>> waiting;  // what the scheduler must have
+  std::vector<std::size_t> idle(kCount);
+  std::iota(idle.begin(), idle.end(), 0);
+  for (std::uint64_t now = 100; now < 20'000; ++now) {
+    if (!idle.empty() && random() % 2 == 0) {
+      const std::size_t i = idle.back();
+      idle.pop_back();
+      callbacks[i].sequence = random() % 4 == 0 ? now * 10 - random() % 100 : now * 10 + 1;
+      scheduler->push(callbacks[i]);
+      waiting.emplace(callbacks[i].sequence, i);
+    } else if (waiting.empty()) {
+      ASSERT_EQ(scheduler->pop(), nullptr);
+    } else {
+      const ReadyCallback* const first = scheduler->pop();
+      ASSERT_NE(first, nullptr);
+      ASSERT_EQ(first->sequence, waiting.begin()->first);
+      waiting.erase({first->sequence, first->info->id});
+      idle.push_back(first->info->id);
+    }
+  }
 }
 
 TEST(RosScheduler, RunsByPollingPointThenKindThenRegistration) {
