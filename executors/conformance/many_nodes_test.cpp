@@ -37,15 +37,20 @@ Nanoseconds time_of(std::size_t count) {
 }
 
 // A look at all others for each timer that begins anew, or each callback that goes, would be 16
-// times the work.
+// times the work. In one of three rounds others leave the machine's caches alone.
 TEST(Nodes, FourTimesAsManyTakeAboutFourTimesAsLong) {
 #ifdef __SANITIZE_THREAD__
   GTEST_SKIP() << "the thread sanitizer's own work grows faster";  // 9 times, and 5 without it
 #endif
   time_of(100);
-  const Nanoseconds few = time_of(2000);
-  const Nanoseconds many = time_of(8000);
-  EXPECT_LT(many, 8 * few) << few.count() << " and " << many.count();
+  std::string rounds;
+  for (int round = 0; round < 3; ++round) {
+    const Nanoseconds few = time_of(2000);
+    const Nanoseconds many = time_of(8000);
+    if (many < 8 * few) return;
+    rounds += std::to_string(few.count()) + " and " + std::to_string(many.count()) + " ns; ";
+  }
+  FAIL() << rounds;
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ bool DispatchingExecutor::claim_idle() noexcept {
 // group of the callback that announces needs no other worker: this one looks for it afterwards. The
 // lock's favourite is the only one that dispatches: as the only worker does, it avoids the inbox.
 void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
-  if (worker_of_ == this && lock_.is_favourite(worker_index_) && !ready_.is_wait_set()) {
+  if (worker_of_ == this && lock_.is_favourite(worker_index_)) {
     lock();
     ready_.announce_from_callback(record, arrival);
     const bool may_run = record.exclusion->is_free();
@@ -137,8 +137,10 @@ void DispatchingExecutor::pass_on() noexcept {
   if (!shared_) return;
   if (standing_by_.load() != 0) {
     dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    is_left_over_.store(exception_ != nullptr || ready_.waiting() > 1 || ready_.has_another(),
-                        std::memory_order_relaxed);
+    const bool has_more = ready_.has_waiting() || ready_.has_announcements();
+    is_left_over_.store(
+        exception_ != nullptr || ready_.waiting() > 1 || (has_more && ready_.has_another()),
+        std::memory_order_relaxed);
     return;
   }
   if (idle_.load() == 0) return;
@@ -284,7 +286,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     record.supervision->running[worker_index_].deadline.store(kNever);
   }
   lock();
-  if (taken && options_.statistics != StatisticsLevel::off) ++record.counts.received;
+  if (taken && options_.statistics != StatisticsLevel::off) ++record.executions;
   if (reads_clock) [[unlikely]] {
     if (shared_ || is_checked || !taken) {
       ready_.read_clock();
@@ -348,7 +350,7 @@ void DispatchingExecutor::rethrow() {
 // The loop of a worker: one function, with the whole hot path inlined. All else is declared
 // noinline: in a unity build the compiler sees it, and would inline it, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
-  constexpr std::uint32_t kManyWaits = 3;  // by chance they are rare
+  constexpr std::uint32_t kManyWaits = 8;  // by chance they are rare
   worker_of_ = this;
   worker_index_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];

@@ -28,6 +28,7 @@ std::size_t DispatchingExecutor::pending() const noexcept {
 CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) const {
   CallbackStatistics statistics;
   static_cast<CallbackCounts&>(statistics) = record.counts;
+  statistics.received = record.executions;
   if (record.times != nullptr) static_cast<CallbackTimes&>(statistics) = *record.times;
   const Entity::Report report = record.entity->report();
   statistics.node = record.node;
