@@ -75,8 +75,12 @@ class DispatchLock {
   std::uint32_t waits_in_a_row(std::size_t worker) const noexcept {
     return workers_[worker].waits_in_a_row;
   }
-  /// Whether the lock costs the worker next to nothing, unless another wants it.
-  bool is_favourite(std::size_t worker) const noexcept { return workers_[worker].is_favourite; }
+  /// Whether the worker may lock, and it costs next to nothing unless another wants to: it is the
+  /// favourite, and not inside.
+  bool favours(std::size_t worker) const noexcept {
+    const Worker& self = workers_[worker];
+    return self.is_favourite && !self.is_inside.load(std::memory_order_relaxed);
+  }
 
  private:
   struct alignas(64) Worker {
