@@ -85,7 +85,7 @@ void ReadySet::take_snapshot() noexcept {
 
 // A scheduler that is more than an order must not be asked in vain.
 bool ReadySet::has_another() noexcept {
-  if (!is_order_) return has_waiting() || has_announcements();
+  if (!is_order_) return waiting_ != 0 || has_announcements();
   for (;;) {
     if (!is_wait_set() || waiting_ == 0) poll();
     ReadyCallback* const first = pop();
@@ -132,8 +132,6 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
-  for_each_remaining(std::exchange(next_snapshot_, nullptr),
-                     [this](CallbackRecord& record) { add_to_next_snapshot(record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
@@ -200,13 +198,6 @@ void ReadySet::push_checked(CallbackRecord& record) noexcept {
     watchdog_->expect(deadline);
   }
   hand_back(&record);
-}
-
-void ReadySet::push_next_snapshot() noexcept {
-  ReadyCallback* callback = std::exchange(next_snapshot_, nullptr);
-  while (callback != nullptr) {
-    push(static_cast<CallbackRecord&>(*std::exchange(callback, callback->next)));
-  }
 }
 
 // Moves announced records to the scheduler, and rearms timers whose release time has changed.

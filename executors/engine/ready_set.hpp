@@ -64,10 +64,9 @@ struct Supervision {
 /// Serialised by the executor.
 struct DispatchState : ReadyCallback {
   std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
-  // The scheduler, the next snapshot, a parking place or a worker has the record: one of them,
-  // once. It is released when the last message was taken (exclusive groups: when its callback has
-  // returned). Written serialised; read by pending(), and by the thread that waits to free a
-  // removed record.
+  // The scheduler, a parking place or a worker has the record: one of them, once. It is released
+  // when the last message was taken (exclusive groups: when its callback has returned). Written
+  // serialised; read by pending(), and by the thread that waits to free a removed record.
   std::atomic<bool> held{false};
   bool is_rearming = false;                  // a timer, while several are rearmed together
   bool drained = false;                      // `queued`, and out of the inbox: settling answers it
@@ -213,14 +212,16 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  /// The same from a callback, on the thread of the only worker: none has to be woken, and no
-  /// other thread can be here, so no atomic operation is needed.
+  /// The same from a callback, on the thread of the only worker: none has to be woken. No other
+  /// thread can be in the scheduler, so an event goes there without any atomic operation.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
-    if (record.held.load(std::memory_order_relaxed)) {
+    if (is_wait_set()) {
+      announce(record, arrival);
+    } else if (record.held.load(std::memory_order_relaxed)) {
       record.announced_again.store(true, std::memory_order_relaxed);
     } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
-      record.held.store(true, std::memory_order_relaxed);
-      enqueue(record, arrival);
+      record.arrived(arrival);
+      hold(record);
     }  // otherwise it is in the inbox, and draining finds all its messages
   }
   /// A timer's release time has changed.
@@ -268,8 +269,6 @@ class ReadySet {
   /// Gives back what `next` has put aside because of Limits::last_sequence.
   void restore_deferred() noexcept;
 
-  /// Whether something is ready, besides what is in the inbox. It may have to wait for its group.
-  bool has_waiting() const noexcept { return waiting_ != 0 || next_snapshot_ != nullptr; }
   std::size_t waiting() const noexcept { return waiting_; }
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due; kNever when there is none.
@@ -288,9 +287,6 @@ class ReadySet {
     return alone_ != nullptr ? std::exchange(alone_, nullptr) : scheduler_->pop();
   }
   void hold(CallbackRecord& record) noexcept;
-  void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
-  void add_to_next_snapshot(ReadyCallback& callback) noexcept;
-  [[gnu::noinline]] void push_next_snapshot() noexcept;
   void push(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void push_checked(CallbackRecord& record) noexcept;
   static void set_urgency(CallbackRecord& record) noexcept;
@@ -325,10 +321,6 @@ class ReadySet {
   TimePoint now_{};
   std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
   ReadyCallback* deferred_ = nullptr;                                       // linked by next
-  // Wait sets: what has become ready without the inbox since the polling point, linked by next, and
-  // the end of it.
-  ReadyCallback* next_snapshot_ = nullptr;
-  ReadyCallback* last_of_next_ = nullptr;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
 };
@@ -354,27 +346,8 @@ inline void ReadySet::push(CallbackRecord& record) noexcept {
   hand_back(&record);
 }
 
-inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
-  callback.next = nullptr;
-  (next_snapshot_ == nullptr ? next_snapshot_ : last_of_next_->next) = &callback;
-  last_of_next_ = &callback;
-}
-
-// Its arrival is that of what it takes next.
-inline void ReadySet::enqueue(CallbackRecord& record, Arrival arrival) noexcept {
-  record.arrived(arrival);
-  if (is_wait_set()) {
-    add_to_next_snapshot(record);
-  } else {
-    push(record);
-  }
-}
-
 inline void ReadySet::poll() noexcept {
-  if (is_wait_set()) {
-    ++window_;
-    if (next_snapshot_ != nullptr) push_next_snapshot();
-  }
+  if (is_wait_set()) ++window_;
   if (has_announcements()) drain_inbox();
   if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
     release_due_timers();
@@ -442,7 +415,19 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
   }
   Arrival arrival{};
   if (!record.entity->front(arrival)) arrival = {next_sequence(), now_};
-  enqueue(record, arrival);
+  if (!is_wait_set()) {
+    record.arrived(arrival);
+    push(record);
+    return;
+  }
+  // It goes into the next snapshot, with the unanswered announcement or a new one.
+  record.held.store(false, std::memory_order_relaxed);
+  if (std::exchange(record.drained, false)) {
+    record.announced = arrival;
+    inbox_.push(record);
+  } else {
+    announce(record, arrival);
+  }
 }
 
 inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
