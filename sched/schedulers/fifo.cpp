@@ -9,9 +9,9 @@
 namespace takt {
 namespace {
 
-// What is pushed in order of arrival, as nearly everything is, waits in a ring. So it is compared
-// with no record but the last, whose cache line another worker may have. The rest waits in a heap:
-// what a busy group gave back, and what another thread's message overtook.
+// What is pushed in order of arrival, as nearly everything is, waits in a ring. The rest waits in a
+// heap: what a busy group gave back, and what another thread's message overtook. The number stands
+// beside the pointer, as another worker may have had the record's cache line last.
 class FifoScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> callbacks) override {
