@@ -45,25 +45,52 @@ inline bool eventually(const std::function<bool()>& condition) {
   return true;
 }
 
-inline constexpr std::string_view kPerGroup = "_per_group";
-/// Every registered executor; one that isolates also with a thread for each group, under a name
-/// that ends so.
+inline constexpr std::string_view kPerGroup = "_per_group", kPool = "_pool";
+/// Every registered executor, and under names that end so: one that isolates with a thread for each
+/// group; one that has several workers only where the options say so with two.
 inline std::vector<std::string> executor_names() {
   std::vector<std::string> names = executors().names();
   for (const std::string& name : executors().names()) {
-    if (executors().traits(name).isolates) names.push_back(name + std::string(kPerGroup));
+    const ExecutorTraits traits = executors().traits(name);
+    if (traits.isolates) {
+      names.push_back(name + std::string(kPerGroup));
+    } else if (traits.max_threads > 1 && !traits.pool) {
+      names.push_back(name + std::string(kPool));
+    }
   }
   return names;
 }
+
+/// What one of these names stands for.
+struct ExecutorKind {
+  explicit ExecutorKind(const std::string& name)
+      : is_per_group(name.ends_with(kPerGroup)),
+        is_made_pool(name.ends_with(kPool)),
+        type(name.substr(0, name.size() - (is_per_group   ? kPerGroup.size()
+                                           : is_made_pool ? kPool.size()
+                                                          : 0))),
+        traits(executors().traits(type)) {}
+
+  bool is_pool() const { return traits.pool || is_made_pool; }
+  std::unique_ptr<Executor> make(ExecutorOptions options) const {
+    if (is_per_group) options.per = Isolation::group;
+    if (is_made_pool && options.threads.empty()) options.threads.resize(2);
+    return executors().make(type, options);
+  }
+
+  const bool is_per_group, is_made_pool;
+  const std::string type;  // the registered name
+  const ExecutorTraits traits;
+};
 
 class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
   const std::string& executor_name() const { return std::get<0>(GetParam()); }
   const std::string& scheduler_name() const { return std::get<1>(GetParam()); }
-  bool is_per_group() const { return executor_name().ends_with(kPerGroup); }
+  bool is_per_group() const { return kind_.is_per_group; }
   bool is_isolated() const { return traits_.isolates; }
   bool is_frozen() const { return traits_.frozen; }
-  bool is_pool() const { return traits_.pool; }
+  bool is_pool() const { return kind_.is_pool(); }
   bool is_event_driven() const { return traits_.readiness == Readiness::events; }
 
   std::unique_ptr<Executor> make(Clock& clock, std::size_t pool_threads = 2) const {
@@ -74,9 +101,8 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
     if (is_pool()) options.threads.resize(pool_threads);
     return make(options);
   }
-  std::unique_ptr<Executor> make(ExecutorOptions options) const {
-    if (is_per_group()) options.per = Isolation::group;
-    return executors().make(type_, options);
+  std::unique_ptr<Executor> make(const ExecutorOptions& options) const {
+    return kind_.make(options);
   }
   std::shared_ptr<Node> make_node(Clock& clock, const std::string& name = "node") const {
     NodeOptions options;
@@ -84,10 +110,8 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
     return std::make_shared<Node>(name, options);
   }
 
-  /// The registered name.
-  const std::string type_ =
-      executor_name().substr(0, executor_name().size() - (is_per_group() ? kPerGroup.size() : 0));
-  const ExecutorTraits traits_ = executors().traits(type_);
+  const ExecutorKind kind_{executor_name()};
+  const ExecutorTraits& traits_ = kind_.traits;
 };
 
 /// Spins on a thread of its own, and cancels and joins at the end.

@@ -58,7 +58,7 @@ class ConformanceFileDescriptors
   }
   const std::string& wait() const { return std::get<2>(GetParam()); }
   bool is_frozen() const { return traits_.frozen; }
-  bool is_pool() const { return traits_.pool; }
+  bool is_pool() const { return kind_.is_pool(); }
   bool is_isolated() const { return traits_.isolates; }
 
   std::unique_ptr<Executor> make(Clock& clock = Clock::steady()) const {
@@ -68,10 +68,11 @@ class ConformanceFileDescriptors
     options.wait = wait();
     options.clock = &clock;
     if (is_pool()) options.threads.resize(wait() == "io_uring" ? 1 : 2);
-    return executors().make(std::get<0>(GetParam()), options);
+    return kind_.make(options);
   }
 
-  const ExecutorTraits traits_ = executors().traits(std::get<0>(GetParam()));
+  const ExecutorKind kind_{std::get<0>(GetParam())};
+  const ExecutorTraits& traits_ = kind_.traits;
 
   const std::shared_ptr<Node> node_ = std::make_shared<Node>("node");
   Pipe pipe_;
@@ -417,7 +418,7 @@ std::string name_of(
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, ConformanceFileDescriptors,
-                         ::testing::Combine(::testing::ValuesIn(executors().names()),
+                         ::testing::Combine(::testing::ValuesIn(executor_names()),
                                             ::testing::ValuesIn(schedulers().names()),
                                             ::testing::Values("auto")),
                          name_of);
@@ -429,7 +430,7 @@ std::vector<std::string> wait_backends_that_serve_them() {
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryWaitBackend, ConformanceFileDescriptors,
-                         ::testing::Combine(::testing::ValuesIn(executors().names()),
+                         ::testing::Combine(::testing::ValuesIn(executor_names()),
                                             ::testing::Values(""),
                                             ::testing::ValuesIn(wait_backends_that_serve_them())),
                          name_of);

@@ -388,7 +388,7 @@ class Refusal : public Removal {
 };
 
 TEST_P(Refusal, ByItsSchedulerOfWhatIsDroppedMeanwhile) {
-  const auto executor = executors().make(executor_name(), {.scheduler = HookedScheduler::name()});
+  const auto executor = make({.scheduler = HookedScheduler::name()});
   guard_->on_watch = [this] {
     HookedScheduler::on_configure = [this] {
       drop();
@@ -399,7 +399,7 @@ TEST_P(Refusal, ByItsSchedulerOfWhatIsDroppedMeanwhile) {
 }
 
 TEST_P(Refusal, ByItsWaitBackEndOfWhatIsDroppedMeanwhile) {
-  const auto executor = executors().make(executor_name(), {.wait = "futex"});
+  const auto executor = make({.wait = "futex"});
   guard_->fd = 0;
   guard_->on_watch = [this] { drop(); };
   expect_refusal(*executor);
@@ -426,7 +426,7 @@ TEST(WaitSetRefusal, OfWhatIsDroppedMeanwhile) {
 // records.
 TEST_P(Removal, AHandleIsDroppedWhileTheExecutorEnds) {
   if (is_isolated()) GTEST_SKIP() << "its children go as the others do";
-  auto executor = executors().make(executor_name(), {.scheduler = HookedScheduler::name()});
+  auto executor = make({.scheduler = HookedScheduler::name()});
   const auto other = make(Clock::steady());
   const auto stays = std::make_shared<HookedNode>("stays");
   const auto idle = stays->make("idle");
