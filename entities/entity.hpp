@@ -96,6 +96,7 @@ struct Dispatch {
   TimePoint root_release;
   std::uint64_t path;                // this callback included
   StagedOutputs* outputs = nullptr;  // where messages wait for the end of the period; none: sent
+  const Exclusion* group = nullptr;  // the callback's
   const Dispatch* outer = nullptr;   // whose callback spins the executor of this one
 
   /// nullptr outside callbacks.

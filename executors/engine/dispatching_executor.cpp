@@ -22,9 +22,6 @@ namespace takt {
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit const Exclusion* DispatchingExecutor::inside_ =
-    nullptr;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -108,7 +105,7 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
     unlock();
     if (may_run) wake();
   } else if (ready_.announce(record, arrival) && let_ == nullptr &&
-             (inside_ != record.exclusion.get() || record.is_reentrant())) {
+             (group_inside() != record.exclusion.get() || record.is_reentrant())) {
     wake();
   }
 }
@@ -269,12 +266,13 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const bool is_root = slot.chain_instance == 0;
     Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
                       is_root ? slot.ready_time : slot.root_release,
-                      extend_path(slot.path, record.entity->mark()), outputs};
+                      extend_path(slot.path, record.entity->mark()), outputs,
+                      record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
-    if (notes_calls_) [[unlikely]] {
-      cpu_time = call_and_note(record, slot);
+    if (trace_of_ != nullptr) [[unlikely]] {
+      cpu_time = call_and_measure(record, slot);
     } else {
       call(record, slot);
     }
@@ -304,13 +302,10 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   ready_.finished(record, slot.more);
 }
 
-Nanoseconds DispatchingExecutor::call_and_note(CallbackRecord& record, Slot& slot) noexcept {
-  const Exclusion* const outer = std::exchange(inside_, record.exclusion.get());
-  const bool is_traced = trace_of_ != nullptr;
-  const Nanoseconds before = is_traced ? thread_cpu_time() : Nanoseconds::zero();
+Nanoseconds DispatchingExecutor::call_and_measure(CallbackRecord& record, Slot& slot) noexcept {
+  const Nanoseconds before = thread_cpu_time();
   call(record, slot);
-  inside_ = outer;
-  return is_traced ? thread_cpu_time() - before : Nanoseconds::zero();
+  return thread_cpu_time() - before;
 }
 
 // Discards a message of an aborted chain instance.

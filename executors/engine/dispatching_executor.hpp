@@ -208,9 +208,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
       caught(record, std::current_exception());
     }
   }
-  /// As call, where there are several workers or a trace: notes whose callback the thread is in,
-  /// and returns the CPU time of the callback; zero without a trace.
-  [[gnu::noinline]] Nanoseconds call_and_note(CallbackRecord& record, Slot& slot) noexcept;
+  /// As call; returns the CPU time of the callback.
+  [[gnu::cold, gnu::noinline]] Nanoseconds call_and_measure(CallbackRecord& record,
+                                                            Slot& slot) noexcept;
+  /// The group of the callback that the thread is in.
+  static const Exclusion* group_inside() noexcept {
+    const Dispatch* const dispatch = Dispatch::current();
+    return dispatch != nullptr ? dispatch->group : nullptr;
+  }
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
@@ -260,9 +265,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // Which of its workers: 0 is the thread that spins.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
 
-  // The group whose callback the thread is in, where there are several workers.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit const Exclusion* inside_;
-
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
 
@@ -272,7 +274,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
   const bool stands_by_;                   // its workers run at the same time
-  const bool notes_calls_;                 // it has several workers, or traces
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
@@ -396,7 +397,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   /// True from its own callback, if that excludes all others of the group: the worker looks for
   /// more when it returns, so no other needs to know.
   bool announce_itself() noexcept {
-    if (inside_ != exclusion.get() || is_reentrant()) return false;
+    if (group_inside() != exclusion.get() || is_reentrant()) return false;
     if (executing.load(std::memory_order_relaxed) == 0) return false;  // another one of the group
     announced_again.store(true, std::memory_order_relaxed);
     return true;
