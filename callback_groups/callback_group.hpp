@@ -94,9 +94,9 @@ class alignas(64) Exclusion {
     parking_->push(callback);
     ++parked_;
   }
-  /// True: the callback may run now, and the group is left with `leave`. False: it is parked.
+  /// True: the callback may run now; it leaves an exclusive group with `leave`. False: it is parked.
   bool admit(ReadyCallback& callback) noexcept {
-    if (type_ == CallbackGroupType::Reentrant) return true;
+    if (is_reentrant()) return true;
     if (busy_) {
       park(callback);
       return false;
@@ -104,8 +104,9 @@ class alignas(64) Exclusion {
     return busy_ = true;
   }
   /// Whether it would admit a callback now.
-  bool is_free() const noexcept { return !busy_ || type_ == CallbackGroupType::Reentrant; }
-  /// The callback that was admitted has run. Returns a parked callback that may compete again.
+  bool is_free() const noexcept { return !busy_; }
+  bool is_reentrant() const noexcept { return type_ == CallbackGroupType::Reentrant; }
+  /// An exclusive group's callback has run. Returns a parked callback that may compete again.
   ReadyCallback* leave() noexcept {
     busy_ = false;
     return unpark();

@@ -127,7 +127,7 @@ struct CallbackRecord : DispatchState, Sink {
     return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
   }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
-  bool is_reentrant() const noexcept { return group->type() == CallbackGroupType::Reentrant; }
+  bool is_reentrant() const noexcept { return exclusion->is_reentrant(); }
 
  protected:
   ~CallbackRecord() = default;
@@ -255,7 +255,7 @@ class ReadySet {
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
-  /// After take, in a reentrant group: what remains may run on another worker now.
+  /// After begin and take, in a reentrant group: what remains may run on another worker now.
   void taken(CallbackRecord& record, bool more) noexcept { settle(record, more); }
   /// After execute, if the time is exact. `as_picked`: as the record was when it was picked.
   void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
