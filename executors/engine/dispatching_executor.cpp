@@ -97,7 +97,7 @@ bool DispatchingExecutor::claim_idle() noexcept {
 // lock's favourite is the only one that dispatches: as the only worker does, it avoids the inbox,
 // unless it is inside, where it looks at file descriptors.
 void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
-  if (worker_of_ == this && lock_.favours(worker_index_) && !ready_.is_wait_set()) {
+  if (worker_of_ == this && lock_.favours(worker_index_)) {
     lock();
     ready_.announce_from_callback(record, arrival);
     const bool may_run = record.exclusion->is_free();
@@ -135,7 +135,7 @@ void DispatchingExecutor::pass_on() noexcept {
   if (!shared_) return;
   if (standing_by_.load() != 0) {
     dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    const bool has_more = ready_.waiting() != 0 || ready_.has_announcements();
+    const bool has_more = ready_.has_waiting() || ready_.has_announcements();
     is_left_over_.store(
         exception_ != nullptr || ready_.waiting() > 1 || (has_more && ready_.has_another()),
         std::memory_order_relaxed);

@@ -349,7 +349,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
   void announce(Arrival arrival) noexcept override { executor.announce(*this, arrival); }
-  bool announce_here(Arrival arrival) noexcept override {
+  [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return false;
     if (executor.shared_) return announce_itself();
     executor.ready_.announce_from_callback(*this, arrival);

@@ -93,7 +93,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   standing_by_.fetch_add(1);
-  is_left_over_.store(exception_ != nullptr || ready_.waiting() != 0);
+  is_left_over_.store(exception_ != nullptr || ready_.has_waiting());
   const TimePoint release = ready_.next_release();
   std::uint64_t before = dispatches_.load(std::memory_order_relaxed);
   unlock();
@@ -115,7 +115,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   lock();
   standing_by_.fetch_sub(1);
   ready_.read_clock();
-  return now - last < kPatience || ready_.waiting() != 0 || ready_.has_announcements();
+  return now - last < kPatience || ready_.has_waiting() || ready_.has_announcements();
 }
 
 }  // namespace takt

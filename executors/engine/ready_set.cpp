@@ -85,7 +85,7 @@ void ReadySet::take_snapshot() noexcept {
 
 // A scheduler that is more than an order must not be asked in vain.
 bool ReadySet::has_another() noexcept {
-  if (!is_order_) return waiting_ != 0 || has_announcements();
+  if (!is_order_) return has_waiting() || has_announcements();
   for (;;) {
     if (!is_wait_set() || waiting_ == 0) poll();
     ReadyCallback* const first = pop();
@@ -132,6 +132,8 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
+  for_each_remaining(std::exchange(next_snapshot_, nullptr),
+                     [this](CallbackRecord& record) { add_to_next_snapshot(record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
@@ -200,7 +202,14 @@ void ReadySet::push_checked(CallbackRecord& record) noexcept {
   hand_back(&record);
 }
 
-// Moves announced records to the scheduler, and rearms timers whose release time has changed.
+void ReadySet::push_next_snapshot() noexcept {
+  ReadyCallback* callback = std::exchange(next_snapshot_, nullptr);
+  while (callback != nullptr) {
+    push(static_cast<CallbackRecord&>(*std::exchange(callback, callback->next)));
+  }
+}
+
+// Moves announced records to the scheduler, or the next snapshot, and rearms timers whose release time has changed.
 void ReadySet::drain_inbox() noexcept {
   ReadyCallback* changed = nullptr;
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
@@ -221,7 +230,12 @@ void ReadySet::drain_inbox() noexcept {
     } else {
       record->drained = true;
       record->arrived(record->announced);
-      hold(*record);
+      record->held.store(true, std::memory_order_relaxed);
+      if (is_wait_set()) {
+        add_to_next_snapshot(*record);
+      } else {
+        push(*record);
+      }
     }
     record = next;
   }
@@ -249,7 +263,8 @@ void ReadySet::release_due_timers() noexcept {
     std::pop_heap(timers_.begin(), timers_.end(), due_later);
     timers_.pop_back();
     record->arrived({next_sequence(), due});
-    hold(*record);
+    record->held.store(true, std::memory_order_relaxed);
+    push(*record);
   }
 }
 

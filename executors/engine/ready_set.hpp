@@ -64,9 +64,10 @@ struct Supervision {
 /// Serialised by the executor.
 struct DispatchState : ReadyCallback {
   std::atomic<std::uint32_t> executing{0};  // written serialised; read by pending()
-  // The scheduler, a parking place or a worker has the record: one of them, once. It is released
-  // when the last message was taken (exclusive groups: when its callback has returned). Written
-  // serialised; read by pending(), and by the thread that waits to free a removed record.
+  // The scheduler, the next snapshot, a parking place or a worker has the record: one of them,
+  // once. It is released when the last message was taken (exclusive groups: when its callback has
+  // returned). Written serialised; read by pending(), and by the thread that waits to free a
+  // removed record.
   std::atomic<bool> held{false};
   bool is_rearming = false;                  // a timer, while several are rearmed together
   bool drained = false;                      // `queued`, and out of the inbox: settling answers it
@@ -212,16 +213,14 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  /// The same from a callback, on the thread of the only worker: none has to be woken. No other
-  /// thread can be in the scheduler, so an event goes there without any atomic operation.
+  /// The same from a callback, on the thread of the only worker: none has to be woken, and no
+  /// other thread can be here, so no atomic operation is needed.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
-    if (is_wait_set()) {
-      announce(record, arrival);
-    } else if (record.held.load(std::memory_order_relaxed)) {
+    if (record.held.load(std::memory_order_relaxed)) {
       record.announced_again.store(true, std::memory_order_relaxed);
     } else if (!record.queued.load(std::memory_order_relaxed) && !record.removed) {
-      record.arrived(arrival);
-      hold(record);
+      record.held.store(true, std::memory_order_relaxed);
+      enqueue(record, arrival);
     }  // otherwise it is in the inbox, and draining finds all its messages
   }
   /// A timer's release time has changed.
@@ -269,6 +268,8 @@ class ReadySet {
   /// Gives back what `next` has put aside because of Limits::last_sequence.
   void restore_deferred() noexcept;
 
+  /// Whether something is ready, besides what is in the inbox. It may have to wait for its group.
+  bool has_waiting() const noexcept { return waiting_ != 0 || next_snapshot_ != nullptr; }
   std::size_t waiting() const noexcept { return waiting_; }
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due; kNever when there is none.
@@ -286,7 +287,9 @@ class ReadySet {
   ReadyCallback* pop() noexcept {
     return alone_ != nullptr ? std::exchange(alone_, nullptr) : scheduler_->pop();
   }
-  void hold(CallbackRecord& record) noexcept;
+  void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
+  void add_to_next_snapshot(ReadyCallback& callback) noexcept;
+  [[gnu::noinline]] void push_next_snapshot() noexcept;
   void push(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void push_checked(CallbackRecord& record) noexcept;
   static void set_urgency(CallbackRecord& record) noexcept;
@@ -321,6 +324,9 @@ class ReadySet {
   TimePoint now_{};
   std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
   ReadyCallback* deferred_ = nullptr;                                       // linked by next
+  // Wait sets: what has become ready since the polling point, linked by next, and the end of it.
+  ReadyCallback* next_snapshot_ = nullptr;
+  ReadyCallback* last_of_next_ = nullptr;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
 };
@@ -346,17 +352,33 @@ inline void ReadySet::push(CallbackRecord& record) noexcept {
   hand_back(&record);
 }
 
-inline void ReadySet::poll() noexcept {
-  if (is_wait_set()) ++window_;
-  if (has_announcements()) drain_inbox();
-  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
-    release_due_timers();
+inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
+  callback.next = nullptr;
+  (next_snapshot_ == nullptr ? next_snapshot_ : last_of_next_->next) = &callback;
+  last_of_next_ = &callback;
+}
+
+// A worker has found it ready. Its arrival is that of what it takes next.
+inline void ReadySet::enqueue(CallbackRecord& record, Arrival arrival) noexcept {
+  if (is_wait_set()) {
+    if (has_announcements()) drain_inbox();  // they came before
+    record.arrived(arrival);
+    add_to_next_snapshot(record);
+  } else {
+    record.arrived(arrival);
+    push(record);
   }
 }
 
-inline void ReadySet::hold(CallbackRecord& record) noexcept {
-  record.held.store(true, std::memory_order_relaxed);
-  push(record);
+inline void ReadySet::poll() noexcept {
+  if (has_announcements()) drain_inbox();
+  if (is_wait_set()) {
+    ++window_;
+    if (next_snapshot_ != nullptr) push_next_snapshot();
+  }
+  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
+    release_due_timers();
+  }
 }
 
 inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
@@ -415,26 +437,16 @@ inline void ReadySet::settle(CallbackRecord& record, bool more) noexcept {
   }
   Arrival arrival{};
   if (!record.entity->front(arrival)) arrival = {next_sequence(), now_};
-  if (!is_wait_set()) {
-    record.arrived(arrival);
-    push(record);
-    return;
-  }
-  // It goes into the next snapshot, with the unanswered announcement or a new one.
-  record.held.store(false, std::memory_order_relaxed);
-  if (std::exchange(record.drained, false)) {
-    record.announced = arrival;
-    inbox_.push(record);
-  } else {
-    announce(record, arrival);
-  }
+  enqueue(record, arrival);
 }
 
 inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   const std::uint32_t executing = record.executing.load(std::memory_order_relaxed) - 1;
   const bool removed = record.removed;
-  if (!record.is_reentrant()) settle(record, more);
-  hand_back(record.exclusion->leave());
+  if (!record.is_reentrant()) [[likely]] {
+    settle(record, more);
+    hand_back(record.exclusion->leave());
+  }
   // Release: pairs with the load in pending(); what the callback published is visible.
   record.executing.store(executing, std::memory_order_release);
   if (removed) [[unlikely]] {
