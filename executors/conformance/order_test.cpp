@@ -192,6 +192,35 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
 }
 
+// A worker keeps what its own callbacks announce elsewhere than what other threads announce.
+TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce) {
+  if (is_event_driven() || is_isolated()) GTEST_SKIP() << "it serves no snapshots of the whole";
+  ManualClock clock;
+  const auto executor = make(clock);
+  const auto node = make_node(clock);
+  std::vector<std::string> trace;
+  std::vector<std::shared_ptr<GuardCondition>> guards;
+  const auto add = [&](const std::string& name, std::function<void()> callback) {
+    guards.push_back(node->create_guard_condition(
+        name,
+        [&trace, name, callback] {
+          trace.push_back(name);
+          callback();
+        },
+        node->create_callback_group(name, CallbackGroupType::MutuallyExclusive)));
+  };
+  add("of_a_thread", [] {});
+  add("of_a_callback", [] {});
+  add("running", [&] {
+    std::thread([&] { guards[0]->trigger(); }).join();
+    guards[1]->trigger();
+  });
+  executor->add_node(node);
+  guards[2]->trigger();
+  executor->spin_all();
+  EXPECT_THAT(trace, ElementsAre("running", "of_a_thread", "of_a_callback"));
+}
+
 // #2402, #392: a timer that is always ready starves the subscriptions.
 TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
   ManualClock clock;
