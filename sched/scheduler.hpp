@@ -105,9 +105,10 @@ class HeapScheduler final : public Scheduler {
   bool is_order() const noexcept override { return true; }
 
  private:
-  static bool after(const ReadyCallback* a, const ReadyCallback* b) noexcept {
+  // No function: heap operations would call it by its address.
+  static constexpr auto after = [](const ReadyCallback* a, const ReadyCallback* b) noexcept {
     return Before()(*b, *a);
-  }
+  };
   auto end() noexcept { return heap_.begin() + static_cast<std::ptrdiff_t>(size_); }
 
   std::vector<ReadyCallback*> heap_;  // as large as it will ever be

@@ -96,7 +96,8 @@ bool DispatchingExecutor::claim_idle() noexcept {
 // group of the callback that announces needs no other worker: this one looks for it afterwards. The
 // lock's favourite is the only one that dispatches: as the only worker does, it avoids the inbox,
 // unless it is inside, where it looks at file descriptors.
-void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
+[[gnu::flatten]] void DispatchingExecutor::announce(CallbackRecord& record,
+                                                    Arrival arrival) noexcept {
   if (worker_of_ == this && lock_.favours(worker_index_)) {
     lock();
     ready_.announce_from_callback(record, arrival);
