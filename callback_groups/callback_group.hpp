@@ -94,7 +94,8 @@ class alignas(64) Exclusion {
     parking_->push(callback);
     ++parked_;
   }
-  /// True: the callback may run now; it leaves an exclusive group with `leave`. False: it is parked.
+  /// True: the callback may run now; it leaves an exclusive group with `leave`. False: it is
+  /// parked.
   bool admit(ReadyCallback& callback) noexcept {
     if (is_reentrant()) return true;
     if (busy_) {

@@ -40,13 +40,7 @@ class DispatchLock {
   void enter(std::size_t worker) noexcept;
   void lock(std::size_t worker) noexcept {
     Worker& self = workers_[worker];
-    if (self.is_favourite) {
-      self.is_inside.store(true, std::memory_order_relaxed);  // see 4.
-      std::atomic_signal_fence(std::memory_order_seq_cst);
-      if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
-        return;
-      lose_title(self);
-    }
+    if (self.is_favourite && enter_as_favourite(self)) return;
     if (try_lock(self)) [[likely]] {
       self.waits_in_a_row = 0;
     } else {
@@ -58,6 +52,13 @@ class DispatchLock {
     } else if (++in_a_row_ == kManyInARow) {
       favour(self);
     }
+  }
+  /// Locks if the worker is the favourite and not inside: then it costs next to nothing, and waits
+  /// for nobody. Otherwise returns false.
+  bool lock_if_favourite(std::size_t worker) noexcept {
+    Worker& self = workers_[worker];
+    return self.is_favourite && !self.is_inside.load(std::memory_order_relaxed) &&
+           enter_as_favourite(self);
   }
   void unlock(std::size_t worker) noexcept {
     Worker& self = workers_[worker];
@@ -75,12 +76,6 @@ class DispatchLock {
   std::uint32_t waits_in_a_row(std::size_t worker) const noexcept {
     return workers_[worker].waits_in_a_row;
   }
-  /// Whether the worker may lock, and it costs next to nothing unless another wants to: it is the
-  /// favourite, and not inside.
-  bool favours(std::size_t worker) const noexcept {
-    const Worker& self = workers_[worker];
-    return self.is_favourite && !self.is_inside.load(std::memory_order_relaxed);
-  }
 
  private:
   struct alignas(64) Worker {
@@ -91,6 +86,14 @@ class DispatchLock {
   };
   static constexpr std::uint32_t kManyInARow = 64;
 
+  bool enter_as_favourite(Worker& self) noexcept {
+    self.is_inside.store(true, std::memory_order_relaxed);  // see 4.
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
+      return true;
+    lose_title(self);
+    return false;
+  }
   bool try_lock(Worker& self) noexcept {
     std::uint32_t nobody = 0;
     return word_.compare_exchange_strong(nobody, self.thread, std::memory_order_acquire);

@@ -1,6 +1,7 @@
 // Runs the dispatch lock through all interleavings of a few operations with a few preemptions, and
 // with stores of the favourite that reach memory late.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -115,7 +116,8 @@ namespace takt_explored {
 namespace {
 
 struct Scenario {
-  /// Of each worker: 'd' locks and unlocks, 'l' the same with unlock_and_leave.
+  /// Of each worker: 'd' locks and unlocks, 'l' the same with unlock_and_leave, 'f' the same only
+  /// as favourite.
   std::vector<std::string> workers;
   int before;  // how often the first has had the lock already: it becomes the favourite with 65
   int preemptions, delays;
@@ -125,9 +127,9 @@ struct Case {
   std::vector<std::string> workers;
   int preemptions, delays;
 };
-const std::vector<Case> kCases{{{"dd", "d"}, 4, 0},  {{"ddd", "dd"}, 3, 0},
-                               {{"ld", "ld"}, 3, 0}, {{"d", "d", "d"}, 2, 0},
-                               {{"dd", "d"}, 3, 1},  {{"dd", "dl"}, 2, 2}};
+const std::vector<Case> kCases{{{"dd", "d"}, 4, 0},     {{"ddd", "dd"}, 3, 0}, {{"ld", "ld"}, 3, 0},
+                               {{"d", "d", "d"}, 2, 0}, {{"dd", "d"}, 3, 1},   {{"dd", "dl"}, 2, 2},
+                               {{"fd", "d"}, 3, 0},     {{"df", "fd"}, 2, 1}};
 
 constexpr int kAlmostFavourite = 63, kFavourite = 80;
 
@@ -137,7 +139,9 @@ std::string explore(const Scenario& scenario) {
   std::unique_ptr<detail::DispatchLock> lock;
   int inside = 0;
   std::size_t dispatches = 0, expected = 0;
-  for (const std::string& worker : scenario.workers) expected += worker.size();
+  for (const std::string& worker : scenario.workers) {
+    expected += worker.size() - static_cast<std::size_t>(std::ranges::count(worker, 'f'));
+  }
   const auto begin = [&] {
     kernel.waiters.clear();
     lock = std::make_unique<detail::DispatchLock>(scenario.workers.size(), true);
@@ -149,15 +153,19 @@ std::string explore(const Scenario& scenario) {
       lock->enter(i);
       bodies.emplace_back([&, i] {
         for (const char operation : scenario.workers[i]) {
-          lock->lock(i);
+          if (operation == 'f') {
+            if (!lock->lock_if_favourite(i)) continue;
+          } else {
+            lock->lock(i);
+          }
           if (++inside != 1 && wrong.empty()) wrong = "two are inside";
           Explorer::point();
-          ++dispatches;
+          if (operation != 'f') ++dispatches;
           --inside;
-          if (operation == 'd') {
-            lock->unlock(i);
-          } else {
+          if (operation == 'l') {
             lock->unlock_and_leave(i);
+          } else {
+            lock->unlock(i);
           }
         }
       });

@@ -98,12 +98,11 @@ bool DispatchingExecutor::claim_idle() noexcept {
 // unless it is inside, where it looks at file descriptors.
 [[gnu::flatten]] void DispatchingExecutor::announce(CallbackRecord& record,
                                                     Arrival arrival) noexcept {
-  if (worker_of_ == this && lock_.favours(worker_index_)) {
-    lock();
+  if (worker_of_ == this && lock_.lock_if_favourite(worker_index_)) [[likely]] {
     ready_.announce_from_callback(record, arrival);
     const bool may_run = record.exclusion->is_free();
     if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
-    unlock();
+    lock_.unlock(worker_index_);
     if (may_run) wake();
   } else if (ready_.announce(record, arrival) && let_ == nullptr &&
              (group_inside() != record.exclusion.get() || record.is_reentrant())) {
@@ -208,8 +207,8 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   return true;
 }
 
-// In a reentrant group: with the lock held, as the record may be announced and picked again from then
-// on. Releases it.
+// In a reentrant group: with the lock held, as the record may be announced and picked again from
+// then on. Releases it.
 bool DispatchingExecutor::take_and_pass_on(CallbackRecord& record, Slot& slot) noexcept {
   const bool is_taken = record.entity->take(slot);
   ready_.taken(record, slot.more);
@@ -275,9 +274,11 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   Nanoseconds cpu_time{0};
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
-    Dispatch dispatch{as_picked.info, is_root ? slot.sequence : slot.chain_instance,
+    Dispatch dispatch{as_picked.info,
+                      is_root ? slot.sequence : slot.chain_instance,
                       is_root ? slot.ready_time : slot.root_release,
-                      extend_path(slot.path, record.entity->mark()), outputs,
+                      extend_path(slot.path, record.entity->mark()),
+                      outputs,
                       record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
@@ -311,12 +312,6 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);
-}
-
-Nanoseconds DispatchingExecutor::call_and_measure(CallbackRecord& record, Slot& slot) noexcept {
-  const Nanoseconds before = thread_cpu_time();
-  call(record, slot);
-  return thread_cpu_time() - before;
 }
 
 // Discards a message of an aborted chain instance.

@@ -211,7 +211,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
   }
   /// As call; returns the CPU time of the callback.
   [[gnu::cold, gnu::noinline]] Nanoseconds call_and_measure(CallbackRecord& record,
-                                                            Slot& slot) noexcept;
+                                                            Slot& slot) noexcept {
+    const Nanoseconds before = thread_cpu_time();
+    call(record, slot);
+    return thread_cpu_time() - before;
+  }
   /// The group of the callback that the thread is in.
   static const Exclusion* group_inside() noexcept {
     const Dispatch* const dispatch = Dispatch::current();

@@ -209,7 +209,8 @@ void ReadySet::push_next_snapshot() noexcept {
   }
 }
 
-// Moves announced records to the scheduler, or the next snapshot, and rearms timers whose release time has changed.
+// Moves announced records to the scheduler, or the next snapshot, and rearms timers whose release
+// time has changed.
 void ReadySet::drain_inbox() noexcept {
   ReadyCallback* changed = nullptr;
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
