@@ -8,12 +8,12 @@
 namespace takt {
 
 // Called with the lock held. Until the limit, looks for what a sleeper is woken for: nobody has to
-// wake this worker meanwhile. Returns true if there is something. An only worker counts as one that
-// stands by until it sleeps, also in callbacks: to leave and come back each time would cost it a
-// transfer of the cache line that publishers read.
+// wake this worker meanwhile. Returns true if there is something. The ready set then has the time.
+// An only worker counts as one that stands by until it sleeps, also in callbacks: to leave and come
+// back each time would cost it a transfer of the cache line that publishers read.
 bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
                                      const FutureState* future) noexcept {
-  constexpr int kLooks = 8;           // between two readings of the clock
+  constexpr int kLooks = 32;          // between two readings of the clock
   constexpr Nanoseconds kLook(2000);  // between two looks at file descriptors
   if (shared_ || standing_by_.load() == 0) standing_by_.fetch_add(1);
   unlock_and_leave();
@@ -34,6 +34,7 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
   lock();
   if (shared_) standing_by_.fetch_sub(1);
   spin_times_[index] += now - start;
+  ready_.set_now(now);
   return is_needed;
 }
 
@@ -47,7 +48,6 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   if (spin_ != Nanoseconds::zero()) {
     const bool is_needed =
         spin_until(std::min(deadline, later(options_.clock->now(), spin_)), index, future);
-    ready_.read_clock();
     if (is_needed || ready_.now() >= deadline) return is_needed || ready_.now() < limit;
   }
   if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
@@ -77,7 +77,6 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   ready_.read_clock();
   if (wakes_early && !is_needed && !was_woken && ready_.now() >= end) {
     is_needed = spin_until(deadline, index, future);
-    ready_.read_clock();
   }
   if (timekeeper_ == index) timekeeper_ = kNobody;
   return ready_.now() < limit || is_needed;
