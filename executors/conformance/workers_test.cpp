@@ -58,6 +58,44 @@ class ConformanceWorkers : public Conformance {
   std::atomic<int> rounds_{0};
 };
 
+/// A guard condition that is taken for as long as the test wants, as one that decodes a message.
+class SlowToTake final : public GuardCondition {
+ public:
+  using GuardCondition::GuardCondition;
+  std::atomic<bool> is_being_taken{false}, may_be_taken{false}, was_taken_in_time{false};
+  bool take(Slot& slot) noexcept override {
+    is_being_taken = true;
+    was_taken_in_time = eventually([this] { return may_be_taken.load(); });
+    return GuardCondition::take(slot);
+  }
+};
+
+class NodeOfSlow final : public Node {
+ public:
+  using Node::Node;
+  std::shared_ptr<SlowToTake> make(const std::shared_ptr<CallbackGroup>& group) {
+    return adopt<SlowToTake>(std::make_shared<SlowToTake>("slow", group, clock().real(), [] {}));
+  }
+};
+
+TEST_P(ConformanceWorkers, WhatOneWorkerTakesHoldsUpNoOther) {
+  for (const auto type : {CallbackGroupType::MutuallyExclusive, CallbackGroupType::Reentrant}) {
+    const auto executor = make_with(2);
+    const auto node = std::make_shared<NodeOfSlow>("slow");
+    const auto slow = node->make(node->create_callback_group("slow", type));
+    const auto other = node->create_guard_condition(
+        "other", [&] { slow->may_be_taken = true; },
+        node->create_callback_group("other", CallbackGroupType::MutuallyExclusive));
+    executor->add_node(node);
+    SpinThread spin(*executor);
+    slow->trigger();
+    ASSERT_TRUE(eventually([&] { return slow->is_being_taken.load(); }));
+    other->trigger();
+    ASSERT_TRUE(eventually([&] { return slow->may_be_taken.load(); }));
+    ASSERT_TRUE(eventually([&] { return slow->was_taken_in_time.load(); }));
+  }
+}
+
 // The busy callback lasts until the one for which it is the only obstacle has run. Short callbacks
 // before it differ in what the other worker does meanwhile: after none it sleeps, after many it
 // stands by.

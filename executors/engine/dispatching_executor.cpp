@@ -188,33 +188,18 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   CallbackRecord* record = ready_.next(limits);
   if (record == nullptr) [[unlikely]]
     return false;
+  pass_on();
   const ReadyCallback as_picked = *record;
   const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
   const bool is_checked = record->is_checked;
   if (is_checked) [[unlikely]]
     watch_execution(*record);
+  unlock();
   Slot slot;
   slot.sequence = as_picked.sequence;
-  bool is_taken;
-  if (record->is_reentrant()) [[unlikely]] {
-    is_taken = take_and_pass_on(*record, slot);
-  } else {
-    pass_on();
-    unlock();
-    is_taken = record->entity->take(slot);
-  }
+  const bool is_taken = record->entity->take(slot);  // it may decode a long message
   execute(*record, as_picked, picked, is_checked, slot, is_taken, nullptr);
   return true;
-}
-
-// In a reentrant group: with the lock held, as the record may be announced and picked again from
-// then on. Releases it.
-bool DispatchingExecutor::take_and_pass_on(CallbackRecord& record, Slot& slot) noexcept {
-  const bool is_taken = record.entity->take(slot);
-  ready_.taken(record, slot.more);
-  pass_on();
-  unlock();
-  return is_taken;
 }
 
 // Runs on the only thread. Publishes the outputs of the period that ends; then takes all inputs of
@@ -247,7 +232,6 @@ bool DispatchingExecutor::run_period() noexcept {
     }
     record.exclusion->admit(record);
     ready_.begin(record);
-    if (record.is_reentrant()) ready_.taken(record, execution.slot.more);
     // Its input was taken with those of all others, and has waited since.
     execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
             execution.is_taken, &let_->outputs);
@@ -260,6 +244,12 @@ bool DispatchingExecutor::run_period() noexcept {
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
                                   TimePoint picked, bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
+  if (record.is_reentrant()) [[unlikely]] {  // from here on it may be announced and picked again
+    lock();
+    ready_.taken(record, slot.more);
+    pass_on();
+    unlock();
+  }
   if (taken && AbortedInstances::contains(slot.chain_instance) &&
       record.entity->kind() == EntityKind::subscription) {
     discard(record, slot);
@@ -274,12 +264,10 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   Nanoseconds cpu_time{0};
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
-    Dispatch dispatch{as_picked.info,
-                      is_root ? slot.sequence : slot.chain_instance,
-                      is_root ? slot.ready_time : slot.root_release,
-                      extend_path(slot.path, record.entity->mark()),
-                      outputs,
-                      record.exclusion.get()};
+    const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
+    const TimePoint root = is_root ? slot.ready_time : slot.root_release;
+    const std::uint64_t path = extend_path(slot.path, record.entity->mark());
+    Dispatch dispatch{as_picked.info, instance, root, path, outputs, record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);

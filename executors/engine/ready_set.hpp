@@ -254,7 +254,7 @@ class ReadySet {
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
-  /// After begin and take, in a reentrant group: what remains may run on another worker now.
+  /// After take, in a reentrant group: what remains may run on another worker now.
   void taken(CallbackRecord& record, bool more) noexcept { settle(record, more); }
   /// After execute, if the time is exact. `as_picked`: as the record was when it was picked.
   void report_execution(const CallbackRecord& record, const ReadyCallback& as_picked,
