@@ -45,7 +45,7 @@ inline bool eventually(const std::function<bool()>& condition) {
   return true;
 }
 
-inline constexpr std::string_view kPerGroup = "_per_group", kPool = "_pool";
+inline constexpr std::string_view kPerGroup = "_per_group", kTwoWorkers = "_two_workers";
 /// Every registered executor, and under names that end so: one that isolates with a thread for each
 /// group; one that has several workers only where the options say so with two.
 inline std::vector<std::string> executor_names() {
@@ -55,7 +55,7 @@ inline std::vector<std::string> executor_names() {
     if (traits.isolates) {
       names.push_back(name + std::string(kPerGroup));
     } else if (traits.max_threads > 1 && !traits.pool) {
-      names.push_back(name + std::string(kPool));
+      names.push_back(name + std::string(kTwoWorkers));
     }
   }
   return names;
@@ -65,20 +65,20 @@ inline std::vector<std::string> executor_names() {
 struct ExecutorKind {
   explicit ExecutorKind(const std::string& name)
       : is_per_group(name.ends_with(kPerGroup)),
-        is_made_pool(name.ends_with(kPool)),
-        type(name.substr(0, name.size() - (is_per_group   ? kPerGroup.size()
-                                           : is_made_pool ? kPool.size()
-                                                          : 0))),
+        has_two_workers(name.ends_with(kTwoWorkers)),
+        type(name.substr(0, name.size() - (is_per_group      ? kPerGroup.size()
+                                           : has_two_workers ? kTwoWorkers.size()
+                                                             : 0))),
         traits(executors().traits(type)) {}
 
-  bool is_pool() const { return traits.pool || is_made_pool; }
+  bool is_pool() const { return traits.pool || has_two_workers; }
   std::unique_ptr<Executor> make(ExecutorOptions options) const {
     if (is_per_group) options.per = Isolation::group;
-    if (is_made_pool && options.threads.empty()) options.threads.resize(2);
+    if (has_two_workers && options.threads.empty()) options.threads.resize(2);
     return executors().make(type, options);
   }
 
-  const bool is_per_group, is_made_pool;
+  const bool is_per_group, has_two_workers;
   const std::string type;  // the registered name
   const ExecutorTraits traits;
 };
