@@ -25,6 +25,7 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
     for (int i = 0; i < kLooks && !is_needed; ++i) {
       is_needed = is_left_over_.load(std::memory_order_relaxed) || must_look(future);
     }
+    if (is_needed && !ready_.exact_time()) break;  // nobody needs the time of just now
     now = clock.now();
     if (watched_.load(std::memory_order_relaxed) != 0 && now - looked >= kLook) {
       if (backend_->look()) is_needed = true;  // an only worker announces beside the inbox
