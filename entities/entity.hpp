@@ -136,7 +136,8 @@ struct ChainStep {
 ///
 /// Thread safety: announce and the level from any thread; take and execute from one worker at a
 /// time in an exclusive group, from several in a reentrant one.
-/// Real-time: announce, ready_count, front and take neither block nor allocate.
+/// Real-time: announce, ready_count, front and take neither block nor allocate; but `take` decodes
+/// a message of another process, which may allocate, see SubscriptionBase::Memory.
 class Entity {
  public:
   Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group);
@@ -174,6 +175,8 @@ class Entity {
 
   /// Takes one piece of readiness into the slot. False: there was none, which is no execution.
   virtual bool take(Slot& slot) noexcept = 0;
+  /// Whether `take` is a few instructions, so that an executor may call it under a lock.
+  virtual bool takes_briefly() const noexcept { return false; }
   /// Calls the user's callback with what was taken. The user may throw.
   virtual void execute(Slot& slot) = 0;
   /// Throws away what was taken.

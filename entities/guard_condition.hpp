@@ -27,6 +27,7 @@ class GuardCondition : public Entity {
   std::size_t ready_count() const noexcept override { return sequence_.load() != 0 ? 1 : 0; }
   bool front(Arrival& arrival) const noexcept override;
   bool take(Slot& slot) noexcept override;
+  bool takes_briefly() const noexcept override { return true; }
   void execute(Slot& slot) override;
 
  private:

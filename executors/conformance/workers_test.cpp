@@ -68,6 +68,7 @@ class SlowToTake final : public GuardCondition {
     was_taken_in_time = eventually([this] { return may_be_taken.load(); });
     return GuardCondition::take(slot);
   }
+  bool takes_briefly() const noexcept override { return false; }
 };
 
 class NodeOfSlow final : public Node {

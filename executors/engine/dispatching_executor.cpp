@@ -188,18 +188,36 @@ bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
   CallbackRecord* record = ready_.next(limits);
   if (record == nullptr) [[unlikely]]
     return false;
-  pass_on();
   const ReadyCallback as_picked = *record;
   const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
   const bool is_checked = record->is_checked;
   if (is_checked) [[unlikely]]
     watch_execution(*record);
-  unlock();
   Slot slot;
   slot.sequence = as_picked.sequence;
-  const bool is_taken = record->entity->take(slot);  // it may decode a long message
+  const bool is_taken = take(*record, slot);
   execute(*record, as_picked, picked, is_checked, slot, is_taken, nullptr);
   return true;
+}
+
+// Called with the lock held, returns without it. From here on a reentrant group's callback may be
+// announced and picked again.
+bool DispatchingExecutor::take(CallbackRecord& record, Slot& slot) noexcept {
+  const bool is_reentrant = record.is_reentrant();
+  bool is_taken;
+  if (is_reentrant && record.takes_briefly) {
+    is_taken = record.entity->take(slot);
+  } else {
+    pass_on();
+    unlock();
+    is_taken = record.entity->take(slot);  // it may decode a long message
+    if (!is_reentrant) return is_taken;
+    lock();
+  }
+  ready_.taken(record, slot.more);
+  pass_on();
+  unlock();
+  return is_taken;
 }
 
 // Runs on the only thread. Publishes the outputs of the period that ends; then takes all inputs of
@@ -232,6 +250,7 @@ bool DispatchingExecutor::run_period() noexcept {
     }
     record.exclusion->admit(record);
     ready_.begin(record);
+    if (record.is_reentrant()) ready_.taken(record, execution.slot.more);
     // Its input was taken with those of all others, and has waited since.
     execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
             execution.is_taken, &let_->outputs);
@@ -244,12 +263,6 @@ bool DispatchingExecutor::run_period() noexcept {
 void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
                                   TimePoint picked, bool is_checked, Slot& slot, bool taken,
                                   StagedOutputs* outputs) noexcept {
-  if (record.is_reentrant()) [[unlikely]] {  // from here on it may be announced and picked again
-    lock();
-    ready_.taken(record, slot.more);
-    pass_on();
-    unlock();
-  }
   if (taken && AbortedInstances::contains(slot.chain_instance) &&
       record.entity->kind() == EntityKind::subscription) {
     discard(record, slot);

@@ -198,6 +198,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void start_worker(std::size_t index);
   void work(std::size_t index);
   bool run_next(const ReadySet::Limits& limits) noexcept;
+  bool take(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] bool run_period() noexcept;
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;

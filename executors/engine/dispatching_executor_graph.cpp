@@ -137,6 +137,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   gone = take_unused_records();
   auto record = std::make_shared<Record>(*this);
   record->entity = entity;
+  record->takes_briefly = entity->takes_briefly();
   record->group = entity->group();
   record->node = node.fully_qualified_name();
   if (records_times_) record->times = std::make_unique<CallbackTimes>();

@@ -85,6 +85,7 @@ struct CallbackRecord : DispatchState, Sink {
   CallbackSettings settings;
   CallbackInfo demoted_info;  // as settings.info, but less urgent than all others
   bool is_demoted = false;
+  bool takes_briefly = false;  // as its entity says
   bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
   std::shared_ptr<Supervision> supervision;
   bool removed = false;
