@@ -224,7 +224,7 @@ class Entity {
  protected:
   void announce(Arrival arrival) noexcept {
     Sink* sink = sink_.load();
-    if (sink != nullptr && !sink->announce_here(arrival)) sink->announce(arrival);
+    if (sink != nullptr) sink->announce(arrival);
   }
   Sink* sink() const noexcept { return sink_.load(); }
 

@@ -53,21 +53,23 @@ class DispatchLock {
       favour(self);
     }
   }
-  /// Locks if the worker is the favourite and not inside: then it costs next to nothing, and waits
-  /// for nobody. Otherwise returns false.
-  bool lock_if_favourite(std::size_t worker) noexcept {
+  /// Calls the function with the lock held if the worker is the favourite and not inside: then that
+  /// costs next to nothing, and waits for nobody. Otherwise returns false.
+  template <class Function>
+  bool run_as_favourite(std::size_t worker, Function&& function) noexcept {
     Worker& self = workers_[worker];
-    return self.is_favourite && !self.is_inside.load(std::memory_order_relaxed) &&
-           enter_as_favourite(self);
+    if (!self.is_favourite || self.is_inside.load(std::memory_order_relaxed) ||
+        !enter_as_favourite(self)) {
+      return false;
+    }
+    function();
+    leave_as_favourite(self);
+    return true;
   }
   void unlock(std::size_t worker) noexcept {
     Worker& self = workers_[worker];
     if (!self.is_favourite) return release(self);
-    // Release: pairs with the load in take_title.
-    self.is_inside.store(false, std::memory_order_release);
-    std::atomic_signal_fence(std::memory_order_seq_cst);
-    if (favourite_.load(std::memory_order_relaxed) != &self) [[unlikely]]
-      lose_title(self);
+    leave_as_favourite(self);
   }
   /// As unlock, by a worker that will not be back soon.
   void unlock_and_leave(std::size_t worker) noexcept;
@@ -93,6 +95,13 @@ class DispatchLock {
       return true;
     lose_title(self);
     return false;
+  }
+  void leave_as_favourite(Worker& self) noexcept {
+    // Release: pairs with the load in take_title.
+    self.is_inside.store(false, std::memory_order_release);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    if (favourite_.load(std::memory_order_relaxed) != &self) [[unlikely]]
+      lose_title(self);
   }
   bool try_lock(Worker& self) noexcept {
     std::uint32_t nobody = 0;

@@ -153,15 +153,18 @@ std::string explore(const Scenario& scenario) {
       lock->enter(i);
       bodies.emplace_back([&, i] {
         for (const char operation : scenario.workers[i]) {
+          const auto is_inside = [&] {
+            if (++inside != 1 && wrong.empty()) wrong = "two are inside";
+            Explorer::point();
+            --inside;
+          };
           if (operation == 'f') {
-            if (!lock->lock_if_favourite(i)) continue;
-          } else {
-            lock->lock(i);
+            lock->run_as_favourite(i, is_inside);
+            continue;
           }
-          if (++inside != 1 && wrong.empty()) wrong = "two are inside";
-          Explorer::point();
-          if (operation != 'f') ++dispatches;
-          --inside;
+          lock->lock(i);
+          is_inside();
+          ++dispatches;
           if (operation == 'l') {
             lock->unlock_and_leave(i);
           } else {

@@ -82,51 +82,7 @@ class DispatchingExecutor::Spin {
   TraceRing* outer_trace_;
 };
 
-// ---- Sleeping and waking ----
-
-bool DispatchingExecutor::claim_idle() noexcept {
-  std::size_t idle = idle_.load();
-  while (idle != 0) {
-    if (idle_.compare_exchange_weak(idle, idle - 1)) return true;
-  }
-  return false;
-}
-
-// Called from another thread, or in an executor with several workers. What has to wait for the
-// group of the callback that announces needs no other worker: this one looks for it afterwards. The
-// lock's favourite is the only one that dispatches: as the only worker does, it avoids the inbox,
-// unless it is inside, where it looks at file descriptors.
-[[gnu::flatten]] void DispatchingExecutor::announce(CallbackRecord& record,
-                                                    Arrival arrival) noexcept {
-  if (worker_of_ == this && lock_.lock_if_favourite(worker_index_)) [[likely]] {
-    ready_.announce_from_callback(record, arrival);
-    const bool may_run = record.exclusion->is_free();
-    if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
-    lock_.unlock(worker_index_);
-    if (may_run) wake();
-  } else if (ready_.announce(record, arrival) && let_ == nullptr &&
-             (group_inside() != record.exclusion.get() || record.is_reentrant())) {
-    wake();
-  }
-}
-
-// Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
-// itself idle before it looks for events a last time. Both are sequentially consistent, so no
-// wake-up is lost. A worker that stands by looks for events after it has ceased to. Without
-// sleepers this costs three loads.
-void DispatchingExecutor::wake() noexcept {
-  if (standing_by_.load() != 0) return;
-  if (claim_idle()) {
-    backend_->post();
-  } else if (Wakeable* observer = observer_.load()) {
-    observer->wake();
-  }
-}
-
-void DispatchingExecutor::wake_all() noexcept {
-  is_left_over_.store(true);
-  while (claim_idle()) backend_->post();
-}
+// ---- Dispatch ----
 
 // Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
 // or if no timekeeper is left; one that stands by sees it. What waits alone is often of the group
@@ -169,8 +125,6 @@ void DispatchingExecutor::install_updates_here() noexcept {
     }
   }
 }
-
-// ---- Dispatch ----
 
 // Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
 // time to time; under a manual clock, which does not watch them, at every dispatch.

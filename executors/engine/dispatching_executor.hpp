@@ -248,6 +248,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  [[gnu::noinline]] bool announce_as_favourite(CallbackRecord& record, Arrival arrival) noexcept;
   void wake() noexcept final;
   void wake_all() noexcept;
   bool claim_idle() noexcept;
@@ -352,7 +353,13 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
-  void announce(Arrival arrival) noexcept override { executor.announce(*this, arrival); }
+  [[gnu::flatten]] void announce(Arrival arrival) noexcept override {
+    if (worker_of_ == &executor) {
+      if (!executor.shared_) return executor.ready_.announce_from_callback(*this, arrival);
+      if (announce_itself() || executor.announce_as_favourite(*this, arrival)) return;
+    }
+    executor.announce(*this, arrival);
+  }
   [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return false;
     if (executor.shared_) return announce_itself();
@@ -402,7 +409,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   /// True from its own callback, if that excludes all others of the group: the worker looks for
   /// more when it returns, so no other needs to know.
   bool announce_itself() noexcept {
-    if (group_inside() != exclusion.get() || is_reentrant()) return false;
+    if (is_reentrant() || group_inside() != exclusion.get()) return false;
     if (executing.load(std::memory_order_relaxed) == 0) return false;  // another one of the group
     announced_again.store(true, std::memory_order_relaxed);
     return true;

@@ -1,4 +1,5 @@
-// What a worker does while there is nothing for it: it stands by, spins, then sleeps.
+// How workers are woken, and what one does while there is nothing for it: it stands by, spins, then
+// sleeps.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -6,6 +7,55 @@
 #include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
+
+bool DispatchingExecutor::claim_idle() noexcept {
+  std::size_t idle = idle_.load();
+  while (idle != 0) {
+    if (idle_.compare_exchange_weak(idle, idle - 1)) return true;
+  }
+  return false;
+}
+
+// Called from another thread, or in an executor with several workers. What has to wait for the
+// group of the callback that announces needs no other worker: this one looks for it afterwards.
+void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
+  if (ready_.announce(record, arrival) && let_ == nullptr &&
+      (group_inside() != record.exclusion.get() || record.is_reentrant())) {
+    wake();
+  }
+}
+
+// The lock's favourite is the only worker that dispatches: as an only worker does, it avoids the
+// inbox, unless it is inside, where it looks at file descriptors.
+[[gnu::flatten]] bool DispatchingExecutor::announce_as_favourite(CallbackRecord& record,
+                                                                 Arrival arrival) noexcept {
+  bool may_run = false;
+  const bool is_favourite = lock_.run_as_favourite(worker_index_, [&] {
+    ready_.announce_from_callback(record, arrival);
+    may_run = record.exclusion->is_free();
+    if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
+  });
+  if (may_run) wake();
+  return is_favourite;
+}
+
+// Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
+// itself idle before it looks for events a last time. Both are sequentially consistent, so no
+// wake-up is lost. A worker that stands by looks for events after it has ceased to. Without
+// sleepers this costs three loads.
+void DispatchingExecutor::wake() noexcept {
+  if (standing_by_.load() != 0) return;
+  if (claim_idle()) {
+    backend_->post();
+  } else if (Wakeable* observer = observer_.load()) {
+    observer->wake();
+  }
+}
+
+void DispatchingExecutor::wake_all() noexcept {
+  is_left_over_.store(true);
+  while (claim_idle()) backend_->post();
+}
 
 // Called with the lock held. Until the limit, looks for what a sleeper is woken for: nobody has to
 // wake this worker meanwhile. Returns true if there is something. The ready set then has the time.
