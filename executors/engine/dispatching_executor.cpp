@@ -85,16 +85,14 @@ class DispatchingExecutor::Spin {
 // ---- Dispatch ----
 
 // Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
-// or if no timekeeper is left; one that stands by sees it. What waits alone is often of the group
-// that has just become busy.
+// or if no timekeeper is left; one that watches closely sees it. What waits alone is often of the
+// group that has just become busy.
 void DispatchingExecutor::pass_on() noexcept {
   if (!shared_) return;
   if (standing_by_.load() != 0) {
     dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    const bool has_more = ready_.has_waiting() || ready_.has_announcements();
-    is_left_over_.store(
-        exception_ != nullptr || ready_.waiting() > 1 || (has_more && ready_.has_another()),
-        std::memory_order_relaxed);
+    if (watched_closely_.load(std::memory_order_relaxed) != 0) [[unlikely]]
+      is_left_over_.store(has_left_over(), std::memory_order_relaxed);
     return;
   }
   if (idle_.load() == 0) return;
@@ -102,6 +100,11 @@ void DispatchingExecutor::pass_on() noexcept {
   const bool needs_timekeeper =
       release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
   if (needs_timekeeper || ready_.has_another()) wake();
+}
+
+bool DispatchingExecutor::has_left_over() noexcept {
+  const bool has_more = ready_.has_waiting() || ready_.has_announcements();
+  return exception_ != nullptr || ready_.waiting() > 1 || (has_more && ready_.has_another());
 }
 
 void DispatchingExecutor::cancel() noexcept {

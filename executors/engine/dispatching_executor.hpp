@@ -247,6 +247,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   static void install_updates_here() noexcept;
   [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
+  [[gnu::noinline]] bool has_left_over() noexcept;
   void announce(CallbackRecord& record, Arrival arrival) noexcept;
   [[gnu::noinline]] bool announce_as_favourite(CallbackRecord& record, Arrival arrival) noexcept;
   void wake() noexcept final;
@@ -301,8 +302,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
-  std::atomic<std::uint64_t> dispatches_{0};  // what they watch, as the next; written serialised
-  // More is ready than those that dispatch have taken, or a worker that stands by must look for
+  std::atomic<int> watched_closely_{0};           // how many of them read is_left_over_
+  std::atomic<std::uint64_t> dispatches_{0};      // while they look for work; written serialised
+  // More is ready than those that dispatch have taken, or one that watches closely must look for
   // another reason.
   std::atomic<bool> is_left_over_{false};
   std::atomic<bool> cancelled_{false};

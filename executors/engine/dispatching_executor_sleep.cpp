@@ -66,6 +66,7 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
   constexpr int kLooks = 32;          // between two readings of the clock
   constexpr Nanoseconds kLook(2000);  // between two looks at file descriptors
   if (shared_ || standing_by_.load() == 0) standing_by_.fetch_add(1);
+  if (shared_) watched_closely_.fetch_add(1);
   unlock_and_leave();
   const Clock& clock = *options_.clock;
   const TimePoint start = clock.now();
@@ -83,7 +84,10 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
     }
   } while (!is_needed && now < limit);
   lock();
-  if (shared_) standing_by_.fetch_sub(1);
+  if (shared_) {
+    watched_closely_.fetch_sub(1);
+    standing_by_.fetch_sub(1);
+  }
   spin_times_[index] += now - start;
   ready_.set_now(now);
   return is_needed;
@@ -142,6 +146,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kLook(1000);        // between two looks at slower ones
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
+  watched_closely_.fetch_add(1);
   standing_by_.fetch_add(1);
   is_left_over_.store(exception_ != nullptr || ready_.has_waiting());
   const TimePoint release = ready_.next_release();
@@ -149,20 +154,23 @@ bool DispatchingExecutor::stand_by() noexcept {
   unlock();
   const Clock& clock = options_.clock->real();
   TimePoint start = clock.now(), now = start, last = start;
-  for (bool is_fast = false;;) {
+  bool is_fast = false;
+  for (;;) {
     const TimePoint look = start + (is_fast ? kPatience : kLook);
     for (; now < look; now = clock.now()) spin_pause();
     const std::uint64_t dispatches = dispatches_.load(std::memory_order_relaxed) - before;
     if (dispatches != 0) last = now;
-    is_fast = kFast * static_cast<std::int64_t>(dispatches) >= now - start;
-    if (!is_fast && (is_left_over_.load(std::memory_order_relaxed) || has_announcements() ||
-                     now >= release || now - last >= kPatience)) {
+    if (kFast * static_cast<std::int64_t>(dispatches) >= now - start) {
+      if (!std::exchange(is_fast, true)) watched_closely_.fetch_sub(1);
+    } else if (is_fast || is_left_over_.load(std::memory_order_relaxed) || has_announcements() ||
+               now >= release || now - last >= kPatience) {
       break;
     }
     before += dispatches;
     start = now;
   }
   lock();
+  if (!is_fast) watched_closely_.fetch_sub(1);
   standing_by_.fetch_sub(1);
   ready_.read_clock();
   return now - last < kPatience || ready_.has_waiting() || ready_.has_announcements();
