@@ -56,7 +56,7 @@ def pieces():
     ratio = {"median": 1.94, "min": 1.9, "max": 1.97}
     rows = {
         "scaling": {"name": "events", "shape": "chain", "work_us": 10, "workers": 2, "alone_ns": 10_000, "least_share": 0.97,
-                    "metrics": dict.fromkeys(("gain", "gain_apart", "of_apart", "cpu"), ratio)},
+                    "metrics": dict.fromkeys(("gain", "gain_apart", "of_apart", "cpu", "line_ns"), ratio)},
         "hand_over": {"name": "events", "hz": 30_000, "metrics": {"futex": {"median": 25_463, "min": 25_254, "max": 25_616}}},
         "transfer": {"name": "stream_bare", "metrics": {"ns": ratio}},
         "nodes": {"name": "ros2", "nodes": 250,

@@ -7,6 +7,8 @@
 // - of_apart: against these.
 // - cpu: CPU time of a callback, against one worker.
 // - least_share: what the worker that ran the fewest callbacks ran, against an equal share.
+// - line_ns: what a bare cache line takes from the first CPU to the second, and its quartiles. Work
+//   that is shared costs several such ways, and a virtual machine's CPUs may move during a run.
 // Eight callbacks trigger themselves (`independent`; `reentrant`: in groups of that kind;
 // `one_group`: in one exclusive group), or each triggers the next (`chain`). Then only one is ready
 // at a time, as in one group, and workers can bring nothing.
@@ -21,7 +23,9 @@
 
 #include <benchmark/benchmark.h>
 
+#include "takt/base/spin_pause.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/machine.hpp"
 #include "takt/measuring/rounds.hpp"
 #include "takt/nodes/node.hpp"
 
@@ -176,9 +180,34 @@ Result run_apart(const Row& row) {
   return run(std::move(systems), row.workers);
 }
 
+/// 0 where there is only one CPU.
+double cache_line_ns() {
+  constexpr std::uint32_t kWays = 2000;
+  if (available_cpus().size() < 2) return 0;
+  struct alignas(64) Line {
+    std::atomic<std::uint32_t> ways{0};
+  } line;
+  double result = 0;
+  const auto go = [&](std::uint32_t first) {
+    rt::stay_on(first);
+    TimePoint start;
+    for (std::uint32_t way = first; way < kWays; way += 2) {
+      while (line.ways.load(std::memory_order_acquire) != way) spin_pause();
+      if (way == 2) start = Clock::steady().now();  // both threads are there
+      line.ways.store(way + 1, std::memory_order_release);
+    }
+    if (first != 0) return;
+    const std::chrono::duration<double, std::nano> elapsed = Clock::steady().now() - start;
+    result = elapsed.count() / (kWays - 4);
+  };
+  std::jthread there(go, 0), back(go, 1);
+  there.join();
+  return result;
+}
+
 void scaling(benchmark::State& state, const Row& row) {
   std::array<std::vector<double>, 3> speed, cpu;
-  std::vector<double> least_share;
+  std::vector<double> least_share, line_ns;
   for ([[maybe_unused]] auto _ : state) {
     const std::array<Result, 3> round{run_together(row, 1), run_together(row, row.workers),
                                       run_apart(row)};
@@ -187,6 +216,7 @@ void scaling(benchmark::State& state, const Row& row) {
       cpu[i].push_back(round[i].cpu_ns);
     }
     least_share.push_back(round[1].least_share);
+    line_ns.push_back(cache_line_ns());
   }
   const auto report = [&](const std::string& name, const auto& values, const auto& to) {
     const rt::Interval ratio = rt::paired_ratio(values, to);
@@ -200,6 +230,12 @@ void scaling(benchmark::State& state, const Row& row) {
   report("of_apart", speed[1], speed[2]);
   report("cpu", cpu[1], cpu[0]);
   state.counters["least_share"] = rt::median(least_share);
+  std::sort(line_ns.begin(), line_ns.end());
+  for (const auto& [name, fraction] :
+       {std::pair{"line_p25_ns", 0.25}, {"line_ns", 0.5}, {"line_p75_ns", 0.75}}) {
+    state.counters[name] =
+        line_ns[static_cast<std::size_t>(fraction * static_cast<double>(line_ns.size() - 1))];
+  }
 }
 
 const char* name_of(Shape shape) {

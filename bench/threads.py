@@ -39,6 +39,7 @@ def measure_scaling(binaries):
         executor, shape, work, count = words_of(row)
         ratios = {name: {"median": round(row[name], 3), "min": round(row[name + "_low"], 3), "max": round(row[name + "_high"], 3)}
                   for name in ("gain", "gain_apart", "of_apart", "cpu")}
+        ratios["line_ns"] = {"median": row["line_ns"], "min": row["line_p25_ns"], "max": row["line_p75_ns"]}
         result.append({"name": executor, "shape": shape, "work_us": int(work), "workers": int(count),
                        "alone_ns": round(row["alone_ns"], 1), "least_share": round(row["least_share"], 3), "metrics": ratios})
     return result
@@ -116,12 +117,15 @@ def scaling_section(rows, table):
     return (
         "## More workers\n\nEight callbacks, statistics `count`: they trigger themselves (`independent`; `reentrant`: in such groups; "
         "`one_group`: in one exclusive group), or each the next (`chain`). *Gain* is callbacks in the same time, against one worker. "
-        "*Apart* are as many executors with one worker each on the same CPUs. Medians of 20 rounds of 50 ms that alternate, and "
-        "95 % intervals of the ratios.\n\n" +
+        "*Apart* are as many executors with one worker each on the same CPUs. *A cache line* is the time that one takes from the one CPU to the "
+        "other: what workers share costs several such ways, and a virtual machine's CPUs may move during a run. Medians of 20 rounds "
+        "of 50 ms that alternate, and 95 % intervals of the ratios; of the cache line, quartiles.\n\n" +
         table(["executor", "callbacks", "work (µs)", "workers", "one worker: ns a callback", "gain", "gain of executors apart",
-               "against these", "CPU time a callback, against one worker", "least share of a worker"],
+               "against these", "CPU time a callback, against one worker", "least share of a worker",
+               "a cache line (ns)"],
               [[f"`{row['name']}`", row["shape"], row["work_us"], row["workers"], f"{row['alone_ns']:,.0f}",
-                *cells(row, "gain", "gain_apart", "of_apart", "cpu"), f"{row['least_share']:.2f}"] for row in rows]))
+                *cells(row, "gain", "gain_apart", "of_apart", "cpu"), f"{row['least_share']:.2f}",
+                *cells(row, "line_ns")] for row in rows]))
 
 
 def hand_over_section(rows, table):
