@@ -23,10 +23,12 @@ bool has_barrier() noexcept {
 
 DispatchLock::DispatchLock(std::size_t workers, bool may_favour)
     : may_favour_(may_favour && has_barrier()), workers_(workers) {
+  for (std::size_t i = 0; i < workers; ++i) workers_[i].index = i;
 }
 
-void DispatchLock::enter(std::size_t worker) noexcept {
-  workers_[worker].thread = static_cast<std::uint32_t>(gettid());
+DispatchLock::Worker& DispatchLock::enter(std::size_t index) noexcept {
+  workers_[index].thread = static_cast<std::uint32_t>(gettid());
+  return workers_[index];
 }
 
 // A dispatch takes a fraction of a microsecond, a wait in the kernel several.
@@ -87,8 +89,7 @@ void DispatchLock::lose_title(Worker& self) noexcept {
   if ((word_.load(std::memory_order_relaxed) & FUTEX_TID_MASK) == self.thread) release(self);
 }
 
-void DispatchLock::unlock_and_leave(std::size_t worker) noexcept {
-  Worker& self = workers_[worker];
+void DispatchLock::unlock_and_leave(Worker& self) noexcept {
   if (self.is_favourite) {
     const std::lock_guard lock(title_);
     Worker* expected = &self;

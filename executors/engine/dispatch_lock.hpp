@@ -29,17 +29,25 @@ namespace TAKT_PUBLIC detail {
 /// 4. The favourite notes, then looks at its title; the other takes the title, then looks at the
 ///    note. The kernel's barrier stands for the one that the favourite does not execute, so at
 ///    least one of the two sees the other.
-/// Thread safety: a worker's number is used by one thread at a time.
+/// Thread safety: a worker is used by one thread at a time.
 /// Real-time: as PiMutex; a waiter may send one interrupt to the process's other running threads.
 class DispatchLock {
  public:
+  /// Used by the worker itself, but for the last.
+  struct alignas(64) Worker {
+    std::size_t index = 0;
+    std::uint32_t waits_in_a_row = 0;  // it has not got the lock at once
+    std::uint32_t thread = 0;
+    bool is_favourite = false;  // as it knows
+    std::atomic<bool> is_inside{false};
+  };
+
   /// `may_favour`: false for workers that a manual clock runs in turn.
   DispatchLock(std::size_t workers, bool may_favour);
 
   /// The calling thread is that worker.
-  void enter(std::size_t worker) noexcept;
-  void lock(std::size_t worker) noexcept {
-    Worker& self = workers_[worker];
+  Worker& enter(std::size_t index) noexcept;
+  void lock(Worker& self) noexcept {
     if (self.is_favourite && enter_as_favourite(self)) return;
     if (try_lock(self)) [[likely]] {
       self.waits_in_a_row = 0;
@@ -56,8 +64,7 @@ class DispatchLock {
   /// Calls the function with the lock held if the worker is the favourite and not inside: then that
   /// costs next to nothing, and waits for nobody. Otherwise returns false.
   template <class Function>
-  bool run_as_favourite(std::size_t worker, Function&& function) noexcept {
-    Worker& self = workers_[worker];
+  bool run_as_favourite(Worker& self, Function&& function) noexcept {
     if (!self.is_favourite || self.is_inside.load(std::memory_order_relaxed) ||
         !enter_as_favourite(self)) {
       return false;
@@ -66,26 +73,14 @@ class DispatchLock {
     leave_as_favourite(self);
     return true;
   }
-  void unlock(std::size_t worker) noexcept {
-    Worker& self = workers_[worker];
+  void unlock(Worker& self) noexcept {
     if (!self.is_favourite) return release(self);
     leave_as_favourite(self);
   }
   /// As unlock, by a worker that will not be back soon.
-  void unlock_and_leave(std::size_t worker) noexcept;
-
-  /// How often in a row the worker has not got the lock at once.
-  std::uint32_t waits_in_a_row(std::size_t worker) const noexcept {
-    return workers_[worker].waits_in_a_row;
-  }
+  void unlock_and_leave(Worker& self) noexcept;
 
  private:
-  struct alignas(64) Worker {
-    std::uint32_t thread = 0;
-    bool is_favourite = false;  // as it knows; used by itself only
-    std::uint32_t waits_in_a_row = 0;
-    std::atomic<bool> is_inside{false};
-  };
   static constexpr std::uint32_t kManyInARow = 64;
 
   bool enter_as_favourite(Worker& self) noexcept {

@@ -150,8 +150,7 @@ std::string explore(const Scenario& scenario) {
     Explorer::Bodies bodies;
     for (std::size_t i = 0; i < scenario.workers.size(); ++i) {
       prepared = i;
-      lock->enter(i);
-      bodies.emplace_back([&, i] {
+      bodies.emplace_back([&, i, &self = lock->enter(i)] {
         for (const char operation : scenario.workers[i]) {
           const auto is_inside = [&] {
             if (++inside != 1 && wrong.empty()) wrong = "two are inside";
@@ -159,24 +158,25 @@ std::string explore(const Scenario& scenario) {
             --inside;
           };
           if (operation == 'f') {
-            lock->run_as_favourite(i, is_inside);
+            lock->run_as_favourite(self, is_inside);
             continue;
           }
-          lock->lock(i);
+          lock->lock(self);
           is_inside();
           ++dispatches;
           if (operation == 'l') {
-            lock->unlock_and_leave(i);
+            lock->unlock_and_leave(self);
           } else {
-            lock->unlock(i);
+            lock->unlock(self);
           }
         }
       });
     }
     prepared = 0;
+    auto& first = lock->enter(0);
     for (int i = 0; i < scenario.before; ++i) {
-      lock->lock(0);
-      lock->unlock(0);
+      lock->lock(first);
+      lock->unlock(first);
     }
     return bodies;
   };

@@ -10,56 +10,56 @@
 namespace takt::detail {
 namespace {
 
-void lock_often(DispatchLock& lock, std::size_t worker) {
+void lock_often(DispatchLock& lock, DispatchLock::Worker& self) {
   for (int i = 0; i < 1000; ++i) {
-    lock.lock(worker);
-    lock.unlock(worker);
+    lock.lock(self);
+    lock.unlock(self);
   }
 }
 
 TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
   DispatchLock lock(2, true);
-  lock.enter(0);
-  lock_often(lock, 0);
-  const bool has_run = lock.run_as_favourite(0, [&] {
-    EXPECT_FALSE(lock.run_as_favourite(0, [] {}));  // it is inside
+  auto& self = lock.enter(0);
+  lock_often(lock, self);
+  const bool has_run = lock.run_as_favourite(self, [&] {
+    EXPECT_FALSE(lock.run_as_favourite(self, [] {}));  // it is inside
   });
   if (!has_run) GTEST_SKIP() << "this kernel does not grant membarrier";
   std::jthread([&] {
-    lock.enter(1);
-    lock.lock(1);  // the favourite is not inside, and need not be asked
-    EXPECT_EQ(lock.waits_in_a_row(1), 0u);
-    lock.unlock_and_leave(1);
+    auto& other = lock.enter(1);
+    lock.lock(other);  // the favourite is not inside, and need not be asked
+    EXPECT_EQ(other.waits_in_a_row, 0u);
+    lock.unlock_and_leave(other);
   }).join();
-  EXPECT_FALSE(lock.run_as_favourite(0, [] {}));
+  EXPECT_FALSE(lock.run_as_favourite(self, [] {}));
 }
 
 TEST(DispatchLock, FavoursNobodyWhereItMustNot) {
   DispatchLock lock(2, false);
-  lock.enter(0);
-  lock_often(lock, 0);
-  EXPECT_FALSE(lock.run_as_favourite(0, [] {}));
+  auto& self = lock.enter(0);
+  lock_often(lock, self);
+  EXPECT_FALSE(lock.run_as_favourite(self, [] {}));
 }
 
 TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
   DispatchLock lock(2, true);
-  lock.enter(0);
-  lock_often(lock, 0);
-  lock.lock(0);
+  auto& self = lock.enter(0);
+  lock_often(lock, self);
+  lock.lock(self);
   std::atomic<bool> begins{false};
   bool is_inside = true;
   std::jthread other([&] {
-    lock.enter(1);
+    auto& self = lock.enter(1);
     begins = true;
-    lock.lock(1);
+    lock.lock(self);
     EXPECT_FALSE(is_inside);
-    EXPECT_EQ(lock.waits_in_a_row(1), 1u);
-    lock.unlock_and_leave(1);
+    EXPECT_EQ(self.waits_in_a_row, 1u);
+    lock.unlock_and_leave(self);
   });
   while (!begins) std::this_thread::yield();
   for (int i = 0; i < 100; ++i) std::this_thread::yield();  // some go to the kernel meanwhile
   is_inside = false;
-  lock.unlock(0);
+  lock.unlock(self);
 }
 
 // Another thread may be the worker later: the lock must not belong to the first one.
@@ -67,14 +67,14 @@ TEST(DispatchLock, AFavouriteThatLeavesLeavesNothingBehind) {
   DispatchLock lock(2, true);
   for (int round = 0; round < 3; ++round) {
     std::jthread([&] {
-      lock.enter(0);
-      lock_often(lock, 0);
-      lock.lock(0);
-      lock.unlock_and_leave(0);
+      auto& self = lock.enter(0);
+      lock_often(lock, self);
+      lock.lock(self);
+      lock.unlock_and_leave(self);
     }).join();
-    lock.enter(1);
-    lock.lock(1);
-    lock.unlock_and_leave(1);
+    auto& other = lock.enter(1);
+    lock.lock(other);
+    lock.unlock_and_leave(other);
   }
 }
 
@@ -89,23 +89,23 @@ TEST(DispatchLock, ExcludesWhileFavouritesChange) {
     std::atomic<std::uint64_t> sum{0};
     for (std::size_t worker = 0; worker < kWorkers; ++worker) {
       threads.emplace_back([&, worker] {
-        lock.enter(worker);
+        auto& self = lock.enter(worker);
         std::mt19937 random(static_cast<unsigned>(worker));
         for (int burst = 0; burst < kBursts; ++burst) {
           const std::uint64_t length = random() % 8 == 0 ? 200 : random() % 4;
           for (std::uint64_t i = 0; i < length; ++i) {
-            lock.lock(worker);
+            lock.lock(self);
             ++count;
-            lock.unlock(worker);
+            lock.unlock(self);
           }
-          lock.lock(worker);
+          lock.lock(self);
           ++count;
-          random() % 2 == 0 ? lock.unlock(worker) : lock.unlock_and_leave(worker);
+          random() % 2 == 0 ? lock.unlock(self) : lock.unlock_and_leave(self);
           sum += length + 1;
           if (random() % 4 == 0) std::this_thread::yield();
         }
-        lock.lock(worker);
-        lock.unlock_and_leave(worker);
+        lock.lock(self);
+        lock.unlock_and_leave(self);
       });
     }
     threads.clear();

@@ -20,8 +20,8 @@ namespace takt {
     DispatchingExecutor::spin_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::worker_index_ = 0;
+[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Place*
+    DispatchingExecutor::place_ = nullptr;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -41,8 +41,7 @@ class DispatchingExecutor::Spin {
     executor_.was_spun_ = true;
     outer_ = std::exchange(worker_of_, &executor_);
     outer_spin_ = std::exchange(spin_of_, this);
-    outer_index_ = std::exchange(worker_index_, 0);
-    executor_.lock_.enter(0);
+    outer_place_ = std::exchange(place_, &executor_.lock_.enter(0));
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
@@ -60,7 +59,7 @@ class DispatchingExecutor::Spin {
     executor_.install_update();
     worker_of_ = outer_;
     spin_of_ = outer_spin_;
-    worker_index_ = outer_index_;
+    place_ = outer_place_;
     trace_of_ = outer_trace_;
     executor_.spinning_.store(false);
   }
@@ -72,13 +71,13 @@ class DispatchingExecutor::Spin {
 
   DispatchingExecutor* outer() const noexcept { return outer_; }
   const Spin* outer_spin() const noexcept { return outer_spin_; }
-  std::size_t outer_index() const noexcept { return outer_index_; }
+  Place* outer_place() const noexcept { return outer_place_; }
 
  private:
   DispatchingExecutor& executor_;
   DispatchingExecutor* outer_;
   Spin* outer_spin_;
-  std::size_t outer_index_;
+  Place* outer_place_;
   TraceRing* outer_trace_;
 };
 
@@ -116,14 +115,14 @@ void DispatchingExecutor::cancel() noexcept {
 // in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
-  std::size_t index = worker_index_;
+  Place* place = place_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
-    if (executor->shared_) executor->lock_.lock(index);
+    if (executor->shared_) executor->lock_.lock(*place);
     executor->install_update();
-    if (executor->shared_) executor->lock_.unlock(index);
+    if (executor->shared_) executor->lock_.unlock(*place);
     executor = spin != nullptr ? spin->outer() : nullptr;
     if (spin != nullptr) {
-      index = spin->outer_index();
+      place = spin->outer_place();
       spin = spin->outer_spin();
     }
   }
@@ -240,7 +239,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     Dispatch dispatch{as_picked.info, instance, root, path, outputs, record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
-      record.supervision->running[worker_index_].chain_instance.store(dispatch.chain_instance);
+      record.supervision->running[place_->index].chain_instance.store(dispatch.chain_instance);
     if (trace_of_ != nullptr) [[unlikely]] {
       cpu_time = call_and_measure(record, slot);
     } else {
@@ -252,7 +251,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     if (is_checked) [[unlikely]]
       check_limits(record, slot, dispatch, start, end);
   } else if (is_checked) {
-    record.supervision->running[worker_index_].deadline.store(kNever);
+    record.supervision->running[place_->index].deadline.store(kNever);
   }
   lock();
   if (taken && options_.statistics != StatisticsLevel::off) ++record.executions;
@@ -312,18 +311,18 @@ void DispatchingExecutor::rethrow() {
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
   constexpr std::uint32_t kManyWaits = 8;  // by chance they are rare
   worker_of_ = this;
-  worker_index_ = index;
+  Place& self = lock_.enter(index);
+  place_ = &self;
   if (!traces_.empty()) trace_of_ = &traces_[index];
   { const ReadSection registers_this_thread; }
   backend_->enter(index, threads_[index]);
-  lock_.enter(index);
   const RealtimeScope scope;
   const Nanoseconds cpu_time = thread_cpu_time();
   const TimePoint start = Clock::steady().now();
   lock();
   spin_times_[index] = Nanoseconds::zero();
   while (!stopping()) {
-    if (shared_ && lock_.waits_in_a_row(index) >= kManyWaits) [[unlikely]]
+    if (shared_ && self.waits_in_a_row >= kManyWaits) [[unlikely]]
       stand_by();
     if (!run_next({}) && !stand_by()) [[unlikely]]
       sleep(index, kNever);

@@ -185,15 +185,15 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // Workers.
   void lock() noexcept {
     if (shared_) [[unlikely]]
-      lock_.lock(worker_index_);
+      lock_.lock(*place_);
   }
   void unlock() noexcept {
     if (shared_) [[unlikely]]
-      lock_.unlock(worker_index_);
+      lock_.unlock(*place_);
   }
   /// As unlock, by a worker that will not be back soon.
   void unlock_and_leave() noexcept {
-    if (shared_) lock_.unlock_and_leave(worker_index_);
+    if (shared_) lock_.unlock_and_leave(*place_);
   }
   void start_worker(std::size_t index);
   void work(std::size_t index);
@@ -248,9 +248,12 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   [[gnu::noinline]] bool has_left_over() noexcept;
-  void announce(CallbackRecord& record, Arrival arrival) noexcept;
-  [[gnu::noinline]] bool announce_as_favourite(CallbackRecord& record, Arrival arrival) noexcept;
-  void wake() noexcept final;
+  [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  // The same, called by a worker's callback. Each is a function of its own, which saves no more
+  // registers than it needs.
+  [[gnu::noinline]] void announce_alone(CallbackRecord& record, Arrival arrival) noexcept;
+  [[gnu::noinline]] void announce_in_pool(CallbackRecord& record, Arrival arrival) noexcept;
+  [[gnu::noinline]] void wake() noexcept final;
   void wake_all() noexcept;
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
@@ -269,8 +272,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // The innermost of its spins; nullptr on the threads of a pool.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
 
-  // Which of its workers: 0 is the thread that spins.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t worker_index_;
+  // Which of its workers: the thread that spins has index 0.
+  using Place = detail::DispatchLock::Worker;
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit Place* place_;
 
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
@@ -355,12 +359,10 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   bool is_watched = false;                                    // its file descriptor
   CallbackId key() const noexcept { return wanted.info.id; }  // never changes
 
-  [[gnu::flatten]] void announce(Arrival arrival) noexcept override {
-    if (worker_of_ == &executor) {
-      if (!executor.shared_) return executor.ready_.announce_from_callback(*this, arrival);
-      if (announce_itself() || executor.announce_as_favourite(*this, arrival)) return;
-    }
-    executor.announce(*this, arrival);
+  void announce(Arrival arrival) noexcept override {
+    if (worker_of_ != &executor) return executor.announce(*this, arrival);
+    if (!executor.shared_) return executor.announce_alone(*this, arrival);
+    if (!announce_itself()) executor.announce_in_pool(*this, arrival);
   }
   [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return false;

@@ -25,18 +25,24 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   }
 }
 
+[[gnu::flatten]] void DispatchingExecutor::announce_alone(CallbackRecord& record,
+                                                          Arrival arrival) noexcept {
+  ready_.announce_from_callback(record, arrival);
+}
+
 // The lock's favourite is the only worker that dispatches: as an only worker does, it avoids the
 // inbox, unless it is inside, where it looks at file descriptors.
-[[gnu::flatten]] bool DispatchingExecutor::announce_as_favourite(CallbackRecord& record,
-                                                                 Arrival arrival) noexcept {
+[[gnu::flatten]] void DispatchingExecutor::announce_in_pool(CallbackRecord& record,
+                                                            Arrival arrival) noexcept {
   bool may_run = false;
-  const bool is_favourite = lock_.run_as_favourite(worker_index_, [&] {
+  const bool is_favourite = lock_.run_as_favourite(*place_, [&] {
     ready_.announce_from_callback(record, arrival);
     may_run = record.exclusion->is_free();
     if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
   });
-  if (may_run) wake();
-  return is_favourite;
+  if (!is_favourite) return announce(record, arrival);
+  if (may_run && standing_by_.load() == 0) [[unlikely]]
+    wake();
 }
 
 // Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
