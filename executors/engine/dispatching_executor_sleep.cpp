@@ -151,6 +151,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kFast(250);         // for each dispatch
   constexpr Nanoseconds kLook(1000);        // between two looks at slower ones
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
+  constexpr int kPauses = 16;               // a busy core's other hardware thread slows it down
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   watched_closely_.fetch_add(1);
   standing_by_.fetch_add(1);
@@ -163,7 +164,9 @@ bool DispatchingExecutor::stand_by() noexcept {
   bool is_fast = false;
   for (;;) {
     const TimePoint look = start + (is_fast ? kPatience : kLook);
-    for (; now < look; now = clock.now()) spin_pause();
+    for (; now < look; now = clock.now()) {
+      for (int i = 0; i < (is_fast ? kPauses : 1); ++i) spin_pause();
+    }
     const std::uint64_t dispatches = dispatches_.load(std::memory_order_relaxed) - before;
     if (dispatches != 0) last = now;
     if (kFast * static_cast<std::int64_t>(dispatches) >= now - start) {
