@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/executors/engine/wait_in_callback.hpp"
@@ -132,13 +133,12 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
-  for_each_remaining(std::exchange(next_snapshot_, nullptr),
-                     [this](CallbackRecord& record) { add_to_next_snapshot(record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
     hand_back(exclusion->unpark());  // the one handed back before may have been removed
   }
+  exchange_next_snapshot(update);
   exchange_timers(update);
 
   if (update.reads_clock && !exact_time()) {
@@ -160,6 +160,20 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   for (CallbackRecord* record : update.removed) {
     record->forgotten.store(true);
     if (record->executing.load() == 0) record->has_gone();
+  }
+}
+
+// Keeps what remains, in the memory that the update has brought.
+void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
+  next_snapshot_.swap(update.next_snapshot);
+  const std::span before(update.next_snapshot.data(), std::exchange(in_next_snapshot_, 0));
+  for (ReadyCallback* callback : before) {
+    auto& record = static_cast<CallbackRecord&>(*callback);
+    if (record.removed) {
+      record.let_go();
+    } else {
+      add_to_next_snapshot(record);
+    }
   }
 }
 
@@ -203,10 +217,8 @@ void ReadySet::push_checked(CallbackRecord& record) noexcept {
 }
 
 void ReadySet::push_next_snapshot() noexcept {
-  ReadyCallback* callback = std::exchange(next_snapshot_, nullptr);
-  while (callback != nullptr) {
-    push(static_cast<CallbackRecord&>(*std::exchange(callback, callback->next)));
-  }
+  const std::span snapshot(next_snapshot_.data(), std::exchange(in_next_snapshot_, 0));
+  for (ReadyCallback* callback : snapshot) push(static_cast<CallbackRecord&>(*callback));
 }
 
 // Moves announced records to the scheduler, or the next snapshot, and rearms timers whose release

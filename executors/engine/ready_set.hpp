@@ -175,6 +175,7 @@ struct ScheduleUpdate {
   std::unique_ptr<Scheduler> scheduler;  // nullptr, here and for groups: keep the present one
   std::vector<Parking> parking;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
+  std::vector<ReadyCallback*> next_snapshot;                  // room for all
   std::vector<CallbackRecord*> added, removed;
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
@@ -270,7 +271,7 @@ class ReadySet {
   void restore_deferred() noexcept;
 
   /// Whether something is ready, besides what is in the inbox. It may have to wait for its group.
-  bool has_waiting() const noexcept { return waiting_ != 0 || next_snapshot_ != nullptr; }
+  bool has_waiting() const noexcept { return waiting_ != 0 || in_next_snapshot_ != 0; }
   std::size_t waiting() const noexcept { return waiting_; }
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due; kNever when there is none.
@@ -302,6 +303,7 @@ class ReadySet {
   void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
   void rearm(ReadyCallback* first) noexcept;
+  void exchange_next_snapshot(ScheduleUpdate& update) noexcept;
   void exchange_timers(ScheduleUpdate& update) noexcept;
 
   const Readiness readiness_;
@@ -317,6 +319,9 @@ class ReadySet {
   bool is_order_ = false;  // the scheduler
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
+  // Wait sets: what has become ready since the polling point. An array, as a list would write into
+  // records that another worker has.
+  std::vector<ReadyCallback*> next_snapshot_;
 
   // Each dispatch writes these: one cache line.
   alignas(64) ReadyCallback* alone_ = nullptr;  // the scheduler need not know it: no other waits
@@ -325,9 +330,7 @@ class ReadySet {
   TimePoint now_{};
   std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
   ReadyCallback* deferred_ = nullptr;                                       // linked by next
-  // Wait sets: what has become ready since the polling point, linked by next, and the end of it.
-  ReadyCallback* next_snapshot_ = nullptr;
-  ReadyCallback* last_of_next_ = nullptr;
+  std::size_t in_next_snapshot_ = 0;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
 };
@@ -354,9 +357,7 @@ inline void ReadySet::push(CallbackRecord& record) noexcept {
 }
 
 inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
-  callback.next = nullptr;
-  (next_snapshot_ == nullptr ? next_snapshot_ : last_of_next_->next) = &callback;
-  last_of_next_ = &callback;
+  next_snapshot_[in_next_snapshot_++] = &callback;
 }
 
 // A worker has found it ready. Its arrival is that of what it takes next.
@@ -375,7 +376,7 @@ inline void ReadySet::poll() noexcept {
   if (has_announcements()) drain_inbox();
   if (is_wait_set()) {
     ++window_;
-    if (next_snapshot_ != nullptr) push_next_snapshot();
+    if (in_next_snapshot_ != 0) push_next_snapshot();
   }
   if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
     release_due_timers();

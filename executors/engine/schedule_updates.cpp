@@ -119,6 +119,7 @@ std::unique_ptr<detail::ScheduleUpdate> DispatchingExecutor::make_update(
     update->reads_clock |= must_be_checked(*record, record->wanted);
   }
   update->timers.reserve(records_.size());
+  update->next_snapshot.resize(records_.size());
   if (trigger_ != nullptr) update->trigger_inputs.resize(records_.size());
   if (let_ != nullptr) {
     const auto room = std::make_shared<std::vector<Execution>>();
