@@ -14,8 +14,9 @@ class ConformanceWorkers : public Conformance {
   void SetUp() override {
     if (traits_.max_threads == 1 || is_isolated()) GTEST_SKIP() << "it has one worker";
   }
-  std::unique_ptr<Executor> make_with(std::size_t workers) const {
+  std::unique_ptr<Executor> make_with(std::size_t workers, Nanoseconds spin = 0ns) const {
     ExecutorOptions options;
+    options.spin = spin;
     options.scheduler = scheduler_name();
     options.statistics = StatisticsLevel::count;
     options.threads.resize(workers);
@@ -71,9 +72,30 @@ class SlowToTake final : public GuardCondition {
   bool takes_briefly() const noexcept override { return false; }
 };
 
+/// A timer that is taken for a while, the first time.
+class SlowTimer final : public Timer {
+ public:
+  using Timer::Timer;
+  std::atomic<bool> is_being_taken{false}, ends{false};
+  bool take(Slot& slot) noexcept override {
+    if (!is_being_taken.exchange(true)) {
+      eventually([this] { return ends.load(); });
+      const TimePoint end = Clock::steady().now() + 200us;
+      while (Clock::steady().now() < end) {
+      }
+    }
+    return Timer::take(slot);
+  }
+};
+
 class NodeOfSlow final : public Node {
  public:
   using Node::Node;
+  std::shared_ptr<SlowTimer> make_timer(const std::shared_ptr<CallbackGroup>& group,
+                                        std::function<void()> callback) {
+    return adopt<SlowTimer>(
+        std::make_shared<SlowTimer>("timer", group, clock().real(), 5ms, std::move(callback)));
+  }
   std::shared_ptr<SlowToTake> make(const std::shared_ptr<CallbackGroup>& group) {
     return adopt<SlowToTake>(std::make_shared<SlowToTake>("slow", group, clock().real(), [] {}));
   }
@@ -128,17 +150,45 @@ TEST_P(ConformanceWorkers, AReadyCallbackWaitsForNoBusyWorkerWhileAnotherIsFree)
 }
 
 TEST_P(ConformanceWorkers, ATimerWaitsForNoBusyWorkerWhileAnotherIsFree) {
-  const auto executor = make_with(2);
   std::atomic<int> releases{0};
-  int before = 0;
+  int before = 0, rounds = 0;
   const auto timer = node_->create_timer(
       "timer", 1ms, [&] { ++releases; }, make_group("timer"));
   make_callbacks([&] { before = releases; }, [&] { return releases > before + 2; });
-  executor->add_node(node_);
-  SpinThread spin(*executor);
-  for (int round = 0; round < 10; ++round) {
-    begin_round(round % 2 == 0 ? 0 : 1000);
-    ASSERT_TRUE(round_ends(round));
+  for (const Nanoseconds spin_time : {0ns, Nanoseconds(50us), Nanoseconds(1ms)}) {
+    const auto executor = make_with(2, spin_time);
+    executor->add_node(node_);
+    {
+      SpinThread spin(*executor);
+      for (int round = 0; round < 10; ++round) {
+        begin_round(round % 2 == 0 ? 0 : 1000);
+        ASSERT_TRUE(round_ends(rounds++));
+      }
+    }
+    executor->remove_node(node_);
+  }
+}
+
+// While the timer is taken it has no release, and the other worker begins to spin for none. Then
+// the timer is armed again, and its callback waits for the next one of its group.
+TEST_P(ConformanceWorkers, AWorkerThatSpinsLearnsOfATimerThatIsArmedMeanwhile) {
+  for (int round = 0; round < 3; ++round) {
+    const auto executor = make_with(2, 1ms);
+    const auto node = std::make_shared<NodeOfSlow>("slow");
+    std::atomic<int> begun{0};
+    std::atomic<bool> is_in_time{false};
+    const auto timer =
+        node->make_timer(node->create_callback_group("timer", CallbackGroupType::Reentrant), [&] {
+          if (++begun == 1) is_in_time = eventually([&] { return begun > 1; });
+        });
+    const auto other = node->create_guard_condition(
+        "other", [&] { timer->ends = true; },
+        node->create_callback_group("other", CallbackGroupType::MutuallyExclusive));
+    executor->add_node(node);
+    SpinThread spin(*executor);
+    ASSERT_TRUE(eventually([&] { return timer->is_being_taken.load(); }));
+    other->trigger();
+    ASSERT_TRUE(eventually([&] { return is_in_time.load(); }));
   }
 }
 

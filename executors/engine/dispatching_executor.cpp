@@ -101,9 +101,12 @@ void DispatchingExecutor::pass_on() noexcept {
   if (needs_timekeeper || ready_.has_another()) wake();
 }
 
+// This includes a timer that is due before the one that the timekeeper waits for.
 bool DispatchingExecutor::has_left_over() noexcept {
   const bool has_more = ready_.has_waiting() || ready_.has_announcements();
-  return exception_ != nullptr || ready_.waiting() > 1 || (has_more && ready_.has_another());
+  return exception_ != nullptr || ready_.waiting() > 1 ||
+         (timekeeper_ != kNobody && ready_.next_release() < timekeeper_deadline_) ||
+         (has_more && ready_.has_another());
 }
 
 void DispatchingExecutor::cancel() noexcept {

@@ -247,6 +247,13 @@ class DispatchingExecutor : public Executor, private Wakeable {
   static void install_updates_here() noexcept;
   [[gnu::noinline]] void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
+  TimePoint first_release() const noexcept {
+    return let_ != nullptr ? let_->next : ready_.next_release();
+  }
+  bool keep_time(std::size_t index) noexcept;
+  void stop_keeping_time(std::size_t index) noexcept {
+    if (timekeeper_ == index) timekeeper_ = kNobody;
+  }
   [[gnu::noinline]] bool has_left_over() noexcept;
   [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
   // The same, called by a worker's callback. Each is a function of its own, which saves no more
@@ -300,7 +307,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   ExceptionHandler handler_;
   static constexpr std::size_t kNobody = SIZE_MAX;
   std::vector<Nanoseconds> spin_times_;  // of each worker, since spin began
-  std::size_t timekeeper_ = kNobody;     // the worker that sleeps until the first timer is due
+  std::size_t timekeeper_ = kNobody;     // the worker that waits until the first timer is due
   TimePoint timekeeper_deadline_{};
   detail::Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 

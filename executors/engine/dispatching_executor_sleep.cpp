@@ -82,7 +82,8 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
     for (int i = 0; i < kLooks && !is_needed; ++i) {
       is_needed = is_left_over_.load(std::memory_order_relaxed) || must_look(future);
     }
-    if (is_needed && !ready_.exact_time()) break;  // nobody needs the time of just now
+    // Nobody needs the time of just now: the spin counts as over since the last reading.
+    if (is_needed && now != start && !ready_.exact_time()) break;
     now = clock.now();
     if (watched_.load(std::memory_order_relaxed) != 0 && now - looked >= kLook) {
       if (backend_->look()) is_needed = true;  // an only worker announces beside the inbox
@@ -99,24 +100,31 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
   return is_needed;
 }
 
+// Called with the lock held. Returns true if this worker wakes up for the first timer: no other
+// does so early enough.
+bool DispatchingExecutor::keep_time(std::size_t index) noexcept {
+  const TimePoint release = first_release();
+  if (timekeeper_ != kNobody && release >= timekeeper_deadline_) return false;
+  timekeeper_ = index;
+  timekeeper_deadline_ = release;
+  return true;
+}
+
 // Called with the lock held, after `next` found nothing. Returns true if the worker must look
 // again, false at the limit.
 bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                                 const FutureState* future) noexcept {
   is_left_over_.store(exception_ != nullptr);  // before the next release is read
-  const TimePoint release = let_ != nullptr ? let_->next : ready_.next_release();
-  TimePoint deadline = std::min(limit, release);
   if (spin_ != Nanoseconds::zero()) {
+    keep_time(index);
+    const TimePoint deadline = std::min(limit, first_release());
     const bool is_needed =
         spin_until(std::min(deadline, later(options_.clock->now(), spin_)), index, future);
+    stop_keeping_time(index);
     if (is_needed || ready_.now() >= deadline) return is_needed || ready_.now() < limit;
   }
-  if (timekeeper_ == kNobody || release < timekeeper_deadline_) {
-    timekeeper_ = index;
-    timekeeper_deadline_ = release;
-  } else {
-    deadline = limit;
-  }
+  const TimePoint release = first_release();
+  const TimePoint deadline = keep_time(index) ? std::min(limit, release) : limit;
   const bool wakes_early =
       early_wake_ != Nanoseconds::zero() && deadline == release && release != kNever;
   const TimePoint end = wakes_early ? deadline - early_wake_ : deadline;
@@ -136,10 +144,11 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   }
   lock();
   ready_.read_clock();
-  if (wakes_early && !is_needed && !was_woken && ready_.now() >= end) {
+  if (wakes_early && !is_needed && !was_woken && ready_.now() >= end &&
+      !(shared_ && ready_.has_waiting())) {
     is_needed = spin_until(deadline, index, future);
   }
-  if (timekeeper_ == index) timekeeper_ = kNobody;
+  stop_keeping_time(index);
   return ready_.now() < limit || is_needed;
 }
 
@@ -156,7 +165,8 @@ bool DispatchingExecutor::stand_by() noexcept {
   watched_closely_.fetch_add(1);
   standing_by_.fetch_add(1);
   is_left_over_.store(exception_ != nullptr || ready_.has_waiting());
-  const TimePoint release = ready_.next_release();
+  keep_time(place_->index);
+  const TimePoint release = first_release();
   std::uint64_t before = dispatches_.load(std::memory_order_relaxed);
   unlock();
   const Clock& clock = options_.clock->real();
@@ -181,6 +191,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   lock();
   if (!is_fast) watched_closely_.fetch_sub(1);
   standing_by_.fetch_sub(1);
+  stop_keeping_time(place_->index);
   ready_.read_clock();
   return now - last < kPatience || ready_.has_waiting() || ready_.has_announcements();
 }
