@@ -173,6 +173,9 @@ class Entity {
   virtual Watch watch() noexcept { return {}; }
   virtual Nanoseconds period() const noexcept { return Nanoseconds::zero(); }
 
+  /// Begins to fetch what `take` will read, where another CPU has it. `take` follows some
+  /// instructions later.
+  virtual void prefetch() const noexcept {}
   /// Takes one piece of readiness into the slot. False: there was none, which is no execution.
   virtual bool take(Slot& slot) noexcept = 0;
   /// Whether `take` is a few instructions, so that an executor may call it under a lock.

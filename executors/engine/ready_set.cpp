@@ -242,6 +242,7 @@ void ReadySet::drain_inbox() noexcept {
       record->queued.store(false);  // the last access to it
     } else {
       record->drained = true;
+      record->entity->prefetch();
       record->arrived(record->announced);
       record->held.store(true, std::memory_order_relaxed);
       if (is_wait_set()) {
