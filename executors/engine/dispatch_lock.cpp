@@ -32,14 +32,27 @@ DispatchLock::Worker& DispatchLock::enter(std::size_t index) noexcept {
 }
 
 // A dispatch takes a fraction of a microsecond, a wait in the kernel several.
-void DispatchLock::wait(Worker& self) noexcept {
+bool DispatchLock::look_for_word(Worker& self) noexcept {
   constexpr int kLooks = 64;
+  for (int look = 0; look < kLooks; ++look) {
+    spin_pause();
+    if (word_.load(std::memory_order_relaxed) == 0 && try_lock(self)) return true;
+  }
+  return false;
+}
+
+// Most waits end with the first looks. Then nobody had to know of them: what counts them, and the
+// title, lies in a cache line that would go from one waiter to the next.
+void DispatchLock::wait(Worker& self) noexcept {
+  ++self.waits_in_a_row;
+  const bool looks_first = favourite_.load(std::memory_order_relaxed) == nullptr;
+  if (looks_first && look_for_word(self)) return;
   waiting_.fetch_add(1);  // before it looks for a favourite: see favour()
   bool has_it = take_title(self);
-  self.waits_in_a_row = has_it ? 0 : self.waits_in_a_row + 1;
-  for (int look = 0; !has_it && look < kLooks; ++look) {
-    spin_pause();
-    has_it = word_.load(std::memory_order_relaxed) == 0 && try_lock(self);
+  if (has_it) {
+    self.waits_in_a_row = 0;
+  } else if (!looks_first) {
+    has_it = look_for_word(self);
   }
   while (!has_it && !(has_it = try_lock(self))) {
     has_it = syscall(SYS_futex, &word_, FUTEX_LOCK_PI_PRIVATE, 0, nullptr) == 0;

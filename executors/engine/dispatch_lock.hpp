@@ -108,6 +108,7 @@ class DispatchLock {
       release_to_waiter();
   }
   [[gnu::noinline]] void wait(Worker& self) noexcept;
+  bool look_for_word(Worker& self) noexcept;
   [[gnu::noinline]] void release_to_waiter() noexcept;
   [[gnu::noinline]] void favour(Worker& self) noexcept;
   [[gnu::noinline]] void lose_title(Worker& self) noexcept;

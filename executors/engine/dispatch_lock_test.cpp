@@ -49,12 +49,12 @@ TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
   std::atomic<bool> begins{false};
   bool is_inside = true;
   std::jthread other([&] {
-    auto& self = lock.enter(1);
+    auto& waiter = lock.enter(1);
     begins = true;
-    lock.lock(self);
+    lock.lock(waiter);
     EXPECT_FALSE(is_inside);
-    EXPECT_EQ(self.waits_in_a_row, 1u);
-    lock.unlock_and_leave(self);
+    EXPECT_EQ(waiter.waits_in_a_row, 1u);
+    lock.unlock_and_leave(waiter);
   });
   while (!begins) std::this_thread::yield();
   for (int i = 0; i < 100; ++i) std::this_thread::yield();  // some go to the kernel meanwhile
