@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <atomic>
+#include <semaphore>
 
 #include "takt/executors/conformance/conformance.hpp"
 
@@ -72,7 +73,8 @@ class SlowToTake final : public GuardCondition {
   bool takes_briefly() const noexcept override { return false; }
 };
 
-/// A timer that is taken for a while, the first time.
+/// A timer that is taken for a while, the first time: for so long that the other worker begins to
+/// spin meanwhile. If it does not, the test passes without having seen anything.
 class SlowTimer final : public Timer {
  public:
   using Timer::Timer;
@@ -169,8 +171,8 @@ TEST_P(ConformanceWorkers, ATimerWaitsForNoBusyWorkerWhileAnotherIsFree) {
   }
 }
 
-// While the timer is taken it has no release, and the other worker begins to spin for none. Then
-// the timer is armed again, and its callback waits for the next one of its group.
+// While the timer is taken there is no release, and the other worker begins to spin without one.
+// Then the timer is armed again, and its callback waits for the next one of its group.
 TEST_P(ConformanceWorkers, AWorkerThatSpinsLearnsOfATimerThatIsArmedMeanwhile) {
   for (int round = 0; round < 3; ++round) {
     const auto executor = make_with(2, 1ms);
@@ -190,6 +192,38 @@ TEST_P(ConformanceWorkers, AWorkerThatSpinsLearnsOfATimerThatIsArmedMeanwhile) {
     other->trigger();
     ASSERT_TRUE(eventually([&] { return is_in_time.load(); }));
   }
+}
+
+// While a worker dispatches so fast that the other only watches it, the scheduler's order may keep
+// it from a callback for ever. The test's own thread sleeps: each time it ran, it would slow the
+// fast one down, and the other would come.
+TEST_P(ConformanceWorkers, AFastCallbackOfMorePriorityStarvesNoneWhileAnotherWorkerIsFree) {
+  constexpr int kRounds = 10, kRunsOfARound = 20'000;
+  const auto urgent = make_group("urgent");
+  urgent->set_parameters({.priority = 1});
+  std::shared_ptr<GuardCondition> fast, slow;
+  std::atomic<bool> is_waiting{false};
+  std::binary_semaphore ends(0);
+  int runs = 0, rounds = 0;
+  fast = node_->create_guard_condition(
+      "fast",
+      [&] {
+        if (++runs % kRunsOfARound == 0 && !is_waiting.exchange(true)) slow->trigger();
+        fast->trigger();
+      },
+      urgent);
+  slow = node_->create_guard_condition(
+      "slow",
+      [&] {
+        if (++rounds == kRounds) ends.release();
+        is_waiting = false;
+      },
+      make_group("slow"));
+  const auto executor = make_with(2);
+  executor->add_node(node_);
+  SpinThread spin(*executor);
+  fast->trigger();
+  ASSERT_TRUE(ends.try_acquire_for(30s));
 }
 
 // Tokens travel around rings of topics, in groups of both kinds. One that got lost, or a worker

@@ -95,17 +95,12 @@ void DispatchingExecutor::pass_on() noexcept {
     return;
   }
   if (idle_.load() == 0) return;
-  const TimePoint release = ready_.next_release();
-  const bool needs_timekeeper =
-      release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  if (needs_timekeeper || ready_.has_another()) wake();
+  if (needs_timekeeper(ready_.next_release()) || ready_.has_another()) wake();
 }
 
-// This includes a timer that is due before the one that the timekeeper waits for.
 bool DispatchingExecutor::has_left_over() noexcept {
   const bool has_more = ready_.has_waiting() || ready_.has_announcements();
-  return exception_ != nullptr || ready_.waiting() > 1 ||
-         (timekeeper_ != kNobody && ready_.next_release() < timekeeper_deadline_) ||
+  return exception_ != nullptr || ready_.waiting() > 1 || needs_timekeeper(ready_.next_release()) ||
          (has_more && ready_.has_another());
 }
 

@@ -250,6 +250,10 @@ class DispatchingExecutor : public Executor, private Wakeable {
   TimePoint first_release() const noexcept {
     return let_ != nullptr ? let_->next : ready_.next_release();
   }
+  /// Whether no worker waits until that release: there is no timekeeper, or it waits for longer.
+  bool needs_timekeeper(TimePoint release) const noexcept {
+    return release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
+  }
   bool keep_time(std::size_t index) noexcept;
   void stop_keeping_time(std::size_t index) noexcept {
     if (timekeeper_ == index) timekeeper_ = kNobody;
@@ -292,6 +296,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
   const bool stands_by_;                   // its workers run at the same time
+  const bool may_starve_;                  // what is ready, in the scheduler's order
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time

@@ -26,6 +26,14 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   return threads;
 }
 
+// A wait set serves what it has seen before it looks for more.
+bool may_starve(const std::string& scheduler, Readiness readiness) {
+  const analysis::Order order = schedulers().traits(scheduler).order;
+  return readiness == Readiness::events &&
+         (order == analysis::Order::arbitrary || order == analysis::Order::by_urgency ||
+          order == analysis::Order::by_point);
+}
+
 Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
   return clock->as_manual() != nullptr ? Nanoseconds::zero() : time;
 }
@@ -51,6 +59,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
       stands_by_(shared_ && options.clock->as_manual() == nullptr),
+      may_starve_(may_starve(scheduler_, traits.readiness)),
       records_times_(options.statistics == StatisticsLevel::full),
       times_take_(shared_ || options.trace_events != 0 || records_times_),
       spin_(unless_manual(options.spin, options.clock)),

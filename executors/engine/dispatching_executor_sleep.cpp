@@ -104,7 +104,7 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
 // does so early enough.
 bool DispatchingExecutor::keep_time(std::size_t index) noexcept {
   const TimePoint release = first_release();
-  if (timekeeper_ != kNobody && release >= timekeeper_deadline_) return false;
+  if (!needs_timekeeper(release)) return false;
   timekeeper_ = index;
   timekeeper_deadline_ = release;
   return true;
@@ -155,12 +155,14 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
 // Called with the lock held, by a worker that others keep from dispatching, or leave nothing to.
 // While they dispatch so fast that one more would only be in their way, and for a moment after the
 // last dispatch, it watches them instead of sleeping, so nobody has to wake it for what they leave
-// over. Returns false if there was nobody to watch, or nothing has come for long.
+// over. Where that may be left over for ever, it comes after some such looks all the same. Returns
+// false if there was nobody to watch, or nothing has come for long.
 bool DispatchingExecutor::stand_by() noexcept {
   constexpr Nanoseconds kFast(250);         // for each dispatch
   constexpr Nanoseconds kLook(1000);        // between two looks at slower ones
   constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
   constexpr int kPauses = 16;               // a busy core's other hardware thread slows it down
+  constexpr int kFastLooks = 10;            // where the scheduler may starve a callback
   if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
   watched_closely_.fetch_add(1);
   standing_by_.fetch_add(1);
@@ -172,6 +174,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   const Clock& clock = options_.clock->real();
   TimePoint start = clock.now(), now = start, last = start;
   bool is_fast = false;
+  int fast_looks = 0;
   for (;;) {
     const TimePoint look = start + (is_fast ? kPatience : kLook);
     for (; now < look; now = clock.now()) {
@@ -181,6 +184,7 @@ bool DispatchingExecutor::stand_by() noexcept {
     if (dispatches != 0) last = now;
     if (kFast * static_cast<std::int64_t>(dispatches) >= now - start) {
       if (!std::exchange(is_fast, true)) watched_closely_.fetch_sub(1);
+      if (may_starve_ && ++fast_looks == kFastLooks) break;
     } else if (is_fast || is_left_over_.load(std::memory_order_relaxed) || has_announcements() ||
                now >= release || now - last >= kPatience) {
       break;
