@@ -13,6 +13,7 @@
 
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/machine.hpp"
+#include "takt/measuring/rounds.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -48,13 +49,10 @@ class Receiver {
   }
   void end() {
     std::nth_element(times_.begin(), times_.begin() + kPosts / 2, times_.end());
-    medians_.push_back(times_[kPosts / 2]);
+    medians_ns_.push_back(static_cast<double>(times_[kPosts / 2].count()));
   }
-  /// Of the rounds' medians.
-  Nanoseconds quantile(double fraction) {
-    std::sort(medians_.begin(), medians_.end());
-    return medians_[static_cast<std::size_t>(fraction * static_cast<double>(medians_.size() - 1))];
-  }
+  /// Of each round.
+  const std::vector<double>& medians_ns() const { return medians_ns_; }
 
  protected:
   /// Returns true after the last of the round.
@@ -67,7 +65,8 @@ class Receiver {
 
  private:
   const std::string name_;
-  std::vector<Nanoseconds> times_, medians_;
+  std::vector<Nanoseconds> times_;
+  std::vector<double> medians_ns_;
   alignas(64) std::atomic<int> received_{0};
 };
 
@@ -197,8 +196,7 @@ void hand_over(benchmark::State& state, const std::string& executor) {
   for (const auto& receiver : receivers) {
     for (const auto& [name, fraction] :
          {std::pair{"_p25_ns", 0.25}, {"_ns", 0.5}, {"_p75_ns", 0.75}}) {
-      state.counters[receiver->name() + name] =
-          static_cast<double>(receiver->quantile(fraction).count());
+      state.counters[receiver->name() + name] = rt::quantile(receiver->medians_ns(), fraction);
     }
   }
 }

@@ -230,11 +230,9 @@ void scaling(benchmark::State& state, const Row& row) {
   report("of_apart", speed[1], speed[2]);
   report("cpu", cpu[1], cpu[0]);
   state.counters["least_share"] = rt::median(least_share);
-  std::sort(line_ns.begin(), line_ns.end());
   for (const auto& [name, fraction] :
        {std::pair{"line_p25_ns", 0.25}, {"line_ns", 0.5}, {"line_p75_ns", 0.75}}) {
-    state.counters[name] =
-        line_ns[static_cast<std::size_t>(fraction * static_cast<double>(line_ns.size() - 1))];
+    state.counters[name] = rt::quantile(line_ns, fraction);
   }
 }
 

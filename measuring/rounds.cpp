@@ -2,6 +2,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <random>
 
@@ -9,11 +10,13 @@
 
 namespace takt::rt {
 
-double median(std::vector<double> values) {
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+  const double place = fraction * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(place);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return std::lerp(values[below], values[above], place - static_cast<double>(below));
 }
 
 Interval paired_ratio(const std::vector<double>& values, const std::vector<double>& to) {

@@ -16,7 +16,12 @@ inline double us(Nanoseconds duration) {
   return static_cast<double>(duration.count()) / 1e3;
 }
 
-double median(std::vector<double> values);
+/// The value that this fraction of them is not above, between two of them in proportion; 0 without
+/// values.
+double quantile(std::vector<double> values, double fraction);
+inline double median(std::vector<double> values) {
+  return quantile(std::move(values), 0.5);
+}
 
 /// A median with its 95 % confidence interval.
 struct Interval {

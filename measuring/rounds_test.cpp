@@ -8,6 +8,15 @@
 namespace takt::rt {
 namespace {
 
+TEST(Quantile, LiesBetweenTwoValuesInProportion) {
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 0), 1);
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 0.25), 1.75);
+  EXPECT_EQ(quantile({4, 1, 3, 2}, 1), 4);
+  EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
+  EXPECT_EQ(median({3, 1, 2}), 2);
+  EXPECT_EQ(median({}), 0);
+}
+
 TEST(PairedRatio, IsThatOfEachRoundAndNotOfTheMedians) {
   // The machine becomes three times as slow, for both.
   const Interval ratio = paired_ratio({2, 2, 2, 6, 6, 6, 6}, {1, 1, 1, 3, 3, 3, 3});
