@@ -196,7 +196,8 @@ TEST_P(ConformanceWorkers, AWorkerThatSpinsLearnsOfATimerThatIsArmedMeanwhile) {
 
 // While a worker dispatches so fast that the other only watches it, the scheduler's order may keep
 // it from a callback for ever. The test's own thread sleeps: each time it ran, it would slow the
-// fast one down, and the other would come.
+// fast one down, and the other would come. On a machine that preempts often, that happens without
+// the test's help: there it has seen little.
 TEST_P(ConformanceWorkers, AFastCallbackOfMorePriorityStarvesNoneWhileAnotherWorkerIsFree) {
   constexpr int kRounds = 10, kRunsOfARound = 20'000;
   const auto urgent = make_group("urgent");

@@ -118,7 +118,7 @@ class DispatchLock {
   std::vector<Worker> workers_;
   std::atomic<Worker*> favourite_{nullptr};
   PiMutex title_;                          // held where a title is taken or given back
-  std::atomic<std::uint32_t> waiting_{0};  // workers that wait, or are about to
+  std::atomic<std::uint32_t> waiting_{0};  // workers that may go to the kernel
   alignas(64) std::atomic<std::uint32_t> word_{0};
   std::uint32_t in_a_row_ = 0;    // guarded by the lock
   const Worker* last_ = nullptr;  // the same

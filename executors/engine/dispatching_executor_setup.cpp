@@ -26,12 +26,22 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   return threads;
 }
 
-// A wait set serves what it has seen before it looks for more.
+// Whether what is ready may wait for ever behind what becomes ready later. A wait set serves what
+// it has seen before it looks for more. In an order by points, what has none comes after all
+// others.
 bool may_starve(const std::string& scheduler, Readiness readiness) {
-  const analysis::Order order = schedulers().traits(scheduler).order;
-  return readiness == Readiness::events &&
-         (order == analysis::Order::arbitrary || order == analysis::Order::by_urgency ||
-          order == analysis::Order::by_point);
+  if (readiness == Readiness::wait_set) return false;
+  switch (schedulers().traits(scheduler).order) {
+    case analysis::Order::by_arrival:
+    case analysis::Order::in_windows:
+    case analysis::Order::in_turns:
+      return false;
+    case analysis::Order::arbitrary:
+    case analysis::Order::by_urgency:
+    case analysis::Order::by_point:
+      break;
+  }
+  return true;
 }
 
 Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
