@@ -4,6 +4,7 @@
 #define TAKT_SCHED_SCHEDULER_HPP_
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -81,6 +82,9 @@ class Scheduler {
   /// Whether its decisions do not depend on earlier pushes and pops. Then the executor may bypass
   /// it for a callback that waits alone.
   virtual bool is_order() const noexcept { return false; }
+  /// Where callbacks wait, if that stays where configure() has put it. A worker fetches its first
+  /// cache lines, which another one may have had last, before it knows which of them it needs.
+  virtual std::span<const std::byte> memory() const noexcept { return {}; }
 };
 
 /// A scheduler that is only an order. `Before` is a function object:
@@ -103,6 +107,9 @@ class HeapScheduler final : public Scheduler {
     return heap_[--size_];
   }
   bool is_order() const noexcept override { return true; }
+  std::span<const std::byte> memory() const noexcept override {
+    return std::as_bytes(std::span(heap_));
+  }
 
  private:
   // No function: heap operations would call it by its address.

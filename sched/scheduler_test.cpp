@@ -129,6 +129,17 @@ TEST_P(EveryScheduler, GivesTheSameOrderForTheSamePushes) {
   EXPECT_EQ(order(GetParam(), callbacks, pushes), order(GetParam(), callbacks, pushes));
 }
 
+TEST_P(EveryScheduler, KeepsItsMemoryWhereConfigureHasPutIt) {
+  Callbacks callbacks(random_infos(random_, 20));
+  const auto scheduler = callbacks.make(GetParam());
+  const auto memory = scheduler->memory();
+  for (std::size_t i = 0; i < callbacks.size(); ++i) scheduler->push(callbacks[i]);
+  EXPECT_EQ(scheduler->memory().data(), memory.data());
+  pop_all(*scheduler);
+  EXPECT_EQ(scheduler->memory().data(), memory.data());
+  EXPECT_EQ(scheduler->memory().size(), memory.size());
+}
+
 TEST_P(EveryScheduler, LooksAtTimeOnlyIfItSaysSo) {
   if (schedulers().traits(GetParam()).uses_time) GTEST_SKIP() << "it says so";
   Callbacks callbacks(random_infos(random_, 50));

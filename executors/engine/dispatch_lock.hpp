@@ -47,8 +47,9 @@ class DispatchLock {
 
   /// The calling thread is that worker.
   Worker& enter(std::size_t index) noexcept;
-  void lock(Worker& self) noexcept {
-    if (self.is_favourite && enter_as_favourite(self)) return;
+  /// Returns true if no other worker has had it since this one's last dispatch.
+  bool lock(Worker& self) noexcept {
+    if (self.is_favourite && enter_as_favourite(self)) return true;
     if (try_lock(self)) [[likely]] {
       self.waits_in_a_row = 0;
     } else {
@@ -57,9 +58,10 @@ class DispatchLock {
     if (last_ != &self) {
       last_ = &self;
       in_a_row_ = 0;
-    } else if (++in_a_row_ == kManyInARow) {
-      favour(self);
+      return false;
     }
+    if (++in_a_row_ == kManyInARow) favour(self);
+    return true;
   }
   /// Calls the function with the lock held if the worker is the favourite and not inside: then that
   /// costs next to nothing, and waits for nobody. Otherwise returns false.

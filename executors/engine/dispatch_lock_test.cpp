@@ -34,6 +34,25 @@ TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
   EXPECT_FALSE(lock.run_as_favourite(self, [] {}));
 }
 
+TEST(DispatchLock, SaysWhetherAnotherWorkerHasHadIt) {
+  DispatchLock lock(2, true);
+  const auto dispatch = [&lock](DispatchLock::Worker& self) {
+    const bool nobody_else = lock.lock(self);
+    lock.unlock(self);
+    return nobody_else;
+  };
+  auto& self = lock.enter(0);
+  EXPECT_FALSE(dispatch(self)) << "the first time";
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(dispatch(self)) << i;  // it becomes the favourite
+  std::jthread([&] {
+    auto& other = lock.enter(1);
+    EXPECT_FALSE(dispatch(other));
+    EXPECT_TRUE(dispatch(other));
+  }).join();
+  EXPECT_FALSE(dispatch(self));
+  EXPECT_TRUE(dispatch(self));
+}
+
 TEST(DispatchLock, FavoursNobodyWhereItMustNot) {
   DispatchLock lock(2, false);
   auto& self = lock.enter(0);

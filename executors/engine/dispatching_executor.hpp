@@ -184,8 +184,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Workers.
   void lock() noexcept {
-    if (shared_) [[unlikely]]
-      lock_.lock(*place_);
+    if (shared_ && !lock_.lock(*place_)) [[unlikely]]
+      ready_.prefetch();
   }
   void unlock() noexcept {
     if (shared_) [[unlikely]]

@@ -4,14 +4,14 @@
 #include <bit>
 #include <vector>
 
+#include "takt/sched/keyed_heap.hpp"
 #include "takt/sched/scheduler.hpp"
 
 namespace takt {
 namespace {
 
 // What is pushed in order of arrival, as nearly everything is, waits in a ring. The rest waits in a
-// heap: what a busy group gave back, and what another thread's message overtook. The number stands
-// beside the pointer, as another worker may have had the record's cache line last.
+// heap: what a busy group gave back, and what another thread's message overtook.
 class FifoScheduler final : public Scheduler {
  public:
   void configure(std::span<const CallbackInfo> callbacks) override {
@@ -19,36 +19,35 @@ class FifoScheduler final : public Scheduler {
     late_.resize(callbacks.size());
   }
   void push(ReadyCallback& callback) noexcept override {
-    const Waiting waiting{callback.sequence, &callback};
-    if (begin_ == end_ || waiting.sequence > at(end_ - 1).sequence) {
-      at(end_++) = waiting;
-    } else {
-      late_[late_size_++] = waiting;
-      std::push_heap(late_.data(), late_.data() + late_size_, after);
-    }
+    if (begin_ != end_ && callback.sequence < last_sequence_) [[unlikely]]
+      return push_late(callback);
+    last_sequence_ = callback.sequence;
+    at(end_++) = &callback;
   }
   ReadyCallback* pop() noexcept override {
-    const bool is_any_late = late_size_ != 0;
-    if (begin_ != end_ && (!is_any_late || at(begin_).sequence < late_.front().sequence)) {
-      return at(begin_++).callback;
-    }
-    if (!is_any_late) return nullptr;
-    std::pop_heap(late_.data(), late_.data() + late_size_, after);
-    return late_[--late_size_].callback;
+    if (!late_.empty()) [[unlikely]]
+      return pop_where_some_are_late();
+    return begin_ != end_ ? at(begin_++) : nullptr;
   }
   bool is_order() const noexcept override { return true; }
+  std::span<const std::byte> memory() const noexcept override {
+    return std::as_bytes(std::span(ring_));
+  }
 
  private:
-  struct Waiting {
-    std::uint64_t sequence;
-    ReadyCallback* callback;
-  };
-  static bool after(const Waiting& a, const Waiting& b) noexcept { return a.sequence > b.sequence; }
-  Waiting& at(std::size_t position) noexcept { return ring_[position & (ring_.size() - 1)]; }
+  [[gnu::noinline]] void push_late(ReadyCallback& callback) noexcept {
+    late_.push(callback.sequence, callback);
+  }
+  [[gnu::noinline]] ReadyCallback* pop_where_some_are_late() noexcept {
+    const bool is_next = begin_ != end_ && at(begin_)->sequence < late_.first();
+    return is_next ? at(begin_++) : late_.pop();
+  }
+  ReadyCallback*& at(std::size_t position) noexcept { return ring_[position & (ring_.size() - 1)]; }
 
-  std::vector<Waiting> ring_, late_;  // as large as they will ever be
-  std::size_t begin_ = 0, end_ = 0;   // of what is in the ring, modulo its size
-  std::size_t late_size_ = 0;
+  std::vector<ReadyCallback*> ring_;  // as large as it will ever be
+  std::uint64_t last_sequence_ = 0;   // of what was last put into it
+  std::size_t begin_ = 0, end_ = 0;   // of what is in it, modulo its size
+  KeyedHeap<std::uint64_t> late_;     // by sequence
 };
 
 }  // namespace
