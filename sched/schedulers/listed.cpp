@@ -2,19 +2,19 @@
 // registration: what rclc does (micro-ROS; Staschulat et al., "The rclc Executor: Domain-specific
 // deterministic scheduling mechanisms for ROS applications on microcontrollers", EMSOFT 2020).
 // SPDX-License-Identifier: Apache-2.0
-#include <tuple>
+#include <utility>
 
-#include "takt/sched/scheduler.hpp"
+#include "takt/sched/keyed_heap.hpp"
 
 namespace takt {
 namespace {
 
-struct ListedOrder {
-  bool operator()(const ReadyCallback& a, const ReadyCallback& b) const noexcept {
-    return std::tie(a.window, a.info->registration) < std::tie(b.window, b.info->registration);
+struct ListedPlace {
+  auto operator()(const ReadyCallback& callback) const noexcept {
+    return std::pair(callback.window, callback.info->registration);
   }
 };
-using ListedScheduler = HeapScheduler<ListedOrder>;
+using ListedScheduler = KeyedScheduler<ListedPlace>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("listed", "polling point, then the executor's list, then registration",

@@ -4,20 +4,21 @@
 // first keeps parked callbacks from losing to every later snapshot, the starvation shown by Teper
 // et al. (EMSOFT 2024) for rclcpp's multi-threaded executor.
 // SPDX-License-Identifier: Apache-2.0
-#include <tuple>
+#include <utility>
 
-#include "takt/sched/scheduler.hpp"
+#include "takt/sched/keyed_heap.hpp"
 
 namespace takt {
 namespace {
 
-struct RosOrder {
-  bool operator()(const ReadyCallback& a, const ReadyCallback& b) const noexcept {
-    return std::tie(a.window, a.info->kind, a.info->registration) <
-           std::tie(b.window, b.info->kind, b.info->registration);
+struct RosPlace {
+  auto operator()(const ReadyCallback& callback) const noexcept {
+    const CallbackInfo& info = *callback.info;
+    const auto kind = static_cast<std::uint64_t>(info.kind);
+    return std::pair(callback.window, kind << 32 | info.registration);
   }
 };
-using RosScheduler = HeapScheduler<RosOrder>;
+using RosScheduler = KeyedScheduler<RosPlace>;
 
 }  // namespace
 TAKT_REGISTER_SCHEDULER("ros", "rclcpp's order: polling point, kind, registration", RosScheduler,
