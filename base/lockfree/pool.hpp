@@ -3,6 +3,7 @@
 #ifndef TAKT_BASE_LOCKFREE_POOL_HPP_
 #define TAKT_BASE_LOCKFREE_POOL_HPP_
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -18,15 +19,15 @@ namespace TAKT_PUBLIC takt {
 /// lent.
 ///
 /// Two free lists, because lender and returner are usually different threads: objects come back
-/// to one list, and are lent from the other, which takes over the whole first list when it is
-/// empty. So the two threads meet once a batch, not once an object.
+/// to one list, and are lent from the other; when that is empty, the two change roles. So the two
+/// threads meet once a batch, not once an object, and no free object is ever out of a lender's
+/// sight.
 ///
 /// Coming home is one swap, after which the returner never touches the pool again; so a thread that
 /// has counted all objects home may free it. That happens to closed pools each time a pool is made
 /// or closed.
 /// Thread safety: acquire_index and recycle_index from any thread; close once, by the owner.
-/// Real-time: acquire_index and recycle_index are lock-free, allocate and free nothing. Taking over
-/// a list is linear in its length.
+/// Real-time: acquire_index and recycle_index are lock-free, allocate and free nothing.
 class PoolBase {
  public:
   PoolBase(const PoolBase&) = delete;
@@ -41,84 +42,90 @@ class PoolBase {
   explicit PoolBase(std::size_t capacity)  // all may be lent
       : capacity_(capacity), next_(new std::atomic<std::uint32_t>[capacity]) {
     sweep(nullptr);
-    for (std::uint32_t i = 0; i < capacity; ++i) push(lendable_, i, i);
+    for (std::uint32_t i = 0; i < capacity; ++i) push(lists_[0], i);
   }
   virtual ~PoolBase() = default;
 
-  /// kNone when all are out.
+  /// kNone when all are out at the same time.
   std::uint32_t acquire_index() noexcept {
-    const std::uint32_t index = pop(lendable_);
-    return index != kNone ? index : take_over();
+    const std::uint32_t index = pop(lists_[lent_from_.load(std::memory_order_relaxed)]);
+    return index != kNone ? index : acquire_from_either();
   }
   /// The one that was free behind it when it was lent; kNone: none.
   std::uint32_t next_of(std::uint32_t index) const noexcept {
     return next_[index].load(std::memory_order_relaxed);
   }
-  void recycle_index(std::uint32_t index) noexcept { push(returned_, index, index); }
+  void recycle_index(std::uint32_t index) noexcept {
+    push(lists_[1 - lent_from_.load(std::memory_order_relaxed)], index);
+  }
 
  private:
   /// Frees this pool and others that are closed, or keeps them for later. From any thread, under a
   /// lock of its own.
   static void sweep(PoolBase* closed) noexcept;
 
-  // A list head is {change count, index of the first}: the count makes a stale swap fail (ABA).
+  /// {change count, index of the first}: the count makes a stale swap fail (ABA).
+  struct alignas(64) List {
+    std::atomic<std::uint64_t> head{kNone};
+  };
   static std::uint64_t next_tag(std::uint64_t head) noexcept { return ((head >> 32) + 1) << 32; }
 
-  void push(std::atomic<std::uint64_t>& list, std::uint32_t first, std::uint32_t last) noexcept {
-    std::uint64_t old = list.load(std::memory_order_relaxed);
+  void push(List& list, std::uint32_t index) noexcept {
+    std::uint64_t old = list.head.load(std::memory_order_relaxed);
     do {
-      next_[last].store(static_cast<std::uint32_t>(old), std::memory_order_relaxed);
+      next_[index].store(static_cast<std::uint32_t>(old), std::memory_order_relaxed);
       // Release: pairs with the acquire of the thread that takes it; the object is complete.
-    } while (!list.compare_exchange_weak(old, next_tag(old) | first, std::memory_order_release,
-                                         std::memory_order_relaxed));
+    } while (!list.head.compare_exchange_weak(old, next_tag(old) | index, std::memory_order_release,
+                                              std::memory_order_relaxed));
   }
 
-  std::uint32_t pop(std::atomic<std::uint64_t>& list) noexcept {
-    std::uint64_t old = list.load(std::memory_order_acquire);
+  std::uint32_t pop(List& list) noexcept {
+    std::uint64_t old = list.head.load(std::memory_order_acquire);
     for (;;) {
       const auto index = static_cast<std::uint32_t>(old);
       if (index == kNone) return kNone;
       const std::uint32_t next = next_[index].load(std::memory_order_relaxed);
-      if (list.compare_exchange_weak(old, next_tag(old) | next, std::memory_order_acquire)) {
+      if (list.head.compare_exchange_weak(old, next_tag(old) | next, std::memory_order_acquire)) {
         return index;
       }
     }
   }
 
-  // Makes what was returned lendable, but for the first, which it gives to the caller. Not inline:
-  // once a batch it may cost a call, and the other times it must not cost registers.
-  [[gnu::noinline]] std::uint32_t take_over() noexcept {
-    // Acquire: pairs with push in recycle_index; the chain and its objects are ours now.
-    std::uint64_t old = returned_.load(std::memory_order_relaxed);
-    do {
-      // A lender that waits for a free object must not take the cache line from the returner.
-      if (static_cast<std::uint32_t>(old) == kNone) return kNone;
-    } while (
-        !returned_.compare_exchange_weak(old, next_tag(old) | kNone, std::memory_order_acquire));
-    const auto index = static_cast<std::uint32_t>(old);
-    const std::uint32_t first = next_[index].load(std::memory_order_relaxed);
-    if (first != kNone) {
-      std::uint32_t last = first;
-      for (std::uint32_t next; (next = next_[last].load(std::memory_order_relaxed)) != kNone;) {
-        last = next;
+  // Not inline: once a batch it may cost a call, and the other times it must not cost registers.
+  // Threads that read the roles just before they change use the lists the other way round, which
+  // does no harm.
+  [[gnu::noinline]] std::uint32_t acquire_from_either() noexcept {
+    for (;;) {
+      std::uint32_t from = lent_from_.load(std::memory_order_relaxed);
+      const List& empty = lists_[from];
+      const std::uint64_t head = empty.head.load(std::memory_order_acquire);
+      if (static_cast<std::uint32_t>(head) == kNone) {
+        const std::uint32_t index = pop(lists_[1 - from]);
+        if (index != kNone) {
+          lent_from_.compare_exchange_strong(from, 1 - from, std::memory_order_relaxed);
+          return index;
+        }
+        // If the first has not changed meanwhile, both were empty when this one was seen to be.
+        if (empty.head.load(std::memory_order_acquire) == head) return kNone;
+      } else if (const std::uint32_t index = pop(lists_[from]); index != kNone) {
+        return index;
       }
-      push(lendable_, first, last);
     }
-    return index;
   }
 
   // In sweep only. Counts the objects that are home; true when all are.
   bool all_home() noexcept {
-    while (pop(lendable_) != kNone) ++home_;
-    while (pop(returned_) != kNone) ++home_;
+    for (List& list : lists_) {
+      while (pop(list) != kNone) ++home_;
+    }
     return home_ == capacity_;
   }
 
   const std::size_t capacity_;
   const std::unique_ptr<std::atomic<std::uint32_t>[]> next_;
-  std::size_t home_ = 0;                                    // after close(): guarded by sweep
-  alignas(64) std::atomic<std::uint64_t> lendable_{kNone};  // the lender's
-  alignas(64) std::atomic<std::uint64_t> returned_{kNone};  // the returners'
+  std::atomic<std::uint32_t> lent_from_{0};  // objects come back to the other list
+  std::size_t home_ = 0;                     // after close(): guarded by sweep
+  std::array<List, 2> lists_;
 };
 
 template <class T>
