@@ -50,9 +50,10 @@ class KeyedHeap {
   std::size_t size_ = 0;
 };
 
-/// As HeapScheduler, for an order by a key of one or two numbers that lies in several places. With
-/// longer keys that one is faster. `KeyOf` is a function object: `auto operator()(const
-/// ReadyCallback& callback) const`; the smallest key runs next.
+/// As HeapScheduler, for an order that compares one or two numbers from different places. Where it
+/// compares more, or all stand in one place, HeapScheduler is faster for one worker. `KeyOf` is a
+/// function object: `auto operator()(const ReadyCallback& callback) const`; the smallest key runs
+/// next.
 /// Thread safety and real-time: as HeapScheduler.
 template <class KeyOf>
 class KeyedScheduler final : public Scheduler {
