@@ -41,16 +41,23 @@ bool DispatchLock::look_for_word(Worker& self) noexcept {
   return false;
 }
 
+// The owner may be the worker itself, or a favourite, which keeps the word.
+bool DispatchLock::look_from_callback(Worker& self) noexcept {
+  if ((word_.load(std::memory_order_relaxed) & FUTEX_TID_MASK) == self.thread) return false;
+  self.has_met_another = true;
+  return favourite_.load(std::memory_order_relaxed) == nullptr && look_for_word(self);
+}
+
 // Most waits end with the first looks. Then nobody had to know of them: what counts them, and the
 // title, lies in a cache line that would go from one waiter to the next.
 void DispatchLock::wait(Worker& self) noexcept {
-  ++self.waits_in_a_row;
+  self.has_met_another = true;
   const bool looks_first = favourite_.load(std::memory_order_relaxed) == nullptr;
   if (looks_first && look_for_word(self)) return;
   waiting_.fetch_add(1);  // before it looks for a favourite: see favour()
   bool has_it = take_title(self);
   if (has_it) {
-    self.waits_in_a_row = 0;
+    self.has_met_another = false;
   } else if (!looks_first) {
     has_it = look_for_word(self);
   }

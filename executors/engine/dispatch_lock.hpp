@@ -36,7 +36,8 @@ class DispatchLock {
   /// Used by the worker itself, but for the last.
   struct alignas(64) Worker {
     std::size_t index = 0;
-    std::uint32_t waits_in_a_row = 0;  // it has not got the lock at once
+    std::uint32_t meetings_in_a_row = 0;  // dispatches in which another had the lock when it came
+    bool has_met_another = false;         // since the last one
     std::uint32_t thread = 0;
     bool is_favourite = false;  // as it knows
     std::atomic<bool> is_inside{false};
@@ -50,11 +51,10 @@ class DispatchLock {
   /// Returns true if no other worker has had it since this one's last dispatch.
   bool lock(Worker& self) noexcept {
     if (self.is_favourite && enter_as_favourite(self)) return true;
-    if (try_lock(self)) [[likely]] {
-      self.waits_in_a_row = 0;
-    } else {
+    if (!try_lock(self)) [[unlikely]]
       wait(self);
-    }
+    self.meetings_in_a_row = self.has_met_another ? self.meetings_in_a_row + 1 : 0;
+    self.has_met_another = false;
     if (last_ != &self) {
       last_ = &self;
       in_a_row_ = 0;
@@ -63,16 +63,16 @@ class DispatchLock {
     if (++in_a_row_ == kManyInARow) favour(self);
     return true;
   }
-  /// Calls the function with the lock held if the worker is the favourite and not inside: then that
-  /// costs next to nothing, and waits for nobody. Otherwise returns false.
+  /// Calls the function with the lock held if the worker, which is in a callback, gets it within a
+  /// moment. Otherwise, or if it has it already, returns false.
   template <class Function>
-  bool run_as_favourite(Worker& self, Function&& function) noexcept {
-    if (!self.is_favourite || self.is_inside.load(std::memory_order_relaxed) ||
-        !enter_as_favourite(self)) {
-      return false;
-    }
+  bool try_run(Worker& self, Function&& function) noexcept {
+    const bool has_it = self.is_favourite ? !self.is_inside.load(std::memory_order_relaxed) &&
+                                                enter_as_favourite(self)
+                                          : try_lock(self) || look_from_callback(self);
+    if (!has_it) return false;
     function();
-    leave_as_favourite(self);
+    unlock(self);
     return true;
   }
   void unlock(Worker& self) noexcept {
@@ -111,6 +111,7 @@ class DispatchLock {
   }
   [[gnu::noinline]] void wait(Worker& self) noexcept;
   bool look_for_word(Worker& self) noexcept;
+  [[gnu::noinline]] bool look_from_callback(Worker& self) noexcept;
   [[gnu::noinline]] void release_to_waiter() noexcept;
   [[gnu::noinline]] void favour(Worker& self) noexcept;
   [[gnu::noinline]] void lose_title(Worker& self) noexcept;

@@ -116,8 +116,7 @@ namespace takt_explored {
 namespace {
 
 struct Scenario {
-  /// Of each worker: 'd' locks and unlocks, 'l' the same with unlock_and_leave, 'f' the same only
-  /// as favourite.
+  /// Of each worker: 'd' locks and unlocks, 'l' the same with unlock_and_leave, 't' tries to.
   std::vector<std::string> workers;
   int before;  // how often the first has had the lock already: it becomes the favourite with 65
   int preemptions, delays;
@@ -129,7 +128,7 @@ struct Case {
 };
 const std::vector<Case> kCases{{{"dd", "d"}, 4, 0},     {{"ddd", "dd"}, 3, 0}, {{"ld", "ld"}, 3, 0},
                                {{"d", "d", "d"}, 2, 0}, {{"dd", "d"}, 3, 1},   {{"dd", "dl"}, 2, 2},
-                               {{"fd", "d"}, 3, 0},     {{"df", "fd"}, 2, 1}};
+                               {{"td", "d"}, 3, 0},     {{"dt", "td"}, 2, 1}};
 
 constexpr int kAlmostFavourite = 63, kFavourite = 80;
 
@@ -140,7 +139,7 @@ std::string explore(const Scenario& scenario) {
   int inside = 0;
   std::size_t dispatches = 0, expected = 0;
   for (const std::string& worker : scenario.workers) {
-    expected += worker.size() - static_cast<std::size_t>(std::ranges::count(worker, 'f'));
+    expected += worker.size() - static_cast<std::size_t>(std::ranges::count(worker, 't'));
   }
   const auto begin = [&] {
     kernel.waiters.clear();
@@ -157,8 +156,8 @@ std::string explore(const Scenario& scenario) {
             Explorer::point();
             --inside;
           };
-          if (operation == 'f') {
-            lock->run_as_favourite(self, is_inside);
+          if (operation == 't') {
+            lock->try_run(self, is_inside);
             continue;
           }
           lock->lock(self);

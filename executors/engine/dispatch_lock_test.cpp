@@ -21,17 +21,35 @@ TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
   DispatchLock lock(2, true);
   auto& self = lock.enter(0);
   lock_often(lock, self);
-  const bool has_run = lock.run_as_favourite(self, [&] {
-    EXPECT_FALSE(lock.run_as_favourite(self, [] {}));  // it is inside
-  });
-  if (!has_run) GTEST_SKIP() << "this kernel does not grant membarrier";
+  if (!self.is_favourite) GTEST_SKIP() << "this kernel does not grant membarrier";
   std::jthread([&] {
     auto& other = lock.enter(1);
     lock.lock(other);  // the favourite is not inside, and need not be asked
-    EXPECT_EQ(other.waits_in_a_row, 0u);
+    EXPECT_EQ(other.meetings_in_a_row, 0u);
     lock.unlock_and_leave(other);
   }).join();
-  EXPECT_FALSE(lock.run_as_favourite(self, [] {}));
+  EXPECT_FALSE(lock.try_run(self, [] {})) << "it learns that it has lost the title";
+  EXPECT_TRUE(lock.try_run(self, [] {}));
+}
+
+TEST(DispatchLock, TriesInVainWhileAnyWorkerIsInside) {
+  for (const bool may_favour : {false, true}) {
+    DispatchLock lock(2, may_favour);
+    auto& self = lock.enter(0);
+    lock_often(lock, self);
+    bool has_met = false;
+    const bool has_run = lock.try_run(self, [&] {
+      EXPECT_FALSE(lock.try_run(self, [] {}));
+      std::jthread([&] {
+        auto& other = lock.enter(1);
+        EXPECT_FALSE(lock.try_run(other, [] {}));
+        has_met = other.has_met_another;
+      }).join();
+    });
+    EXPECT_TRUE(has_run);
+    EXPECT_FALSE(self.has_met_another) << "only itself";
+    EXPECT_TRUE(has_met);
+  }
 }
 
 TEST(DispatchLock, SaysWhetherAnotherWorkerHasHadIt) {
@@ -57,7 +75,7 @@ TEST(DispatchLock, FavoursNobodyWhereItMustNot) {
   DispatchLock lock(2, false);
   auto& self = lock.enter(0);
   lock_often(lock, self);
-  EXPECT_FALSE(lock.run_as_favourite(self, [] {}));
+  EXPECT_FALSE(self.is_favourite);
 }
 
 TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
@@ -72,7 +90,7 @@ TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
     begins = true;
     lock.lock(waiter);
     EXPECT_FALSE(is_inside);
-    EXPECT_EQ(waiter.waits_in_a_row, 1u);
+    EXPECT_EQ(waiter.meetings_in_a_row, 1u);
     lock.unlock_and_leave(waiter);
   });
   while (!begins) std::this_thread::yield();

@@ -307,7 +307,7 @@ void DispatchingExecutor::rethrow() {
 // The loop of a worker: one function, with the whole hot path inlined. All else is declared
 // noinline: in a unity build the compiler sees it, and would inline it, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
-  constexpr std::uint32_t kManyWaits = 8;  // by chance they are rare
+  constexpr std::uint32_t kManyMeetings = 8;  // by chance they are rare
   worker_of_ = this;
   Place& self = lock_.enter(index);
   place_ = &self;
@@ -320,7 +320,7 @@ void DispatchingExecutor::rethrow() {
   lock();
   spin_times_[index] = Nanoseconds::zero();
   while (!stopping()) {
-    if (shared_ && self.waits_in_a_row >= kManyWaits) [[unlikely]]
+    if (shared_ && self.meetings_in_a_row >= kManyMeetings) [[unlikely]]
       stand_by();
     if (!run_next({}) && !stand_by()) [[unlikely]]
       sleep(index, kNever);

@@ -30,19 +30,21 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   ready_.announce_from_callback(record, arrival);
 }
 
-// The lock's favourite is the only worker that dispatches: as an only worker does, it avoids the
-// inbox, unless it is inside, where it looks at file descriptors.
+// As an only worker does, one that gets the lock soon avoids the inbox, unless what was announced
+// before waits in it.
 [[gnu::flatten]] void DispatchingExecutor::announce_in_pool(CallbackRecord& record,
                                                             Arrival arrival) noexcept {
-  bool may_run = false;
-  const bool is_favourite = lock_.run_as_favourite(*place_, [&] {
+  bool is_announced = false, may_run = false;
+  lock_.try_run(*place_, [&] {
+    if (ready_.has_announcements()) return;
     ready_.announce_from_callback(record, arrival);
+    is_announced = true;
     may_run = record.exclusion->is_free();
-    if (may_run) is_left_over_.store(true, std::memory_order_relaxed);
+    if (may_run && watched_closely_.load(std::memory_order_relaxed) != 0)
+      is_left_over_.store(true, std::memory_order_relaxed);
   });
-  if (!is_favourite) return announce(record, arrival);
-  if (may_run && standing_by_.load() == 0) [[unlikely]]
-    wake();
+  if (!is_announced) return announce(record, arrival);
+  if (may_run) wake();
 }
 
 // Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts

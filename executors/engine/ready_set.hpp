@@ -217,8 +217,8 @@ class ReadySet {
     inbox_.push(record);
     return true;
   }
-  /// The same from a callback, on the thread of the only worker: none has to be woken, and no
-  /// other thread can be here, so no atomic operation is needed.
+  /// The same from a callback of a worker: no other thread can be here, so no atomic operation is
+  /// needed.
   void announce_from_callback(CallbackRecord& record, Arrival arrival) noexcept {
     if (record.held.load(std::memory_order_relaxed)) {
       record.announced_again.store(true, std::memory_order_relaxed);
