@@ -2,6 +2,7 @@
 #include "takt/executors/engine/dispatch_lock.hpp"
 
 #include <mutex>
+#include <utility>
 
 #include <linux/membarrier.h>
 #include <sys/syscall.h>
@@ -41,10 +42,11 @@ bool DispatchLock::look_for_word(Worker& self) noexcept {
   return false;
 }
 
-// The owner may be the worker itself, or a favourite, which keeps the word.
+// Not for the worker itself, nor for a favourite, which keeps the word. Once a callback: the owner
+// may be a thread that this one has preempted.
 bool DispatchLock::look_from_callback(Worker& self) noexcept {
   if ((word_.load(std::memory_order_relaxed) & FUTEX_TID_MASK) == self.thread) return false;
-  self.has_met_another = true;
+  if (std::exchange(self.has_met_another, true)) return false;
   return favourite_.load(std::memory_order_relaxed) == nullptr && look_for_word(self);
 }
 
