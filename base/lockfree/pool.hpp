@@ -97,19 +97,16 @@ class PoolBase {
   [[gnu::noinline]] std::uint32_t acquire_from_either() noexcept {
     for (;;) {
       std::uint32_t from = lent_from_.load(std::memory_order_relaxed);
-      const List& empty = lists_[from];
-      const std::uint64_t head = empty.head.load(std::memory_order_acquire);
-      if (static_cast<std::uint32_t>(head) == kNone) {
-        const std::uint32_t index = pop(lists_[1 - from]);
-        if (index != kNone) {
-          lent_from_.compare_exchange_strong(from, 1 - from, std::memory_order_relaxed);
-          return index;
-        }
-        // If the first has not changed meanwhile, both were empty when this one was seen to be.
-        if (empty.head.load(std::memory_order_acquire) == head) return kNone;
-      } else if (const std::uint32_t index = pop(lists_[from]); index != kNone) {
+      const std::uint64_t head = lists_[from].head.load(std::memory_order_acquire);
+      std::uint32_t index = pop(lists_[from]);
+      if (index != kNone) return index;
+      index = pop(lists_[1 - from]);
+      if (index != kNone) {
+        lent_from_.compare_exchange_strong(from, 1 - from, std::memory_order_relaxed);
         return index;
       }
+      // If the first has not changed meanwhile, it was empty when the other one was, too.
+      if (lists_[from].head.load(std::memory_order_acquire) == head) return kNone;
     }
   }
 
