@@ -36,10 +36,10 @@ class DispatchLock {
   /// Used by the worker itself, but for the last.
   struct alignas(64) Worker {
     std::size_t index = 0;
-    std::uint32_t meetings_in_a_row = 0;  // dispatches in which another had the lock when it came
-    bool has_met_another = false;         // since the last one
     std::uint32_t thread = 0;
-    bool is_favourite = false;  // as it knows
+    std::uint32_t meetings_in_a_row = 0;
+    bool has_met_another = false;  // another had the lock when it came; not yet counted
+    bool is_favourite = false;     // as it knows
     std::atomic<bool> is_inside{false};
   };
 
@@ -53,8 +53,6 @@ class DispatchLock {
     if (self.is_favourite && enter_as_favourite(self)) return true;
     if (!try_lock(self)) [[unlikely]]
       wait(self);
-    self.meetings_in_a_row = self.has_met_another ? self.meetings_in_a_row + 1 : 0;
-    self.has_met_another = false;
     if (last_ != &self) {
       last_ = &self;
       in_a_row_ = 0;
@@ -74,6 +72,12 @@ class DispatchLock {
     function();
     unlock(self);
     return true;
+  }
+  /// Called once a dispatch: in how many of these in a row has the worker met another one?
+  static std::uint32_t count_meetings(Worker& self) noexcept {
+    self.meetings_in_a_row = self.has_met_another ? self.meetings_in_a_row + 1 : 0;
+    self.has_met_another = false;
+    return self.meetings_in_a_row;
   }
   void unlock(Worker& self) noexcept {
     if (!self.is_favourite) return release(self);

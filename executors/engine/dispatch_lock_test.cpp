@@ -25,7 +25,7 @@ TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
   std::jthread([&] {
     auto& other = lock.enter(1);
     lock.lock(other);  // the favourite is not inside, and need not be asked
-    EXPECT_EQ(other.meetings_in_a_row, 0u);
+    EXPECT_FALSE(other.has_met_another);
     lock.unlock_and_leave(other);
   }).join();
   EXPECT_FALSE(lock.try_run(self, [] {})) << "it learns that it has lost the title";
@@ -37,18 +37,19 @@ TEST(DispatchLock, TriesInVainWhileAnyWorkerIsInside) {
     DispatchLock lock(2, may_favour);
     auto& self = lock.enter(0);
     lock_often(lock, self);
-    bool has_met = false;
     const bool has_run = lock.try_run(self, [&] {
       EXPECT_FALSE(lock.try_run(self, [] {}));
       std::jthread([&] {
         auto& other = lock.enter(1);
         EXPECT_FALSE(lock.try_run(other, [] {}));
-        has_met = other.has_met_another;
+        EXPECT_EQ(lock.count_meetings(other), 1u);
+        EXPECT_FALSE(lock.try_run(other, [] {}));
+        EXPECT_EQ(lock.count_meetings(other), 2u);
+        EXPECT_EQ(lock.count_meetings(other), 0u);
       }).join();
     });
     EXPECT_TRUE(has_run);
-    EXPECT_FALSE(self.has_met_another) << "only itself";
-    EXPECT_TRUE(has_met);
+    EXPECT_EQ(lock.count_meetings(self), 0u) << "it has met only itself";
   }
 }
 
@@ -90,7 +91,7 @@ TEST(DispatchLock, AWorkerWaitsForAFavouriteThatIsInside) {
     begins = true;
     lock.lock(waiter);
     EXPECT_FALSE(is_inside);
-    EXPECT_EQ(waiter.meetings_in_a_row, 1u);
+    EXPECT_TRUE(waiter.has_met_another);
     lock.unlock_and_leave(waiter);
   });
   while (!begins) std::this_thread::yield();

@@ -320,7 +320,7 @@ void DispatchingExecutor::rethrow() {
   lock();
   spin_times_[index] = Nanoseconds::zero();
   while (!stopping()) {
-    if (shared_ && self.meetings_in_a_row >= kManyMeetings) [[unlikely]]
+    if (shared_ && lock_.count_meetings(self) >= kManyMeetings) [[unlikely]]
       stand_by();
     if (!run_next({}) && !stand_by()) [[unlikely]]
       sleep(index, kNever);
