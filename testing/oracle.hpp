@@ -121,6 +121,9 @@ class Oracle {
   static constexpr Time kNever = analysis::kUnbounded;
 
   const analysis::Callback& at(std::size_t callback) const { return system_.callbacks[callback]; }
+  static bool is_free(const Part& part, std::size_t group) {
+    return std::find(part.busy.begin(), part.busy.end(), group) == part.busy.end();
+  }
   bool has_periods(const Part& part) const { return part.executor->let_period > 0; }
   bool is_shared(const Part& part) const { return part.executor->threads > 1; }
 
@@ -290,7 +293,7 @@ class Oracle {
       entry = part.waiting.pop();
       part.window = std::max(part.window, entry.window);
       const std::size_t group = at(entry.callback).group;
-      if (std::find(part.busy.begin(), part.busy.end(), group) == part.busy.end()) {
+      if (is_free(part, group)) {
         part.busy.push_back(group);
         break;
       }
@@ -389,13 +392,15 @@ class Oracle {
     const std::uint64_t sequence = ++sequence_;
     const Time arrival = sent.is_inside ? sent.from->arrival : now_;
     state.messages.push_back({now_, sequence, sent.from, arrival, std::move(sent.joined)});
-    if (!is_from_here || is_shared(part)) {
-      if (announce(part, to, now_, sequence) && !has_periods(part)) wake(at(to).executor);
-    } else if (part.executor->is_wait_set) {
-      announce(part, to, now_, sequence);
-    } else if (!state.held && !state.queued) {
-      hold(part, to, now_, sequence);
+    bool is_new = true;
+    if (is_from_here && !part.executor->is_wait_set) {
+      if (!state.held && !state.queued) hold(part, to, now_, sequence);
+    } else {
+      is_new = announce(part, to, now_, sequence);
     }
+    const bool wakes = is_from_here ? is_shared(part) && is_free(part, at(to).group)
+                                    : is_new && !has_periods(part);
+    if (wakes) wake(at(to).executor);
   }
 
   // ---- What is ready ----

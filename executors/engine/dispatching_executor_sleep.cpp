@@ -30,15 +30,12 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   ready_.announce_from_callback(record, arrival);
 }
 
-// As an only worker does, one that gets the lock soon avoids the inbox, unless what was announced
-// before waits in it.
+// As an only worker does, one that gets the lock soon avoids the inbox.
 [[gnu::flatten]] void DispatchingExecutor::announce_in_pool(CallbackRecord& record,
                                                             Arrival arrival) noexcept {
-  bool is_announced = false, may_run = false;
-  lock_.try_run(*place_, [&] {
-    if (ready_.has_announcements()) return;
+  bool may_run = false;
+  const bool is_announced = lock_.try_run(*place_, [&] {
     ready_.announce_from_callback(record, arrival);
-    is_announced = true;
     may_run = record.exclusion->is_free();
     if (may_run && watched_closely_.load(std::memory_order_relaxed) != 0)
       is_left_over_.store(true, std::memory_order_relaxed);
