@@ -133,7 +133,8 @@ write("eve.yaml", "talker.yaml", ("keys/talker", "keys/eve"))
 write("secret.yaml", "talker.yaml", (r"topic: \[imu\]", "topic: [secret]"))
 write("forged.yaml", "talker.yaml", ("keys/talker", "other/talker"))
 write("unsigned.yaml", "talker.yaml", ("keys/permissions.p7s", "other/permissions.p7s"))
-write("elsewhere.xml", "permissions.xml", ("<max>230</max>", "<max>5</max>"))
+write("elsewhere.xml", "permissions.xml", ("<min>0</min><max>230</max>",
+                                           f"<min>{domain + 1}</min><max>{domain + 1}</max>"))
 subprocess.run("openssl smime -sign -text -in elsewhere.xml -signer keys/ca.pem"
                " -inkey keys/ca.key -out elsewhere.p7s", shell=True, check=True)
 write("elsewhere.yaml", "talker.yaml", ("keys/permissions.p7s", "elsewhere.p7s"))
