@@ -29,7 +29,8 @@
 // 3. After each run the history is checked against what the file promises.
 // Memory is sequentially consistent, unless a run allows delays: then so many stores that are not
 // sequentially consistent may wait in a buffer of their context, in order, as x86 processors do,
-// while it goes on. They reach memory at any time, at the latest with its next access that is.
+// while it goes on. They reach memory at any time, at the latest with its next access that is; a
+// run chooses the time where another context accesses the variable, as nobody sees it before.
 // Covered: every interleaving of the accesses, and every such delay, within these limits. Not
 // covered: weaker memory (the thread sanitizer's task, and review's), more operations or
 // preemptions than a test's scenarios, and spurious failures of weak swaps.
@@ -64,17 +65,15 @@ class Explorer {
     return schedules;
   }
 
-  /// An access to shared memory is about to happen.
-  static void point() {
+  /// An access to shared memory is about to happen: to this variable, or to any.
+  static void point(const void* where = nullptr) {
     if (++steps > kMaxSteps) {
       std::fputs("an operation does not come to an end\n", stderr);
       std::abort();
     }
     if (running == nullptr) return;
-    for (std::deque<Delayed>& buffer : running->buffers_) {
-      while (!buffer.empty() && running->choose(2) == 1) write_first(buffer);
-    }
     running->may_switch();
+    running->may_write(where);
   }
 
   /// Which context runs; kNobody outside of a run.
@@ -191,6 +190,22 @@ class Explorer {
     swapcontext(&contexts_[preempted], &contexts_[current_]);
   }
 
+  /// Stores of other contexts to this variable, or to any, may reach memory now, each after those
+  /// before it.
+  void may_write(const void* where) {
+    for (std::size_t context = 0; context < bodies_.size();) {
+      std::deque<Delayed>& buffer = buffers_[context];
+      const auto store = std::find_if(buffer.begin(), buffer.end(), [where](const Delayed& entry) {
+        return where == nullptr || entry.where == where;
+      });
+      if (context == current_ || store == buffer.end() || choose(2) == 0) {
+        ++context;
+        continue;
+      }
+      for (auto more = store - buffer.begin(); more >= 0; --more) write_first(buffer);
+      context = 0;  // one that was passed over may come after this
+    }
+  }
   static void write_first(std::deque<Delayed>& buffer) {
     std::memcpy(buffer.front().where, &buffer.front().value, buffer.front().size);
     buffer.pop_front();
@@ -245,13 +260,13 @@ class atomic {
     return *this;
   }
   T load(memory_order = memory_order_seq_cst) const {
-    Explorer::point();
+    Explorer::point(&value_);
     T value = value_;
     if (const ::std::uint64_t* own = Explorer::delayed(&value_)) memcpy(&value, own, sizeof value);
     return value;
   }
   void store(T value, memory_order order = memory_order_seq_cst) {
-    Explorer::point();
+    Explorer::point(&value_);
     if (order != memory_order_seq_cst) {
       ::std::uint64_t bits = 0;
       static_assert(sizeof value <= sizeof bits);
@@ -293,8 +308,8 @@ class atomic {
   void poke(T value) { value_ = value; }
 
  private:
-  static void change() {
-    Explorer::point();
+  void change() {
+    Explorer::point(&value_);
     Explorer::fence();
   }
   T value_;
