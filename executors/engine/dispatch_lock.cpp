@@ -4,6 +4,7 @@
 #include <mutex>
 #include <utility>
 
+#include <linux/futex.h>
 #include <linux/membarrier.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -42,10 +43,9 @@ bool DispatchLock::look_for_word(Worker& self) noexcept {
   return false;
 }
 
-// Not for the worker itself, nor for a favourite, which keeps the word. Once a callback: the owner
-// may be a thread that this one has preempted.
+// Not for a favourite, which keeps the word. Once a callback: the owner may be a thread that this
+// one has preempted.
 bool DispatchLock::look_from_callback(Worker& self) noexcept {
-  if ((word_.load(std::memory_order_relaxed) & FUTEX_TID_MASK) == self.thread) return false;
   if (std::exchange(self.has_met_another, true)) return false;
   return favourite_.load(std::memory_order_relaxed) == nullptr && look_for_word(self);
 }
@@ -83,7 +83,6 @@ void DispatchLock::release_to_waiter() noexcept {
 void DispatchLock::favour(Worker& self) noexcept {
   if (!may_favour_) return;
   self.is_favourite = true;
-  self.is_inside.store(true);
   favourite_.store(&self);
   if (waiting_.load() == 0) return;
   const std::lock_guard lock(title_);
@@ -118,6 +117,7 @@ void DispatchLock::unlock_and_leave(Worker& self) noexcept {
     favourite_.compare_exchange_strong(expected, nullptr);
     self.is_favourite = false;
   }
+  self.is_inside.store(false, std::memory_order_relaxed);
   release(self);
 }
 

@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <linux/futex.h>
-
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 
@@ -38,9 +36,9 @@ class DispatchLock {
     std::size_t index = 0;
     std::uint32_t thread = 0;
     std::uint32_t meetings_in_a_row = 0;
-    bool has_met_another = false;  // another had the lock when it came; not yet counted
-    bool is_favourite = false;     // as it knows
-    std::atomic<bool> is_inside{false};
+    bool has_met_another = false;        // another had the lock when it came; not yet counted
+    bool is_favourite = false;           // as it knows
+    std::atomic<bool> is_inside{false};  // has the lock, or is about to get it
   };
 
   /// `may_favour`: false for workers that a manual clock runs in turn.
@@ -50,7 +48,7 @@ class DispatchLock {
   Worker& enter(std::size_t index) noexcept;
   /// Returns true if no other worker has had it since this one's last dispatch.
   bool lock(Worker& self) noexcept {
-    if (self.is_favourite && enter_as_favourite(self)) return true;
+    if (enter_as_favourite(self)) return true;
     if (!try_lock(self)) [[unlikely]]
       wait(self);
     if (last_ != &self) {
@@ -65,10 +63,11 @@ class DispatchLock {
   /// moment. Otherwise, or if it has it already, returns false.
   template <class Function>
   bool try_run(Worker& self, Function&& function) noexcept {
-    const bool has_it = self.is_favourite ? !self.is_inside.load(std::memory_order_relaxed) &&
-                                                enter_as_favourite(self)
-                                          : try_lock(self) || look_from_callback(self);
-    if (!has_it) return false;
+    if (self.is_inside.load(std::memory_order_relaxed)) return false;
+    if (!enter_as_favourite(self) && !try_lock(self) && !look_from_callback(self)) {
+      self.is_inside.store(false, std::memory_order_relaxed);
+      return false;
+    }
     function();
     unlock(self);
     return true;
@@ -80,8 +79,12 @@ class DispatchLock {
     return self.meetings_in_a_row;
   }
   void unlock(Worker& self) noexcept {
-    if (!self.is_favourite) return release(self);
-    leave_as_favourite(self);
+    // Release: pairs with the load in take_title.
+    self.is_inside.store(false, std::memory_order_release);
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
+      return;
+    self.is_favourite ? lose_title(self) : release(self);
   }
   /// As unlock, by a worker that will not be back soon.
   void unlock_and_leave(Worker& self) noexcept;
@@ -94,15 +97,8 @@ class DispatchLock {
     std::atomic_signal_fence(std::memory_order_seq_cst);
     if (favourite_.load(std::memory_order_relaxed) == &self) [[likely]]
       return true;
-    lose_title(self);
+    if (self.is_favourite) lose_title(self);
     return false;
-  }
-  void leave_as_favourite(Worker& self) noexcept {
-    // Release: pairs with the load in take_title.
-    self.is_inside.store(false, std::memory_order_release);
-    std::atomic_signal_fence(std::memory_order_seq_cst);
-    if (favourite_.load(std::memory_order_relaxed) != &self) [[unlikely]]
-      lose_title(self);
   }
   bool try_lock(Worker& self) noexcept {
     std::uint32_t nobody = 0;

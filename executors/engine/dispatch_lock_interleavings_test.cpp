@@ -207,6 +207,14 @@ TEST(DispatchLockInterleavings, OneWorkerIsInsideAndEachHasItsTurn) {
   kernel.is_patient = true;
 }
 
+// One takes the title while the favourite lets go, and a third one is there.
+TEST(DispatchLockInterleavings, NobodyElseHasTheWordWhileATitleIsTaken) {
+  if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;
+  kernel.is_patient = false;
+  EXPECT_EQ(explore({{"d", "d", "t"}, kFavourite, 3 - kFewer, 0}), "");
+  kernel.is_patient = true;
+}
+
 // The tests above could not see a fault of the favourite if they did not see these.
 TEST(DispatchLockInterleavings, WithoutTheKernelsBarrierTwoAreInside) {
   if (kNoContexts != nullptr) GTEST_SKIP() << kNoContexts;

@@ -28,8 +28,9 @@ TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
     EXPECT_FALSE(other.has_met_another);
     lock.unlock_and_leave(other);
   }).join();
-  EXPECT_FALSE(lock.try_run(self, [] {})) << "it learns that it has lost the title";
+  EXPECT_TRUE(self.is_favourite) << "it does not know yet";
   EXPECT_TRUE(lock.try_run(self, [] {}));
+  EXPECT_FALSE(self.is_favourite);
 }
 
 TEST(DispatchLock, TriesInVainWhileAnyWorkerIsInside) {
@@ -109,6 +110,7 @@ TEST(DispatchLock, AFavouriteThatLeavesLeavesNothingBehind) {
       lock_often(lock, self);
       lock.lock(self);
       lock.unlock_and_leave(self);
+      EXPECT_TRUE(lock.try_run(self, [] {})) << "it is not inside";
     }).join();
     auto& other = lock.enter(1);
     lock.lock(other);
