@@ -74,9 +74,12 @@ class DispatchLock {
   }
   /// Called once a dispatch: in how many of these in a row has the worker met another one?
   static std::uint32_t count_meetings(Worker& self) noexcept {
-    self.meetings_in_a_row = self.has_met_another ? self.meetings_in_a_row + 1 : 0;
+    if (!self.has_met_another) [[likely]] {
+      if (self.meetings_in_a_row != 0) self.meetings_in_a_row = 0;
+      return 0;
+    }
     self.has_met_another = false;
-    return self.meetings_in_a_row;
+    return ++self.meetings_in_a_row;
   }
   void unlock(Worker& self) noexcept {
     // Release: pairs with the load in take_title.
