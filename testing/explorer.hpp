@@ -30,7 +30,8 @@
 // Memory is sequentially consistent, unless a run allows delays: then so many stores that are not
 // sequentially consistent may wait in a buffer of their context, in order, as x86 processors do,
 // while it goes on. They reach memory at any time, at the latest with its next access that is; a
-// run chooses the time where another context accesses the variable, as nobody sees it before.
+// run chooses the time where another context accesses the variable, as nobody sees it before. For
+// that, stores of one context at a time to a variable may wait.
 // Covered: every interleaving of the accesses, and every such delay, within these limits. Not
 // covered: weaker memory (the thread sanitizer's task, and review's), more operations or
 // preemptions than a test's scenarios, and spurious failures of weak swaps.
@@ -67,10 +68,7 @@ class Explorer {
 
   /// An access to shared memory is about to happen: to this variable, or to any.
   static void point(const void* where = nullptr) {
-    if (++steps > kMaxSteps) {
-      std::fputs("an operation does not come to an end\n", stderr);
-      std::abort();
-    }
+    if (++steps > kMaxSteps) fail("an operation does not come to an end");
     if (running == nullptr) return;
     running->may_switch();
     running->may_write(where);
@@ -119,6 +117,11 @@ class Explorer {
     if (buffer.empty()) {  // what follows a store that waits, waits, too
       if (running->delays_left_ == 0 || running->choose(2) == 0) return false;
       --running->delays_left_;
+    }
+    for (const std::deque<Delayed>& other : running->buffers_) {
+      if (&other != &buffer && find(other, where) != other.end()) {
+        fail("stores of two contexts to one variable wait");
+      }
     }
     buffer.push_back({where, value, size});
     return true;
@@ -195,9 +198,7 @@ class Explorer {
   void may_write(const void* where) {
     for (std::size_t context = 0; context < bodies_.size();) {
       std::deque<Delayed>& buffer = buffers_[context];
-      const auto store = std::find_if(buffer.begin(), buffer.end(), [where](const Delayed& entry) {
-        return where == nullptr || entry.where == where;
-      });
+      const auto store = find(buffer, where);
       if (context == current_ || store == buffer.end() || choose(2) == 0) {
         ++context;
         continue;
@@ -205,6 +206,17 @@ class Explorer {
       for (auto more = store - buffer.begin(); more >= 0; --more) write_first(buffer);
       context = 0;  // one that was passed over may come after this
     }
+  }
+  /// The first store that waits there to this variable, or to any.
+  static std::deque<Delayed>::const_iterator find(const std::deque<Delayed>& buffer,
+                                                  const void* where) {
+    return std::find_if(buffer.begin(), buffer.end(), [where](const Delayed& entry) {
+      return where == nullptr || entry.where == where;
+    });
+  }
+  [[noreturn]] static void fail(const char* why) {
+    std::fprintf(stderr, "%s\n", why);
+    std::abort();
   }
   static void write_first(std::deque<Delayed>& buffer) {
     std::memcpy(buffer.front().where, &buffer.front().value, buffer.front().size);
