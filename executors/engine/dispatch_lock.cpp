@@ -117,6 +117,7 @@ void DispatchLock::unlock_and_leave(Worker& self) noexcept {
     favourite_.compare_exchange_strong(expected, nullptr);
     self.is_favourite = false;
   }
+  in_a_row_ = 0;  // it may become the favourite again
   self.is_inside.store(false, std::memory_order_relaxed);
   release(self);
 }

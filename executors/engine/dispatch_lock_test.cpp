@@ -33,6 +33,18 @@ TEST(DispatchLock, FavoursAWorkerThatIsAloneWithIt) {
   EXPECT_FALSE(self.is_favourite);
 }
 
+TEST(DispatchLock, FavoursAWorkerAgainThatHasLeft) {
+  DispatchLock lock(2, true);
+  auto& self = lock.enter(0);
+  lock_often(lock, self);
+  const bool is_granted = self.is_favourite;
+  lock.lock(self);
+  lock.unlock_and_leave(self);
+  EXPECT_FALSE(self.is_favourite);
+  lock_often(lock, self);
+  EXPECT_EQ(self.is_favourite, is_granted);
+}
+
 TEST(DispatchLock, TriesInVainWhileAnyWorkerIsInside) {
   for (const bool may_favour : {false, true}) {
     DispatchLock lock(2, may_favour);

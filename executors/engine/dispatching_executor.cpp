@@ -109,15 +109,15 @@ void DispatchingExecutor::cancel() noexcept {
   wake_all();
 }
 
-// Called inside a callback. Installs the updates of all executors whose callbacks this thread is
-// in.
+// Called inside a callback, or by a destructor of a worker's thread that ends: so the lock must be
+// left. Installs the updates of all executors whose callbacks this thread is in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
   Place* place = place_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
     if (executor->shared_) executor->lock_.lock(*place);
     executor->install_update();
-    if (executor->shared_) executor->lock_.unlock(*place);
+    if (executor->shared_) executor->lock_.unlock_and_leave(*place);
     executor = spin != nullptr ? spin->outer() : nullptr;
     if (spin != nullptr) {
       place = spin->outer_place();
