@@ -1,0 +1,136 @@
+// A thread of a pool that ends lets go of what its callbacks have kept in thread-local variables.
+// SPDX-License-Identifier: Apache-2.0
+#include <functional>
+#include <future>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "takt/entities/guard_condition.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
+#include "takt/nodes/node.hpp"
+
+namespace takt {
+namespace {
+
+// Of the worker that has called `spin`; each runs once.
+std::function<void()> on_enter, on_leave;
+
+/// As epoll: other tests of this process run every back end that is registered.
+class HookedWait final : public WaitBackend {
+ public:
+  explicit HookedWait(std::size_t workers) : waits_(wait_backends().make("epoll", workers)) {}
+  bool wait(std::size_t worker, TimePoint deadline) noexcept override {
+    return waits_->wait(worker, deadline);
+  }
+  void post() noexcept override { waits_->post(); }
+  bool serves_file_descriptors() const noexcept override {
+    return waits_->serves_file_descriptors();
+  }
+  void watch(const Watch& watch) override { waits_->watch(watch); }
+  void unwatch(const ArrivalListener* listener) noexcept override { waits_->unwatch(listener); }
+  void prepare() override { waits_->prepare(); }
+  bool look() noexcept override { return waits_->look(); }
+  int fd() noexcept override { return waits_->fd(); }
+  void enter(std::size_t worker, const ThreadAttributes& attributes) override {
+    waits_->enter(worker, attributes);
+    if (worker == 0 && on_enter) std::exchange(on_enter, nullptr)();
+  }
+  void leave(std::size_t worker) noexcept override {
+    waits_->leave(worker);
+    if (worker == 0 && on_leave) std::exchange(on_leave, nullptr)();
+  }
+  static const std::string& name() {
+    static const std::string name = [] {
+      const auto make = [](std::size_t workers) { return std::make_unique<HookedWait>(workers); };
+      wait_backends().add("hooked", {"epoll, with hooks", make});
+      return "hooked";
+    }();
+    return name;
+  }
+
+ private:
+  const std::unique_ptr<WaitBackend> waits_;
+};
+
+/// Taken with the dispatch lock held, as all of reentrant groups are.
+class HookedGuard final : public GuardCondition {
+ public:
+  using GuardCondition::GuardCondition;
+  std::function<void()> on_take;
+  bool take(Slot& slot) noexcept override {
+    if (on_take) on_take();
+    return GuardCondition::take(slot);
+  }
+};
+
+class HookedNode final : public Node {
+ public:
+  using Node::Node;
+  std::shared_ptr<HookedGuard> make(std::function<void()> callback) {
+    return adopt<HookedGuard>(std::make_shared<HookedGuard>(
+        "hooked", create_callback_group("reentrant", CallbackGroupType::Reentrant), clock().real(),
+        std::move(callback)));
+  }
+};
+
+/// What a thread keeps until it ends, and the other worker has left.
+struct Kept {
+  std::vector<std::shared_ptr<GuardCondition>> handles;
+  std::shared_future<void> other_has_left;
+  ~Kept() { other_has_left.wait(); }
+};
+
+// It removed these entities by itself, became the favourite of the dispatch lock on the way, and
+// ended. Then the lock belonged to no thread, and the next two waited for each other.
+TEST(EndedWorker, HasLeftTheDispatchLock) {
+  constexpr int kHandles = 100;  // more than it takes to become the favourite
+  const auto executor = executors().make(
+      "multi_threaded", {.wait = HookedWait::name(), .threads = std::vector<ThreadAttributes>(2)});
+  const auto node = std::make_shared<HookedNode>("node");
+  auto to_keep = std::make_unique<Kept>();
+  for (int i = 0; i < kHandles; ++i) {
+    to_keep->handles.push_back(node->create_guard_condition("kept_" + std::to_string(i), [] {}));
+  }
+  std::promise<void> has_left, has_kept;
+  to_keep->other_has_left = has_left.get_future().share();
+  const std::shared_future<void> is_kept = has_kept.get_future().share();
+  const std::thread::id first = std::this_thread::get_id();
+  std::vector<std::shared_ptr<GuardCondition>> both;
+  for (const char* name : {"one", "other"}) {
+    both.push_back(node->create_guard_condition(
+        name,
+        [&] {
+          if (std::this_thread::get_id() == first) return is_kept.wait();
+          if (to_keep == nullptr) return;  // the one that was left over
+          thread_local std::unique_ptr<Kept> kept;
+          kept = std::move(to_keep);
+          has_kept.set_value();
+          executor->cancel();
+        },
+        node->create_callback_group(name, CallbackGroupType::MutuallyExclusive)));
+  }
+  executor->add_node(node);
+  for (const auto& guard : both) guard->trigger();
+  on_leave = [&] { has_left.set_value(); };
+  executor->spin();
+
+  // The second worker is inside when the first one comes.
+  std::promise<void> is_inside;
+  const auto slow = node->make([&] { executor->cancel(); });
+  slow->on_take = [&] {
+    is_inside.set_value();
+    for (int i = 0; i < 1000; ++i) std::this_thread::yield();
+  };
+  on_enter = [&] { is_inside.get_future().wait(); };
+  slow->trigger();
+  executor->spin();
+}
+
+}  // namespace
+}  // namespace takt
