@@ -196,15 +196,13 @@ class Explorer {
   /// Stores of other contexts to this variable, or to any, may reach memory now, each after those
   /// before it.
   void may_write(const void* where) {
-    for (std::size_t context = 0; context < bodies_.size();) {
+    for (std::size_t context = 0; context < bodies_.size(); ++context) {
+      if (context == current_) continue;
       std::deque<Delayed>& buffer = buffers_[context];
-      const auto store = find(buffer, where);
-      if (context == current_ || store == buffer.end() || choose(2) == 0) {
-        ++context;
-        continue;
+      for (auto store = find(buffer, where); store != buffer.end() && choose(2) == 1;
+           store = find(buffer, where)) {
+        for (auto more = store - buffer.begin(); more >= 0; --more) write_first(buffer);
       }
-      for (auto more = store - buffer.begin(); more >= 0; --more) write_first(buffer);
-      context = 0;  // one that was passed over may come after this
     }
   }
   /// The first store that waits there to this variable, or to any.
