@@ -5,6 +5,7 @@
 
 #include <pthread.h>
 
+#include "takt/base/held_locks.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -27,9 +28,19 @@ class PiMutex {
   PiMutex(const PiMutex&) = delete;
   PiMutex& operator=(const PiMutex&) = delete;
 
-  void lock() noexcept { pthread_mutex_lock(&mutex_); }
-  bool try_lock() noexcept { return pthread_mutex_trylock(&mutex_) == 0; }
-  void unlock() noexcept { pthread_mutex_unlock(&mutex_); }
+  void lock() noexcept {
+    pthread_mutex_lock(&mutex_);
+    detail::lock_is_held();
+  }
+  bool try_lock() noexcept {
+    const bool locked = pthread_mutex_trylock(&mutex_) == 0;
+    if (locked) detail::lock_is_held();
+    return locked;
+  }
+  void unlock() noexcept {
+    detail::lock_is_released();
+    pthread_mutex_unlock(&mutex_);
+  }
 
  private:
   pthread_mutex_t mutex_;

@@ -6,11 +6,15 @@
 #include <utility>
 
 #include "takt/base/error.hpp"
+#include "takt/base/held_locks.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 
 namespace takt {
 
-Entity::~Entity() = default;
+// It owned a callback, and what that captured.
+Entity::~Entity() {
+  detail::expect_no_lock("callback");
+}
 
 thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/held_locks.hpp"
 #include "takt/nodes/node_state.hpp"
 
 namespace takt {
@@ -108,6 +109,7 @@ Node::Node(std::string_view name, const NodeOptions& options)
 }
 
 Node::~Node() {
+  detail::expect_no_lock("node");
   NodeNames::instance().remove(options_.participant.get(), fully_qualified_name_);
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }

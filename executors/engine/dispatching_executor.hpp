@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "takt/base/held_locks.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/staged_outputs.hpp"
@@ -184,15 +185,18 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Workers.
   void lock() noexcept {
+    detail::lock_is_held();
     if (shared_ && !lock_.lock(*place_)) [[unlikely]]
       ready_.prefetch();
   }
   void unlock() noexcept {
+    detail::lock_is_released();
     if (shared_) [[unlikely]]
       lock_.unlock(*place_);
   }
   /// As unlock, by a worker that will not be back soon.
   void unlock_and_leave() noexcept {
+    detail::lock_is_released();
     if (shared_) lock_.unlock_and_leave(*place_);
   }
   void start_worker(std::size_t index);
@@ -204,6 +208,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
   void call(CallbackRecord& record, Slot& slot) noexcept {
     try {
+      detail::expect_no_lock("callback");
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
