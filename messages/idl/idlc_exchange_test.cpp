@@ -149,7 +149,7 @@ TEST(WriterClocks, OfAnotherHostDecideNothing) {
 TEST(WriterClocks, CountWhereTheyAreTheSameOrKeptTheSame) {
   std::string boot;
   std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
-  EXPECT_GE(age_of_message(false, "takt_clock=" + boot + ";"), std::chrono::seconds(9));
+  EXPECT_GE(age_of_message(false, "taktclock=" + boot + ";"), std::chrono::seconds(9));
   EXPECT_GE(age_of_message(true, ""), std::chrono::seconds(9));
 }
 

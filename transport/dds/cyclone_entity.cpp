@@ -5,6 +5,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/messages/type_description.hpp"
+#include "takt/transport/dds/key_values.hpp"
 #include "takt/transport/dds/writer_clocks.hpp"
 
 namespace takt {
@@ -112,16 +113,11 @@ std::string user_data_value(const dds_qos_t& qos, std::string_view key) {
   void* data = nullptr;
   std::size_t size = 0;
   if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};
-  std::string text(static_cast<const char*>(data), size);
+  const std::string text(static_cast<const char*>(data), size);
   dds_free(data);
-  const std::string start = std::string(key) + "=";
-  std::size_t begin = text.find(start);
-  while (begin != std::string::npos && begin != 0 && text[begin - 1] != ';') {
-    begin = text.find(start, begin + 1);
-  }
-  if (begin == std::string::npos) return {};
-  text.erase(0, begin + start.size());
-  return text.substr(0, text.find(';'));
+  const auto entries = key_values(text);
+  const auto found = entries.find(std::string(key));
+  return found == entries.end() ? std::string() : found->second;
 }
 
 Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory) {

@@ -3,22 +3,33 @@
 
 #include <algorithm>
 #include <fstream>
-#include <functional>
+#include <string>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "takt/base/clock.hpp"
+#include "takt/transport/dds/cyclone_entity.hpp"
 
 namespace takt {
 
-std::string clock_identity() {
-  static const std::string identity = [] {
+namespace {
+
+constexpr std::string_view kClockKey = "taktclock";
+
+const std::string& boot_id() {
+  static const std::string id = [] {
     std::string boot;
     std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
-    return boot.empty() ? "" : "takt_clock=" + boot + ";";
+    return boot;
   }();
-  return identity;
+  return id;
+}
+
+}  // namespace
+
+std::string clock_identity() {
+  return boot_id().empty() ? std::string() : fmt::format("{}={};", kClockKey, boot_id());
 }
 
 bool WriterClocks::is_ours(dds_entity_t reader, dds_instance_handle_t writer) {
@@ -27,14 +38,8 @@ bool WriterClocks::is_ours(dds_entity_t reader, dds_instance_handle_t writer) {
   if (known != known_.end()) return known->second;
   bool is_ours = false;
   if (dds_builtintopic_endpoint_t* const data = dds_get_matched_publication_data(reader, writer)) {
-    void* bytes = nullptr;
-    std::size_t size = 0;
-    if (dds_qget_userdata(data->qos, &bytes, &size) && bytes != nullptr) {
-      const std::string_view text(static_cast<const char*>(bytes), size);
-      const std::string ours = clock_identity();
-      is_ours = !ours.empty() && text.find(ours) != std::string_view::npos;
-      dds_free(bytes);
-    }
+    const std::string theirs = user_data_value(*data->qos, kClockKey);
+    is_ours = !theirs.empty() && theirs == boot_id();
     dds_builtintopic_free_endpoint(data);
   }
   if (known_.size() == kMostKnown) known_.clear();

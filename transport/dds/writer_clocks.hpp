@@ -14,7 +14,7 @@
 
 namespace takt {
 
-/// What an endpoint of ours carries in its user data, "takt_clock=...;": equal for all processes
+/// What an endpoint of ours carries in its user data, "taktclock=...;": equal for all processes
 /// under one kernel, and so with one CLOCK_REALTIME.
 std::string clock_identity();
 
