@@ -68,6 +68,16 @@ std::string suggest(std::string_view name, std::span<const std::string> valid) {
   return result;
 }
 
+std::string text_of(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an object that is no std::exception";
+  }
+}
+
 std::string errno_message(int error_number) {
   return std::generic_category().message(error_number);
 }

@@ -3,6 +3,7 @@
 #ifndef TAKT_BASE_ERROR_HPP_
 #define TAKT_BASE_ERROR_HPP_
 
+#include <exception>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,9 @@ class Error : public std::runtime_error {
 
 /// Advice for an error about an unknown name: `did you mean 'x'? valid: a, b, c`.
 std::string suggest(std::string_view name, std::span<const std::string> valid);
+
+/// What was thrown, for messages: what() of a std::exception.
+std::string text_of(const std::exception_ptr& exception);
 
 /// The message of errno, e.g. "Operation not permitted".
 std::string errno_message(int error_number);

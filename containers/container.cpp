@@ -231,13 +231,6 @@ void Container::make_lifecycle() {
 
 // Called on the thread of the failed callback.
 bool Container::handle(const FailedCallback& failed) {
-  std::string what = "an object that is no std::exception";
-  try {
-    std::rethrow_exception(failed.exception);
-  } catch (const std::exception& error) {
-    what = error.what();
-  } catch (...) {
-  }
   OnException policy = OnException::terminate;
   const auto is_own = [&](const std::shared_ptr<Node>& node) {
     return node != nullptr && failed.node == node->fully_qualified_name();
@@ -252,7 +245,7 @@ bool Container::handle(const FailedCallback& failed) {
     }
   }
   log(LogLevel::error, "{}{}{} threw: {}; {}", failed.node,
-      failed.callback.starts_with('/') ? "" : "/", failed.callback, what,
+      failed.callback.starts_with('/') ? "" : "/", failed.callback, text_of(failed.exception),
       policy == OnException::terminate     ? "the container stops"
       : policy == OnException::remove_node ? "its node is removed from its executors"
                                            : "ignored");

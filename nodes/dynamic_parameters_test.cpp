@@ -348,38 +348,5 @@ TEST(ParameterCallbacks, AreNotCalledAfterAnotherDroppedThem) {
   EXPECT_EQ(calls, 0);
 }
 
-// What one thread sets is changed, set and reported before the next one's begins.
-TEST(ParameterCallbacks, AreCalledForOneThreadAfterTheOther) {
-  const auto node = std::make_shared<Node>("arm");
-  node->declare_parameters("", std::map<std::string, int>{{"a", 0}, {"twice_a", 0}});
-  std::atomic<int> pending{0}, wrong{0};
-  const auto pre = node->add_pre_set_parameters_callback([&](Parameters& values) {
-    if (++pending != 1) ++wrong;
-    values["twice_a"] = 2 * std::get<std::int64_t>(values.at("a"));
-  });
-  const auto post = node->add_post_set_parameters_callback([&](const Parameters& values) {
-    if (values.at("a") != node->get_parameter<ParameterValue>("a")) ++wrong;
-    --pending;
-  });
-  std::atomic<bool> is_over{false};
-  std::thread reader([&] {
-    while (!is_over) {
-      const std::vector<Parameter> both = node->get_parameters({"a", "twice_a"});
-      const auto of = [&](int i) { return std::get<std::int64_t>(both[i].value); };
-      if (of(1) != 2 * of(0)) ++wrong;
-    }
-  });
-  std::vector<std::thread> writers;
-  for (int writer = 0; writer < 3; ++writer) {
-    writers.emplace_back([&, writer] {
-      for (int i = 0; i < 300; ++i) EXPECT_EQ(reason(*node, {{"a", writer * 1000 + i}}), "");
-    });
-  }
-  for (std::thread& writer : writers) writer.join();
-  is_over = true;
-  reader.join();
-  EXPECT_EQ(wrong, 0);
-}
-
 }  // namespace
 }  // namespace takt

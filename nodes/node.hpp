@@ -317,27 +317,40 @@ class Node : public std::enable_shared_from_this<Node> {
   ListParametersResult list_parameters(const std::vector<std::string>& prefixes = {},
                                        std::uint64_t depth = 0) const;
   /// Sets all values, or none and returns the reason: a parameter is not declared, read-only, of
-  /// another type or out of range, or a callback refuses. A value that is not set undeclares a
-  /// parameter of any type. Throws Error in a parameter callback of this node.
+  /// another type or out of range, a callback refuses, other threads have changed parameters each
+  /// of ten times while callbacks checked the values, or a thousand changes wait for post-set
+  /// callbacks. A value that is not set undeclares a parameter of any type. Throws Error in a
+  /// parameter callback of this node.
   [[nodiscard]] SetParametersResult set_parameters_atomically(const Parameters& values);
   /// One after another: a result for each.
   std::vector<SetParametersResult> set_parameters(const std::vector<Parameter>& parameters);
+
+  // Parameter callbacks run without a lock. The one that was added last is called first. They may
+  // read parameters and call all else, but not set or declare parameters of this node, nor
+  // set one of another node whose callback does. What a callback throws reaches the one that sets
+  // or declares: a pre-set or on-set callback keeps the values from being set then.
+
   /// The callback gets the values that are to be set, but not those that are declared, and may
   /// change, add and remove some; if none is left, setting fails. For the rest, as
   /// add_on_set_parameters_callback.
   [[nodiscard]] PreSetParametersHandle add_pre_set_parameters_callback(
       PreSetParametersCallback callback);
   /// The callback gets values that are valid by their descriptors, before they are set or declared,
-  /// on the thread that does so. As in rclcpp, the one that was added last is called first: so only
-  /// the one that was added first knows that no other refuses. To act on values, use a post-set
-  /// callback. It may read parameters, which have their old values, but not set or declare any.
+  /// on the thread that does so; parameters have their old values. If several threads set
+  /// parameters, it runs on them at the same time, and it is called again for values when another
+  /// thread has changed parameters meanwhile. Only the callback that was added first knows that no
+  /// other refuses. So to act on values, use a post-set callback.
   [[nodiscard]] OnSetParametersHandle add_on_set_parameters_callback(
       OnSetParametersCallback callback);
-  /// The same with values that were set or declared; parameters have their new values.
+  /// The callback gets values that were set or declared, change by change in the order in which
+  /// they were made, one at a time. It runs on the thread that sets or declares; but if that of
+  /// another thread is running, then on that thread, afterwards: the one that sets does not wait
+  /// for it, and what the callback throws reaches the other. Parameters have their new values, or
+  /// newer ones.
   [[nodiscard]] PostSetParametersHandle add_post_set_parameters_callback(
       PostSetParametersCallback callback);
   /// For ParameterServices. Empty: none. When this returns, the previous listener is not called any
-  /// more. It may read parameters, but not set or declare any.
+  /// more. It is called with a lock held: it may read parameters, but not set or declare any.
   void set_parameters_listener(ParametersListener listener);
 
   /// The topic's name on the wire: remapped, and "~/x" and relative names made absolute.
@@ -452,7 +465,6 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::string name_, name_space_, fully_qualified_name_;
   const std::shared_ptr<CallbackGroup> default_group_;
   const std::unique_ptr<State> state_;
-  OnSetParametersHandle switch_clock_;  // when kUseSimTime changes
   std::atomic<const NodeListener*> owner_{nullptr};
 };
 

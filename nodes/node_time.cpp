@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "takt/nodes/node.hpp"
+#include "takt/nodes/node_state.hpp"
 
 namespace takt {
 
-// The callback is the first that is added, so it is called last: when no other refuses.
 void Node::declare_use_sim_time() {
   const bool simulated =
       declare_parameter(kUseSimTime, false, {.description = "Timers follow /clock."});
@@ -15,24 +15,21 @@ void Node::declare_use_sim_time() {
   } else if (simulated && clock_.as_simulated() == nullptr) {
     log(LogLevel::warn, "{} is true, but nothing sets the node's time", kUseSimTime);
   }
-  switch_clock_ = add_on_set_parameters_callback([this](const Parameters& values) {
-    const auto found = values.find(kUseSimTime);
-    if (found == values.end()) return SetParametersResult();
-    const bool wanted = std::get<bool>(found->second);
-    if (wanted == get_parameter<bool>(kUseSimTime)) return SetParametersResult();
-    if (own_clock_ == nullptr) {
-      return SetParametersResult{
-          false, fmt::format("nothing sets the time of node '{}'; give it a time source, or load "
-                             "it into a container that has `dds` or a thread called 'container'",
-                             name_)};
-    }
-    try {
-      simulate_time(wanted);
-    } catch (const Error& error) {
-      return SetParametersResult{false, error.what()};
-    }
-    return SetParametersResult();
-  });
+  state_->parameters.set_own(
+      [this](const Parameters& changed) {
+        const auto found = changed.find(kUseSimTime);
+        if (found == changed.end() || own_clock_ != nullptr) return;
+        if (found->second == get_parameter<ParameterValue>(kUseSimTime)) return;
+        throw Error(fmt::format("nothing sets the time of node '{}'", name_),
+                    "give it a time source, or load it into a container that has `dds` or a thread "
+                    "called 'container'");
+      },
+      [this](const Parameters& values) {
+        const auto found = values.find(kUseSimTime);
+        if (found == values.end() || own_clock_ == nullptr) return;
+        const bool wanted = std::get<bool>(found->second);
+        if (wanted != own_clock_->simulates()) simulate_time(wanted);
+      });
 }
 
 void Node::simulate_time(bool simulated) {

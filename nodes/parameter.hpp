@@ -17,6 +17,7 @@
 #include <variant>
 #include <vector>
 
+#include "takt/base/user_function.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -84,14 +85,16 @@ using PreSetParametersCallback = std::function<void(Parameters&)>;
 using OnSetParametersCallback = std::function<SetParametersResult(const Parameters&)>;
 /// Called with values after they were set.
 using PostSetParametersCallback = std::function<void(const Parameters&)>;
-/// Keeps the callback: when it is dropped, no further call begins.
-template <class Callback>
-using ParametersHandle = std::shared_ptr<const Callback>;
-using PreSetParametersHandle = ParametersHandle<PreSetParametersCallback>;
-using OnSetParametersHandle = ParametersHandle<OnSetParametersCallback>;
-using PostSetParametersHandle = ParametersHandle<PostSetParametersCallback>;
+/// Each keeps a callback: when it is dropped, no further call begins; one that runs, perhaps on
+/// another thread, goes on.
+using PreSetParametersHandle = std::shared_ptr<const detail::UserFunction<void(Parameters&)>>;
+using OnSetParametersHandle =
+    std::shared_ptr<const detail::UserFunction<SetParametersResult(const Parameters&)>>;
+using PostSetParametersHandle =
+    std::shared_ptr<const detail::UserFunction<void(const Parameters&)>>;
 
-/// Called after parameters were declared, set or undeclared, on the thread that did so.
+/// Called after parameters were declared, set or undeclared, on the thread that did so, in the
+/// order of the changes.
 using ParametersListener = std::function<void(const ParameterChanges&)>;
 
 namespace detail {

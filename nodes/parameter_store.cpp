@@ -67,105 +67,9 @@ std::string text(const Range& range) {
 
 }  // namespace
 
-// Lets one thread at a time change parameters. A callback that is called for a change and makes one
-// would wait for itself.
-class ParameterStore::Changing {
- public:
-  Changing(ParameterStore& parameters, std::string_view what) : parameters_(parameters) {
-    if (parameters.changing_thread_.load() == std::this_thread::get_id()) {
-      throw Error(fmt::format("node '{}': a callback of parameters {}", parameters.node_, what),
-                  "do it after the callback");
-    }
-    parameters.change_mutex_.lock();
-    parameters.changing_thread_.store(std::this_thread::get_id());
-  }
-  ~Changing() {
-    parameters_.changing_thread_.store({});
-    parameters_.change_mutex_.unlock();
-  }
-  Changing(const Changing&) = delete;
-  Changing& operator=(const Changing&) = delete;
-
- private:
-  ParameterStore& parameters_;
-};
-
 ParameterStore::ParameterStore(std::string node, Parameters given)
     : node_(std::move(node)), given_(std::move(given)) {
   for (const auto& [name, value] : given_) unused_.insert(name);
-}
-
-ParameterValue ParameterStore::declare(std::string_view name, ParameterValue wanted,
-                                       ParameterDescriptor descriptor,
-                                       const detail::IntegerLimits& limits) {
-  Declared declared{std::move(wanted), std::move(descriptor), limits};
-  const Changing changing(*this, "declares one");
-  if (has(name)) {
-    throw Error(fmt::format("parameter '{}' of node '{}' is declared twice", name, node_));
-  }
-  check_descriptor(name, declared);
-  declared.value = accepted(name, declared.value, declared);
-  if (const auto given = given_.find(name); given != given_.end()) {
-    declared.value = accepted(name, given->second, declared);
-  }
-  ParameterValue value = declared.value;
-  // As in rclcpp, what has no value is declared without callbacks.
-  const bool is_set = !std::holds_alternative<std::monostate>(value);
-  Parameters values;
-  if (is_set) values.try_emplace(std::string(name), value);
-  const SetParametersResult result = is_set ? ask_callbacks(values) : SetParametersResult();
-  if (!result.successful) {
-    throw Error(fmt::format("parameter '{}' of node '{}' cannot be {}: {}", name, node_,
-                            to_string(value), result.reason));
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    declared_.try_emplace(std::string(name), std::move(declared));
-    if (const auto found = unused_.find(name); found != unused_.end()) unused_.erase(found);
-  }
-  if (is_set) report({.added = values}, values);
-  return value;
-}
-
-void ParameterStore::undeclare(std::string_view name) {
-  const Changing changing(*this, "undeclares one");
-  {
-    const std::lock_guard lock(mutex_);
-    check_undeclaring(name, find(name));
-  }
-  ParameterChanges changes{.deleted = {std::string(name)}};
-  apply(changes);
-  if (listener_) listener_(changes);
-}
-
-SetParametersResult ParameterStore::set_atomically(Parameters values) {
-  const Changing changing(*this, "sets one");
-  each(pre_set_, [&](const PreSetParametersCallback& callback) {
-    callback(values);
-    return true;
-  });
-  if (values.empty()) {
-    return {false,
-            fmt::format("node '{}': no parameter is given, or a callback has removed all", node_)};
-  }
-  ParameterChanges changes;
-  try {
-    changes = checked(values);
-  } catch (const Error& error) {
-    return {false, error.what()};
-  }
-  // Callbacks get values as they are stored, and those that are not set of what is undeclared.
-  for (const auto& [name, value] : changes.changed) values[name] = value;
-  if (SetParametersResult result = ask_callbacks(values); !result.successful) return result;
-  apply(changes);
-  report(changes, values);
-  return {};
-}
-
-std::vector<SetParametersResult> ParameterStore::set(const std::vector<Parameter>& parameters) {
-  std::vector<SetParametersResult> results;
-  for (const auto& [name, value] : parameters) results.push_back(set_atomically({{name, value}}));
-  return results;
 }
 
 // What setting these values will change; an Error when one cannot be set.
@@ -187,53 +91,6 @@ ParameterChanges ParameterStore::checked(const Parameters& values) const {
     }
   }
   return changes;
-}
-
-// What is replaced and deleted is freed after the lock.
-void ParameterStore::apply(ParameterChanges changes) {
-  std::vector<decltype(declared_)::node_type> deleted;
-  const std::lock_guard lock(mutex_);
-  for (auto& [name, value] : changes.changed) {
-    std::swap(declared_.find(name)->second.value, value);
-  }
-  for (const std::string& name : changes.deleted) deleted.push_back(declared_.extract(name));
-}
-
-// To the listener first, so that it gets what a callback throws at.
-void ParameterStore::report(const ParameterChanges& changes, const Parameters& values) {
-  if (listener_) listener_(changes);
-  each(post_set_, [&](const PostSetParametersCallback& callback) {
-    callback(values);
-    return true;
-  });
-}
-
-void ParameterStore::set_listener(ParametersListener listener) {
-  const Changing changing(*this, "changes the listener");
-  listener_.swap(listener);
-}
-
-template <class Callback, class Call>
-void ParameterStore::each(Callbacks<Callback>& callbacks, Call&& call) {
-  Callbacks<Callback> latest_first;
-  {
-    const std::lock_guard lock(mutex_);
-    std::erase_if(callbacks, [](const auto& callback) { return callback.expired(); });
-    latest_first.assign(callbacks.rbegin(), callbacks.rend());
-  }
-  for (const auto& weak : latest_first) {
-    const ParametersHandle<Callback> callback = weak.lock();
-    if (callback != nullptr && !call(*callback)) return;
-  }
-}
-
-SetParametersResult ParameterStore::ask_callbacks(const Parameters& values) {
-  SetParametersResult result;
-  each(on_set_, [&](const OnSetParametersCallback& callback) {
-    result = callback(values);
-    return result.successful;
-  });
-  return result;
 }
 
 // A fixed type needs a value; a range must be one, and of the parameter's type.

@@ -3,14 +3,15 @@
 #ifndef TAKT_NODES_PARAMETER_STORE_HPP_
 #define TAKT_NODES_PARAMETER_STORE_HPP_
 
-#include <atomic>
+#include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -22,8 +23,18 @@ namespace takt {
 
 /// Names, values and descriptors. Node forwards to it, and documents each method.
 ///
-/// Thread safety: every method from any thread. While callbacks are called, other threads that set
-/// values wait; a reader waits no longer than for a look-up and a copy.
+/// Users' callbacks run without a lock, in these steps:
+/// 1. Pre-set and on-set callbacks are called for what is to be set. Several threads may do so at
+///    the same time.
+/// 2. If another thread has changed a parameter meanwhile, the callbacks have checked what is no
+///    more: step 1 again, for a few times; then the answer is negative.
+/// 3. The values are changed, and the listener is called.
+/// 4. The values wait for the post-set callbacks. If no thread is calling those, this one does, for
+///    all changes that wait and come meanwhile, in their order; else it leaves them to the one that
+///    is. So no thread waits for another one's callbacks.
+///
+/// Thread safety: every method from any thread. A reader waits no longer than for a look-up and a
+/// copy, one that changes parameters no longer than for the listener.
 /// Real-time: get of a boolean or a number takes a lock with priority inheritance, and allocates
 /// nothing; a string or an array is copied. The rest is set-up.
 class ParameterStore {
@@ -43,20 +54,29 @@ class ParameterStore {
   bool has(std::string_view name) const;
   std::vector<ParameterDescriptor> describe(const std::vector<std::string>& names) const;
   ListParametersResult list(const std::vector<std::string>& prefixes, std::uint64_t depth) const;
-  SetParametersResult set_atomically(Parameters values);
+  SetParametersResult set_atomically(const Parameters& values);
   std::vector<SetParametersResult> set(const std::vector<Parameter>& parameters);
   PreSetParametersHandle add_pre_set(PreSetParametersCallback callback) {
-    return add(std::move(callback), pre_set_);
+    return add<PreSetParametersHandle>(std::move(callback), pre_set_);
   }
   OnSetParametersHandle add_on_set(OnSetParametersCallback callback) {
-    return add(std::move(callback), on_set_);
+    return add<OnSetParametersHandle>(std::move(callback), on_set_);
   }
   PostSetParametersHandle add_post_set(PostSetParametersCallback callback) {
-    return add(std::move(callback), post_set_);
+    return add<PostSetParametersHandle>(std::move(callback), post_set_);
   }
-  /// Empty: none. When this returns, the previous listener is not called any more. It may read
-  /// parameters, but not set or declare any.
+  /// Empty: none. When this returns, the previous listener is not called any more. It hears of
+  /// changes in their order. It is called with a lock held: it may read parameters, and nothing
+  /// else of the store.
   void set_listener(ParametersListener listener);
+  /// The node's own callbacks: `check` throws Error when it refuses what would change, with a lock
+  /// held; `act` is called before post-set callbacks, as they are. Before other threads know the
+  /// node.
+  using ParametersCheck = std::function<void(const Parameters&)>;
+  void set_own(ParametersCheck check, PostSetParametersCallback act) {
+    check_ = std::move(check);
+    act_ = std::move(act);
+  }
   /// What is given and was never declared.
   std::vector<std::string> unused() const;
 
@@ -66,44 +86,65 @@ class ParameterStore {
     ParameterDescriptor descriptor;
     detail::IntegerLimits limits;
   };
-  template <class Callback>
-  using Callbacks = std::vector<std::weak_ptr<const Callback>>;
-  class Changing;
+  template <class Handle>
+  using Callbacks = std::vector<typename Handle::weak_type>;
+  using Lock = std::unique_lock<PiMutex>;
+  /// What has changed, and the stores whose callbacks have led to it.
+  struct Change {
+    Parameters values;
+    std::vector<std::uint64_t> causes;
+  };
+  class Cause;
 
-  // With the mutex held.
+  static std::uint64_t next_id() noexcept;
+  // Not set: another thread has changed something while callbacks were called.
+  std::optional<ParameterValue> try_to_declare(std::string_view name, const Declared& wanted);
+  std::optional<SetParametersResult> try_to_set(Parameters values);
+  std::string disturbed() const;
+
+  // With `change_mutex_` held, which those with a lock release while they call.
+  // The latest callback first, until a call returns false.
+  template <class WeakHandle, class Function>
+  void each(Lock& lock, std::vector<WeakHandle>& callbacks, Function&& function);
+  SetParametersResult ask_callbacks(Lock& lock, const Parameters& values);
+  void check_backlog() const;
+  void apply(ParameterChanges changes);
+  void report(const ParameterChanges& changes, Parameters values);
+  void call_post_set();
+
+  // With `mutex_` held.
   const Declared& find(std::string_view name) const;
   void check_descriptor(std::string_view name, const Declared& declared) const;
   void check_undeclaring(std::string_view name, const Declared& declared) const;
   ParameterValue accepted(std::string_view name, const ParameterValue& given,
                           const Declared& declared) const;
   ParameterChanges checked(const Parameters& values) const;
-  template <class Callback>
-  ParametersHandle<Callback> add(Callback callback, Callbacks<Callback>& callbacks) {
-    auto handle = std::make_shared<const Callback>(std::move(callback));
+  template <class Handle, class Callback>
+  Handle add(Callback callback, Callbacks<Handle>& callbacks) {
+    auto handle = std::make_shared<typename Handle::element_type>(std::move(callback));
     const std::lock_guard lock(mutex_);
     callbacks.push_back(handle);
     return handle;
   }
-  // The latest first, until a call returns false.
-  template <class Callback, class Call>
-  void each(Callbacks<Callback>& callbacks, Call&& call);
-  SetParametersResult ask_callbacks(const Parameters& values);
-  void apply(ParameterChanges changes);
-  void report(const ParameterChanges& changes, const Parameters& values);
 
+  const std::uint64_t id_ = next_id();  // no other store has it, now or later
   const std::string node_;
   const Parameters given_;
+  ParametersCheck check_;
+  PostSetParametersCallback act_;
 
-  PiMutex change_mutex_;  // held while values are set; comes before mutex_
-  std::atomic<std::thread::id> changing_thread_{};
-  ParametersListener listener_;  // guarded by change_mutex_
+  PiMutex change_mutex_;         // held while something changes; comes before mutex_. Guards:
+  std::uint64_t version_ = 0;    // counts changes
+  std::deque<Change> finished_;  // changes whose post-set callbacks have not been called
+  bool calls_post_set_ = false;  // a thread does
+  ParametersListener listener_;
 
   mutable PiMutex mutex_;  // guards all below
   std::map<std::string, Declared, std::less<>> declared_;
   std::set<std::string, std::less<>> unused_;
-  Callbacks<PreSetParametersCallback> pre_set_;
-  Callbacks<OnSetParametersCallback> on_set_;
-  Callbacks<PostSetParametersCallback> post_set_;
+  Callbacks<PreSetParametersHandle> pre_set_;
+  Callbacks<OnSetParametersHandle> on_set_;
+  Callbacks<PostSetParametersHandle> post_set_;
 };
 
 }  // namespace takt
