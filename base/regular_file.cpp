@@ -29,11 +29,13 @@ void check_kind(const struct stat& about) {
 
 }  // namespace
 
-RegularFile::RegularFile(const std::string& path) {
+RegularFile::RegularFile(const FilePlace& place) {
   struct stat about {};
-  if (stat(path.c_str(), &about) != 0) refuse(errno);
-  check_kind(about);  // to open a device can have effects
-  fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (!place.is_beneath()) {
+    if (stat(place.path().c_str(), &about) != 0) refuse(errno);
+    check_kind(about);  // to open a device can have effects
+  }
+  fd_ = place.open(O_RDONLY | O_NONBLOCK | O_NOCTTY);
   if (fd_ < 0) refuse(errno);
   try {  // it may be another one by now
     if (fstat(fd_, &about) != 0) refuse(errno);

@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "takt/base/file_place.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_INTERNAL takt {
@@ -18,7 +19,7 @@ namespace TAKT_INTERNAL takt {
 class RegularFile {
  public:
   /// Throws Error, which does not contain the path, if there is no readable regular file.
-  explicit RegularFile(const std::string& path);
+  explicit RegularFile(const FilePlace& place);
   ~RegularFile();
   RegularFile(const RegularFile&) = delete;
   RegularFile& operator=(const RegularFile&) = delete;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/components/named_file.hpp"
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/ros2/wire_time.hpp"
@@ -21,7 +22,8 @@ constexpr auto kPauseOfLoop = std::chrono::milliseconds(1);
 
 Player::Player(const NodeOptions& options)
     : Node("player", options),
-      reader_(declare_parameter("file", std::string("recording.mcap"), {.read_only = true})),
+      reader_(named_file(
+          options, declare_parameter("file", std::string("recording.mcap"), {.read_only = true}))),
       rate_(declare_parameter(
           "rate", 1.0,
           {.read_only = true, .floating_point_range = FloatingPointRange{0.001, 1000, 0}})),

@@ -16,7 +16,8 @@
 namespace TAKT_INTERNAL takt {
 
 /// The component takt::Player. Its parameters:
-/// - `file`: an MCAP file, by takt::Recorder or ros2 bag;
+/// - `file`: an MCAP file, by takt::Recorder or ros2 bag. If a request loads the player: one in the
+///   folder that `load: {recordings: DIR}` of the container names;
 /// - `topics`: names; if empty, all topics of the file;
 /// - `rate` (1.0): playback speed; 2.0 plays twice as fast as recorded;
 /// - `start_offset_ms` (0): the time in the recording at which it begins;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "takt/components/named_file.hpp"
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/messages/described_types.hpp"
@@ -37,7 +38,9 @@ Nanoseconds milliseconds(std::int64_t count) {
 Recorder::Recorder(const NodeOptions& options, Definitions definitions)
     : Node("recorder", options),
       definitions_(std::move(definitions)),
-      file_(declare_parameter("file", std::string("recording.mcap"), {.read_only = true})),
+      place_(named_file(
+          options, declare_parameter("file", std::string("recording.mcap"), {.read_only = true}))),
+      file_(place_.path()),
       wanted_([this] {
         std::vector<std::string> topics =
             declare_parameter("topics", std::vector<std::string>{}, {.read_only = true});
@@ -51,7 +54,7 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
       discovered_by_(clock().timeline().now() +
                      milliseconds(declare_parameter("discover_ms", 5000,
                                                     at_least("How long all topics are found", 0)))),
-      writer_(file_,
+      writer_(place_,
               static_cast<std::size_t>(declare_parameter("buffer_bytes", std::int64_t{1} << 20,
                                                          at_least("A message must fit in", 4096))),
               static_cast<std::size_t>(

@@ -17,7 +17,8 @@
 namespace TAKT_INTERNAL takt {
 
 /// The component takt::Recorder. Its parameters:
-/// - `file`: an MCAP file, which is overwritten;
+/// - `file`: an MCAP file, which is overwritten. If a request loads the recorder: a new file in the
+///   folder that `load: {recordings: DIR}` of the container names;
 /// - `topics`: names; if empty, all topics discovered in the first `discover_ms`;
 /// - `depth` (100): queue depth of each subscription. When a queue is full, the oldest message is
 ///   dropped and counted in the subscription's statistics;
@@ -81,6 +82,7 @@ class Recorder : public Node, public Completing {
   void report_end();
 
   const Definitions definitions_;
+  const FilePlace place_;
   const std::string file_;
   const std::vector<std::string> wanted_;
   const std::size_t depth_;

@@ -178,6 +178,65 @@ TEST_F(RecordingTest, AFifoIsRefused) {
               ThrowsMessage<Error>(HasSubstr("this is a FIFO")));
 }
 
+// A request could name any file: a recorder in a container of root's overwrote root's scripts with
+// what anybody published, and a player published what only root may read.
+TEST_F(RecordingTest, ARequestUsesFilesBeneathTheFolderForRecordingsOnly) {
+  const auto asked = [&](const std::string& file, const std::string& folder) {
+    NodeOptions options = this->options({{"file", file}});
+    options.guest = Guest{folder};
+    return options;
+  };
+  const auto error_of = [](const auto& make) -> std::string {
+    try {
+      make();
+      return "no error";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  std::filesystem::create_directory(path("own"));
+  std::ofstream(path("precious")) << "precious";
+  { const Recorder recorder(options({{"file", path("old.mcap")}})); }
+  std::filesystem::create_symlink(path("precious"), path("own/link"));
+  std::filesystem::create_symlink(folder_, path("own/up"));
+  std::ofstream(path("own/there")) << "there";
+  ASSERT_EQ(mkfifo(path("own/fifo").c_str(), 0600), 0);
+
+  const auto record = [&](const std::string& file, const std::string& folder) {
+    return error_of([&] { Recorder recorder(asked(file, folder)); });
+  };
+  const auto play = [&](const std::string& file, const std::string& folder) {
+    return error_of([&] { Player player(asked(file, folder)); });
+  };
+  for (const std::string file : {path("precious"), std::string("a"), std::string("../a")}) {
+    EXPECT_THAT(record(file, ""), HasSubstr("`load: {recordings: DIR}`")) << file;
+    EXPECT_THAT(play(file, ""), HasSubstr("`takt run --name NAME --recordings DIR`")) << file;
+  }
+  for (const std::string file :
+       {path("own/new"), path("precious"), std::string("../precious"), std::string("up/precious"),
+        std::string("link"), std::string("there"), std::string("fifo"), std::string("."),
+        std::string("/proc/self/mem"), std::string("../own/new")}) {
+    EXPECT_NE(record(file, path("own")), "no error") << file;
+  }
+  for (const std::string file : {"../old.mcap", "up/old.mcap", "fifo", "."}) {
+    EXPECT_NE(play(file, path("own")), "no error") << file;
+  }
+  EXPECT_EQ(std::filesystem::file_size(path("precious")), 8u);
+  EXPECT_EQ(record("new.mcap", path("own")), "no error");
+  EXPECT_EQ(std::filesystem::status(path("own/new.mcap")).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  EXPECT_EQ(play("new.mcap", path("own")), "no error");
+
+  std::filesystem::permissions(path("own"), std::filesystem::perms::all);
+  EXPECT_THAT(record("newer.mcap", path("own")), HasSubstr("every user of this machine"));
+}
+
+// Four buffers of the largest size were 4 GB, and nothing kept a request from asking for more.
+TEST_F(RecordingTest, TheBuffersHaveABound) {
+  EXPECT_THAT([&] { McapWriter writer(path("a"), std::size_t{1} << 30, std::size_t{1} << 30); },
+              ThrowsMessage<Error>(HasSubstr("are more than 1000 MB")));
+}
+
 // Chunks in chunks, a hundred thousand deep, ended the reader by a stack overflow.
 TEST_F(RecordingTest, AChunkInAChunkIsRefused) {
   std::string chunks;

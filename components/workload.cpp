@@ -49,6 +49,16 @@ QoS qos(std::int64_t depth, const std::string& reliability, const std::string& d
   return result;
 }
 
+constexpr std::size_t kMostBytes = 1'000'000'000;  // of all messages that a publisher keeps
+
+// A negative size is a very large one.
+void check_memory(const std::string& topic, std::size_t size_bytes, std::size_t messages) {
+  if (size_bytes <= kMostBytes / messages) return;
+  throw Error(fmt::format("topic '{}': {} messages of {} bytes are more than {} MB", topic,
+                          messages, size_bytes, kMostBytes / 1'000'000),
+              "choose a smaller size_bytes, or depth");
+}
+
 // Prepares a loaned message.
 std::shared_ptr<const WorkloadMessage> prototype(std::type_identity<WorkloadMessage>,
                                                  std::size_t size_bytes) {
@@ -322,9 +332,11 @@ void Maker<AnyNode>::add_server(const std::string& service, std::chrono::microse
 
 template <class AnyNode>
 void Maker<AnyNode>::add_relay(const Relaying& relaying) {
+  const std::size_t loans = 2 * relaying.qos.depth + 4;
+  check_memory(relaying.output, relaying.size_bytes, loans);
   auto publisher = node_.template create_publisher<WorkloadMessage>(
       relaying.output, relaying.qos,
-      {.loans = 2 * relaying.qos.depth + 4,
+      {.loans = loans,
        .prototype = prototype(std::type_identity<WorkloadMessage>{}, relaying.size_bytes),
        .published_by = relaying.inputs,
        .joins = relaying.inputs.size() > 1});
@@ -356,9 +368,11 @@ void Maker<AnyNode>::add_relay(const Relaying& relaying) {
 template <class AnyNode>
 template <class T>
 void Maker<AnyNode>::add_publisher(const Publishing& publishing) {
-  const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   // Enough messages for the queues of all subscriptions. If all are in use, skip this publication.
   const std::size_t loans = publishing.pass_by == "loaned_msg" ? 2 * publishing.qos.depth + 4 : 0;
+  check_memory(publishing.topic, std::max(publishing.size_bytes, publishing.fixed_bytes),
+               std::max(loans, publishing.qos.depth));
+  const auto fresh = prototype(std::type_identity<T>{}, publishing.size_bytes);
   const std::string timer = timer_name(publishing.topic);
   works(timer, publishing.work);
   auto publisher = node_.template create_publisher<T>(publishing.topic, publishing.qos,

@@ -115,6 +115,7 @@ ComponentDescription describe(const ci::LoadNode::Request& request,
   document::Errors errors(kRequest);
   const Value component = component_of(request, errors);
   ComponentDescription description = read_component(component, executors, policy, errors);
+  description.guest = Guest{policy.recordings};
   errors.throw_if_any();
   return description;
 }

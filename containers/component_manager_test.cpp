@@ -125,5 +125,15 @@ TEST(LoadNode, OfALibraryThatIsNotAllowedIsRefusedBeforeAnythingElse) {
   }
 }
 
+// A requester could use all rights of the container, as the component did not know of it.
+TEST(LoadNode, MakesAGuestWhoseFilesAreWhereTheOwnerSays) {
+  const auto guest = [](const LoadPolicy& policy) {
+    return describe(workload(), {"default"}, policy).guest;
+  };
+  ASSERT_TRUE(guest({}));
+  EXPECT_EQ(guest({})->recordings, "");
+  EXPECT_EQ(guest({.recordings = "/records"})->recordings, "/records");
+}
+
 }  // namespace
 }  // namespace takt

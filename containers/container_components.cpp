@@ -125,6 +125,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   options.qos = description_.topics;
   options.log_level = component.log_level;
   options.participant = participant_;
+  options.guest = component.guest;
   auto loaded = std::make_shared<Loaded>();
   loaded->description = component;
   options.clock = overrides_.clock;

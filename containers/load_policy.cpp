@@ -2,12 +2,18 @@
 #include "takt/containers/load_policy.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
+#include <linux/capability.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/file_place.hpp"
 #include "takt/containers/component.hpp"
 
 namespace takt {
@@ -30,9 +36,14 @@ bool is_in_index(const std::string& library) {
 }  // namespace
 
 void LoadPolicy::check() const {
-  if (kind != Kind::off) return;
-  throw Error("this container loads no components on request",
-              "write `load: index` for it in its file, or use `takt run --name NAME --load index`");
+  constexpr const char* kAllow =
+      "write `load: index` for it in its file, or use `takt run --name NAME --load index`";
+  if (kind == Kind::off) throw Error("this container loads no components on request", kAllow);
+  if (privileges.empty()) return;
+  throw Error(fmt::format("this container {}, and its owner does not say that it may load "
+                          "components on request",
+                          privileges),
+              kAllow);
 }
 
 std::string LoadPolicy::permitted(const std::string& library) const {
@@ -69,15 +80,23 @@ std::string real_library(const std::string& library) {
 std::string real_folder(const std::string& folder) {
   std::error_code error;
   const fs::path path = fs::canonical(folder, error);
-  if (!error && fs::is_directory(path, error)) return path;
-  throw Error(fmt::format("there is no folder '{}'", folder), "name one that has libraries");
+  if (error || !fs::is_directory(path, error)) {
+    throw Error(fmt::format("there is no folder '{}'", folder), "name one that has libraries");
+  }
+  check_folder(path);
+  return path;
 }
 
-LoadPolicy parse_load_policy(const std::vector<std::string>& words) {
+LoadPolicy parse_load_policy(const std::vector<std::string>& words, const std::string& recordings) {
   static const std::map<std::string, LoadPolicy::Kind> kinds{{"off", LoadPolicy::Kind::off},
                                                              {"index", LoadPolicy::Kind::index},
                                                              {"any", LoadPolicy::Kind::any}};
   LoadPolicy policy;
+  policy.is_given = !words.empty() || !recordings.empty();
+  if (!recordings.empty()) {
+    check_own_folder(recordings);
+    policy.recordings = fs::canonical(recordings);
+  }
   for (const std::string& word : words) {
     const auto kind = kinds.find(word);
     if (kind == kinds.end()) {
@@ -90,6 +109,21 @@ LoadPolicy parse_load_policy(const std::vector<std::string>& words) {
     }
   }
   return policy;
+}
+
+std::string privileges() {
+  uid_t real = 0, effective = 0, saved = 0;
+  getresuid(&real, &effective, &saved);
+  if (real == 0 || effective == 0 || saved == 0) return "runs as root";
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, _LINUX_CAPABILITY_U32S_3> data{};
+  if (syscall(SYS_capget, &header, data.data()) != 0) return "";
+  const std::uint64_t permitted = data[0].permitted | std::uint64_t{data[1].permitted} << 32;
+  constexpr std::uint64_t kOfRealTime = std::uint64_t{1} << CAP_SYS_NICE | std::uint64_t{1}
+                                                                               << CAP_IPC_LOCK;
+  if ((permitted & ~kOfRealTime) == 0) return "";
+  return fmt::format("has capabilities other than CAP_SYS_NICE and CAP_IPC_LOCK ({:016x})",
+                     permitted);
 }
 
 }  // namespace takt

@@ -1,4 +1,4 @@
-// Which libraries a running container may load on request.
+// What a running container may load on request, and what that may do.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LOAD_POLICY_HPP_
 #define TAKT_CONTAINERS_LOAD_POLICY_HPP_
@@ -22,10 +22,13 @@ struct LoadPolicy {
     any,    // every library
   };
   Kind kind = Kind::index;
+  bool is_given = false;   // by the owner, who says so in the file or in an option
+  std::string privileges;  // see privileges(); set: nothing is loaded, as the owner does not say so
+  std::string recordings;  // folder of the files that components may use; empty: none
   std::vector<std::string> libraries;  // named in the file; as real_library() returns them
   std::vector<std::string> folders;    // with their subfolders; as real_folder() returns them
 
-  /// Throws Error if the kind is `off`.
+  /// Throws Error if nothing may be loaded.
   void check() const;
   /// Returns the path to load for a requested library. With `index` it is free of links and `..`:
   /// otherwise a link could change between the check and the load. Throws Error if the policy
@@ -41,9 +44,15 @@ std::string real_library(const std::string& library);
 /// Resolves symbolic links and `..` in the path of a folder. Throws Error if it does not exist.
 std::string real_folder(const std::string& folder);
 
-/// Reads the option's values: one of `off`, `index` and `any`, or one or more folders. Throws Error
-/// for a folder that does not exist, and for a word that is combined with other values.
-LoadPolicy parse_load_policy(const std::vector<std::string>& words);
+/// Reads the values of two options. The first: one of `off`, `index` and `any`, or one or more
+/// folders. The second: a folder. Throws Error for a folder that does not exist or that every user
+/// can change, and for a word that is combined with other values.
+LoadPolicy parse_load_policy(const std::vector<std::string>& words,
+                             const std::string& recordings = {});
+
+/// Which rights this thread has that other users lack, except those for real time: "runs as root".
+/// Empty: none.
+std::string privileges();
 
 }  // namespace takt
 

@@ -5,9 +5,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/capability.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 
@@ -18,6 +23,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+using testing::ThrowsMessage;
 
 // A folder of its own, without links above it.
 class LoadPolicyTest : public testing::Test {
@@ -104,6 +110,59 @@ TEST_F(LoadPolicyTest, LetsInWhatTheFileNamesAndWhatTheIndexesName) {
   }
 }
 
+// Everybody could put a library there, or a recording.
+TEST_F(LoadPolicyTest, TakesNoFolderThatEverybodyCanChange) {
+  fs::permissions(folder_ / "theirs", fs::perms::all);
+  EXPECT_THAT([&] { parse_load_policy({path("theirs")}); },
+              ThrowsMessage<Error>(HasSubstr("every user of this machine can change the folder '" +
+                                             path("theirs") + "': its mode is 0777")));
+  EXPECT_THAT([&] { parse_load_policy({}, path("theirs")); },
+              ThrowsMessage<Error>(HasSubstr("every user of this machine")));
+  EXPECT_THAT([&] { parse_load_policy({}, path("nowhere")); },
+              ThrowsMessage<Error>(HasSubstr("there is no folder")));
+  EXPECT_EQ(parse_load_policy({}, path("ours/link/../ours")).recordings, path("ours"));
+}
+
+// Any user of the machine could make a container of root's run with root's rights what they wanted.
+TEST_F(LoadPolicyTest, LetsNothingIntoAPrivilegedContainerUnlessItsOwnerSaysSo) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can give up rights";
+  SystemDescription system;
+  SystemDescription secured;
+  secured.dds.emplace().security.emplace();
+  SystemDescription said;
+  said.loads[said.name] = parse_load_policy({"index"});
+  const auto error_of = [](const SystemDescription& process) -> std::string {
+    try {
+      load_policy(process).check();
+      return "";
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(error_of(system),
+            "this container runs as root, and its owner does not say that it may load components "
+            "on request; write `load: index` for it in its file, or use `takt run --name NAME "
+            "--load index`");
+  EXPECT_EQ(error_of(secured), "");
+  EXPECT_EQ(error_of(said), "");
+  std::thread([&] {  // a system call, unlike the function of the C library, changes one thread
+    constexpr std::uint32_t kRealTime = 1u << CAP_SYS_NICE | 1u << CAP_IPC_LOCK;
+    const auto keep = [](std::uint32_t capabilities) {
+      __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+      const __user_cap_data_struct data[_LINUX_CAPABILITY_U32S_3] = {
+          {capabilities, capabilities, 0}, {0, 0, 0}};
+      return syscall(SYS_capset, &header, data) == 0;
+    };
+    prctl(PR_SET_KEEPCAPS, 1);
+    ASSERT_EQ(syscall(SYS_setresuid, 65534, 65534, 65534), 0);
+    ASSERT_TRUE(keep(kRealTime | 1u << CAP_NET_RAW));
+    EXPECT_THAT(error_of(system), StartsWith("this container has capabilities other than"));
+    ASSERT_TRUE(keep(kRealTime));
+    EXPECT_EQ(error_of(system), "");
+  })
+      .join();
+}
+
 TEST_F(LoadPolicyTest, IsOneWordOrFoldersInAnOption) {
   const auto error_of = [](const std::vector<std::string>& words) -> std::string {
     try {
@@ -135,7 +194,7 @@ TEST(LoadPolicy, OfAFileIsThatOfTheContainer) {
                                "    load: off\n"
                                "    components: [{component: takt::Workload, name: b}]\n"
                                "  - name: own\n"
-                               "    load: {libraries: [., ..]}\n"
+                               "    load: {libraries: [., ./], recordings: .}\n"
                                "    components: [{component: takt::Workload, name: c}]\n"
                                "  - name: plain\n"
                                "    components: [{component: takt::Workload, name: d}]\n");
@@ -149,7 +208,8 @@ TEST(LoadPolicy, OfAFileIsThatOfTheContainer) {
   EXPECT_EQ(policies[0].kind, LoadPolicy::Kind::any);
   EXPECT_EQ(policies[1].kind, LoadPolicy::Kind::off);
   EXPECT_EQ(policies[2].kind, LoadPolicy::Kind::index);
-  EXPECT_THAT(policies[2].folders, ElementsAre(folder.string(), folder.parent_path().string()));
+  EXPECT_THAT(policies[2].folders, ElementsAre(folder.string(), folder.string()));
+  EXPECT_EQ(policies[2].recordings, folder.string());
   EXPECT_EQ(policies[3].kind, LoadPolicy::Kind::index);
   EXPECT_THAT(policies[3].folders, testing::IsEmpty());
   EXPECT_EQ(load_policy(split(system, Composition::per_node)[1]).kind, LoadPolicy::Kind::off);

@@ -19,6 +19,11 @@
 
 namespace TAKT_PUBLIC takt {
 
+/// What a node may do that another process has asked for.
+struct Guest {
+  std::string recordings;  // the folder beneath which it may use files; empty: none
+};
+
 /// Settings of a node that the system description gives. A component's constructor takes them and
 /// passes them to Node.
 struct NodeOptions {
@@ -34,6 +39,9 @@ struct NodeOptions {
   std::optional<LogLevel> log_level;  // of Node::log; nullopt: that of the process
   /// Connects the node to other processes; without it, messages stay in the process.
   std::shared_ptr<Participant> participant;
+  /// Set if a request of another process makes the node: that process, not the owner of this one,
+  /// gives the parameters. They must not make the node use rights that the requester lacks.
+  std::optional<Guest> guest;
 
   ~NodeOptions();  // not in each program's main
 };

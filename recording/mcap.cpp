@@ -71,9 +71,9 @@ void store(std::byte*& to, T value) noexcept {
 
 // ---- Writing ----
 
-McapWriter::McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers,
+McapWriter::McapWriter(const FilePlace& place, std::size_t buffer_bytes, std::size_t buffers,
                        const std::string& compression)
-    : file_(path, buffer_bytes, buffers), compressor_(compression, buffer_bytes) {
+    : file_(place, buffer_bytes, buffers), compressor_(compression, buffer_bytes) {
   const std::string begin = head();
   std::memcpy(file_.buffer().data(), begin.data(), begin.size());
   pass_on(begin.size());

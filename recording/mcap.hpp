@@ -45,7 +45,7 @@ struct RecordedMessage {
 class McapWriter {
  public:
   /// Throws Error as RingFile and Compressor do.
-  McapWriter(const std::string& path, std::size_t buffer_bytes, std::size_t buffers,
+  McapWriter(const FilePlace& place, std::size_t buffer_bytes, std::size_t buffers,
              const std::string& compression = "none");
   ~McapWriter();
   McapWriter(const McapWriter&) = delete;
@@ -116,7 +116,7 @@ class McapReader {
  public:
   /// Throws Error if the file is no MCAP file, is damaged, or uses features that Takt does not
   /// support. Reads a truncated file up to its end.
-  explicit McapReader(const std::string& path);
+  explicit McapReader(const FilePlace& place);
 
   const std::vector<RecordedTopic>& topics() const noexcept { return topics_; }
   /// Sorted by log_time_ns.

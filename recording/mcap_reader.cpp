@@ -19,11 +19,11 @@ constexpr std::size_t kWindowBytes = 256 << 10;
 // What a compressed chunk may have at the most: files are untrusted.
 constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
 
-RegularFile opened(const std::string& path) {
+RegularFile opened(const FilePlace& place) {
   try {
-    return RegularFile(path);
+    return RegularFile(place);
   } catch (const Error& error) {
-    throw Error(error.what(), "", path);
+    throw Error(error.what(), "", place.path());
   }
 }
 
@@ -84,12 +84,12 @@ class McapReader::Cursor {
   std::uint64_t window_begin_ = 0;
 };
 
-McapReader::McapReader(const std::string& path) : path_(path), file_(opened(path)) {
+McapReader::McapReader(const FilePlace& place) : path_(place.path()), file_(opened(place)) {
   std::string magic(kMagic.size(), '\0');
   file_.read(0, std::as_writable_bytes(std::span(magic)));
   if (magic != kMagic) {
     throw Error("this is no MCAP file",
-                "use a file written by takt::Recorder, or by ros2 bag as MCAP", path);
+                "use a file written by takt::Recorder, or by ros2 bag as MCAP", path_);
   }
   Cursor file(file_, path_);
   file.go_to(kMagic.size());

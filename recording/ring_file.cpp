@@ -148,9 +148,15 @@ class RingFile::ThreadWrites final : public Writes {
   std::thread thread_;
 };
 
-RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_t buffers)
-    : buffer_bytes_(buffer_bytes), memory_bytes_(buffer_bytes * buffers), buffers_(buffers) {
-  open_file(path);
+RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t buffers)
+    : buffer_bytes_(buffer_bytes), memory_bytes_(buffer_bytes * buffers) {
+  if (buffers > kMostBytes / buffer_bytes) {
+    throw Error(fmt::format("{} buffers of {} bytes are more than {} MB", buffers, buffer_bytes,
+                            kMostBytes / 1'000'000),
+                "use fewer or smaller ones", place.path());
+  }
+  buffers_.resize(buffers);
+  open_file(place);
   void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) {
@@ -158,18 +164,19 @@ RingFile::RingFile(const std::string& path, std::size_t buffer_bytes, std::size_
     close(fd_);
     throw Error("no memory for buffers: " + errno_message(error),
                 fmt::format("use fewer or smaller ones than {} MB", memory_bytes_ / 1'000'000 + 1),
-                path);
+                place.path());
   }
   memory_ = static_cast<std::byte*>(memory);
   writes_ = make_writes();
 }
 
-void RingFile::open_file(const std::string& path) {
+void RingFile::open_file(const FilePlace& place) {
+  const std::string path = place.path();
   struct stat about {};
-  if (stat(path.c_str(), &about) == 0 && S_ISFIFO(about.st_mode)) {
+  if (!place.is_beneath() && stat(path.c_str(), &about) == 0 && S_ISFIFO(about.st_mode)) {
     throw Error("this is a FIFO", "choose a regular file", path);
   }
-  fd_ = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
+  fd_ = place.open(O_CREAT | O_TRUNC | O_WRONLY, 0644);
   if (fd_ < 0) {
     throw Error("the file cannot be written: " + errno_message(errno), "choose a place that can be",
                 path);

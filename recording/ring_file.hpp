@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "takt/base/file_place.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_INTERNAL takt {
@@ -26,8 +27,10 @@ namespace TAKT_INTERNAL takt {
 /// Real-time: only finish() waits for the disk. Nothing allocates after the constructor.
 class RingFile {
  public:
-  /// Throws Error if the file cannot be created.
-  RingFile(const std::string& path, std::size_t buffer_bytes, std::size_t buffers);
+  static constexpr std::size_t kMostBytes = 1'000'000'000;  // of all buffers
+
+  /// Throws Error if the file cannot be created, or the buffers are too large.
+  RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t buffers);
   ~RingFile();
   RingFile(const RingFile&) = delete;
   RingFile& operator=(const RingFile&) = delete;
@@ -59,7 +62,7 @@ class RingFile {
     std::size_t bytes = 0, done = 0;
     bool is_away = false;
   };
-  void open_file(const std::string& path);
+  void open_file(const FilePlace& place);
   std::unique_ptr<Writes> make_writes();
   void submit(std::size_t buffer) noexcept;
   void reap() noexcept;

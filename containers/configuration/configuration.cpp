@@ -36,6 +36,9 @@ LoadPolicy load_policy(const SystemDescription& process) {
   const auto found = process.loads.find(container);
   LoadPolicy policy = found != process.loads.end() ? found->second : LoadPolicy{};
   policy.libraries = process.libraries;
+  if (!policy.is_given && !(process.dds && process.dds->security)) {
+    policy.privileges = privileges();
+  }
   return policy;
 }
 

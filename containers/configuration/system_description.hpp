@@ -122,6 +122,7 @@ struct ComponentDescription {
   std::map<std::string, CallbackDescription, std::less<>> callbacks;
   OnException on_exception = OnException::terminate;
   std::optional<LogLevel> log_level;  // of its node; nullopt: that of the process
+  std::optional<Guest> guest;         // see NodeOptions; nullopt: the owner describes it
   SourceLine where;
   // Positions by key, for errors that are only found after construction.
   std::map<std::string, SourceLine, std::less<>> parameter_lines, remap_lines;

@@ -35,7 +35,8 @@ def compare(how, text):
 
 
 def loaded(executor):
-    container = subprocess.Popen([takt, "run", "--name", "c", "--executor", executor],
+    container = subprocess.Popen([takt, "run", "--name", "c", "--load", "index",
+                                  "--executor", executor],
                                  env=environment, stdout=subprocess.DEVNULL,
                                  stderr=subprocess.PIPE, text=True)
     try:

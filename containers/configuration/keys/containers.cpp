@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
 
 #include <fmt/format.h>
 
+#include "takt/base/file_place.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
 namespace takt {
@@ -59,7 +61,9 @@ std::string ConfigurationReader::read_container(const Value& value) {
       {{"name", "Also the name of its process in results.", into(name)},
        {"restart", "When `takt run` restarts its process.", into_restart(restart)},
        {"load",
-        "Which libraries it may load at run time, on request of `takt component load` or ROS 2. "
+        "Which libraries it may load at run time, on request of `takt component load` or ROS 2; "
+        "by default `index`, but nothing if it runs as root, or with capabilities other than "
+        "CAP_SYS_NICE and CAP_IPC_LOCK, and without DDS Security. "
         "`off`: none, and no component of a loaded library either. `index`: those in the component "
         "index and in the keys `library` of this file. `any`: every file, on request of any "
         "process on the domain. See [security](../explanation/security.md).",
@@ -75,6 +79,7 @@ std::string ConfigurationReader::read_container(const Value& value) {
     system_.components[i].container = name;
   }
   if (restart.policy != RestartOptions::Policy::never) system_.restarts[name] = restart;
+  load.is_given = document::find(value, "load") != nullptr;
   system_.loads[name] = load;
   return name;
 }
@@ -88,9 +93,21 @@ SystemReader::Read ConfigurationReader::into_load(LoadPolicy& load) {
         value, "a load policy",
         {{"libraries",
           "Folders, with their subfolders, from which libraries may be loaded in addition to "
-          "`index`. Relative paths start at the folder of this file.",
-          each_in_list([this, &load](const Value& folder) { read_folder(folder, load); }), true}});
+          "`index`. Only their owner and group may be able to change them. Relative paths start at "
+          "the folder of this file.",
+          each_in_list([this, &load](const Value& folder) { read_folder(folder, load); })},
+         {"recordings",
+          "The folder beneath which components that are loaded on request may read and write "
+          "files: `takt::Recorder` writes new ones, `takt::Player` reads. It belongs to the user "
+          "of the container. By default, they may use no files.",
+          into_checked(load.recordings, [this, &load] {
+            check_own_folder(beside(load.recordings));
+            load.recordings = std::filesystem::canonical(beside(load.recordings));
+          })}});
     const Value* libraries = document::find(value, "libraries");
+    if (libraries == nullptr && document::find(value, "recordings") == nullptr) {
+      errors_.add(value.line, "a load policy needs 'libraries' or 'recordings'", "add one");
+    }
     if (document::is_empty_list(libraries)) {
       errors_.add(libraries->line, "the list of folders is empty",
                   "name a folder, or write `load: index`");

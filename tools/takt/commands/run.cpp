@@ -30,7 +30,7 @@ struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
-                                               json, trace, model;
+                                               json, trace, model, recordings;
   std::vector<std::string> load;
   bool histograms = false;
 
@@ -176,10 +176,19 @@ SystemDescription empty_container(const Options& options) {
   system.file = "--name " + options.name;
   system.name = options.name;
   system.dds.emplace();
-  system.loads[system.name] = parse_load_policy(options.load);
+  system.loads[system.name] = parse_load_policy(options.load, options.recordings);
   system.executors = {
       {.name = "default", .type = options.executor.empty() ? "single_threaded" : options.executor}};
   return system;
+}
+
+/// So that nobody learns it only from the first refused request.
+void warn_if_it_loads_nothing(const SystemDescription& container) {
+  try {
+    load_policy(container).check();
+  } catch (const Error& error) {
+    rt::to_stderr("note: {}\n", error.what());
+  }
 }
 
 /// Checks that all components of the system can be loaded later.
@@ -283,6 +292,7 @@ void run(const Options& options) {
   check_writable(options.trace);
   check_writable(options.model);
   const std::vector<SystemDescription> system = processes(options);
+  if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
   json run = run_processes(system,
                            {.overrides = overrides(options),
                             .duration = options.duration.empty() ? Nanoseconds::zero()
@@ -336,6 +346,12 @@ void set_up(CLI::App* command) {
                    "With --name: the libraries it may load on request: off, index (default), any, "
                    "or a folder in addition to the index; may be repeated for folders")
       ->allow_extra_args(false)
+      ->needs(name);
+  command
+      ->add_option(
+          "--recordings", options->recordings,
+          "With --name: the folder beneath which components that are loaded on request may "
+          "write and read recordings (default: none)")
       ->needs(name);
   command
       ->add_option("--executor", options->executor,

@@ -29,6 +29,10 @@ Stamps::Stamps(const NodeOptions& options)
     : Node("stamps", options),
       file_(declare_parameter<std::string>("file", "")),
       work_(std::chrono::microseconds(declare_parameter<std::int64_t>("work_us", 0))) {
+  if (options.guest) {
+    throw Error("only `takt selftest` uses this component, as it writes a file",
+                "load takt::Workload");
+  }
   exchange<kSmallBytes>("small", 1ms, small_);
   exchange<kLargeBytes>("large", 20ms, large_);
 }

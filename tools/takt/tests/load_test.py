@@ -90,7 +90,15 @@ not_named = (f"library '{theirs}' may not be loaded: neither the component index
              "container's file names it", f"`load: {{libraries: [{place('theirs')}]}}`",
              f"`takt run --name NAME --load {place('theirs')}`")
 
-with Container("--name", "robot") as container:
+if os.geteuid() == 0:
+    with Container("--name", "robot") as container:
+        container.refuses(known, "this container runs as root", "`load: index`",
+                          "`takt run --name NAME --load index`")
+        done = container.load("takt::Workload")
+        check("root's loads nothing at all", done.returncode == 2 and "as root" in done.stderr,
+              done.stderr)
+
+with Container("--name", "robot", "--load", "index") as container:
     container.refuses(theirs, *not_named)
     container.refuses(place("ours", "libdisguised.so"), *not_named)
     container.refuses("libm.so.6", "may not be loaded")
@@ -118,11 +126,31 @@ with Container("--name", "robot", "--load", "off") as container:
 with Container("--name", "robot", "--load", "any") as container:
     container.loads(theirs)
 
+# A recorder in root's container wrote what anybody published over root's scripts.
+script = place("start.sh")
+with open(script, "w") as file:
+    file.write("echo start the robot")
+os.makedirs(place("recordings"), 0o700)
+for options in (("--load", "index"), ("--recordings", place("recordings"))):
+    with Container("--name", "robot", *options) as container:
+        for component in ("takt::Recorder", "takt::Player", "takt::tools::Stamps"):
+            done = container.load(component, "-p", f"file:={script}")
+            check(f"no file of the owner's is open to {component}", done.returncode == 2,
+                  done.stdout, done.stderr)
+        done = container.load("takt::Recorder", "-p", "file:=new.mcap")
+        check("a new one where the owner says", done.returncode == (2 if "--load" in options else 0)
+              and ("--load" not in options or "`load: {recordings: DIR}`" in done.stderr),
+              done.stdout, done.stderr)
+check("the script is as it was", open(script).read() == "echo start the robot")
+check("the recording is there, and the owner's only",
+      os.stat(place("recordings", "new.mcap")).st_mode & 0o777 == 0o600)
+
 with open(place("robot.yaml"), "w") as file:
     file.write(f"""
 dds: {{}}
 container:
   name: robot
+  load: index
   components:
     - {{component: {name}, library: ./theirs/libhonest.so, name: first}}
 """)
@@ -133,6 +161,9 @@ with Container(place("robot.yaml")) as container:
 for options, reason in [
         (("--name", "robot", "--load", place("nowhere")), f"there is no folder '{place('nowhere')}'"),
         (("--name", "robot", "--load", "any", "--load", place("ours")), "cannot be combined"),
+        (("--name", "robot", "--recordings", place("nowhere")),
+         f"there is no folder '{place('nowhere')}'"),
+        (("--name", "robot", "--recordings", "/tmp"), "every user of this machine can change"),
         ((place("robot.yaml"), "--load", "any"), "--load requires --name")]:
     done = run("run", *options)
     check(f"{' '.join(options)} is refused".replace(folder + "/", ""),

@@ -20,6 +20,7 @@ dds: {{domain: {domain}, shared_memory: off, parameter_services: {serves}}}
 executors: {{one: {{type: events}}}}
 container:
   name: {name}
+  load: index
   components:
 {components}
 """

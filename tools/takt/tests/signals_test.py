@@ -113,7 +113,7 @@ status = run.end()
 check("one that returns in time is destroyed, and all others are", status == 1
       and run.read("sound.gone") and run.read("slow.gone"), status, run.read("log"))
 
-run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  components:\n"
+run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  load: index\n  components:\n"
           + component("sound")).close("slow").begin()
 run.wait("sound.ticks", 1)
 loader = subprocess.Popen([takt, "component", "load", "one", "Witness", "--library", library,

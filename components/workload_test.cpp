@@ -1,0 +1,36 @@
+// What a workload's parameters may say.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/components/workload.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+// A request, or a file, could take all memory of the machine.
+TEST(Workload, HasABoundForItsMessages) {
+  for (const std::int64_t bytes :
+       {std::int64_t{1} << 40, std::int64_t{50'000'000}, std::int64_t{-1}}) {
+    const Parameters sizes{{"publishers.topic", std::vector<std::string>{"large"}},
+                           {"publishers.period_us", std::vector<std::int64_t>{1000}},
+                           {"publishers.size_bytes", std::vector<std::int64_t>{bytes}}};
+    EXPECT_THAT([&] { Workload workload({.parameters = sizes}); },
+                ThrowsMessage<Error>(HasSubstr("bytes are more than 1000 MB")))
+        << bytes;
+  }
+  EXPECT_THAT(
+      [] {
+        Workload workload({.parameters = {{"relays.input", std::vector<std::string>{"in"}},
+                                          {"relays.output", std::vector<std::string>{"out"}},
+                                          {"relays.size_bytes",
+                                           std::vector<std::int64_t>{std::int64_t{1} << 40}}}});
+      },
+      ThrowsMessage<Error>(HasSubstr("bytes are more than 1000 MB")));
+}
+
+}  // namespace
+}  // namespace takt
