@@ -5,15 +5,13 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <filesystem>
 
-#include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/temporary.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt::rt {
@@ -27,11 +25,11 @@ namespace {
   }
 }
 
-[[noreturn]] void write_files(const std::string& path) {
+[[noreturn]] void write_files() {
   const std::vector<char> block(1 << 20, 'x');
   for (;;) {
-    const int file = open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600);
-    unlink(path.c_str());  // so that no file remains if the process is killed
+    const int file = temporary_file();
+    if (file < 0) _exit(1);
     for (int i = 0; i < 4; ++i) {
       if (write(file, block.data(), block.size()) < 0) break;
     }
@@ -67,7 +65,7 @@ Load::Load(const std::string& kind) {
            .affinity = kind == "cpu" ? std::vector{available_cpus()[i]} : std::vector<int>{}},
           Realtime::prefer);
     if (kind == "cpu") burn_cpu();
-    write_files(std::filesystem::temp_directory_path() / fmt::format("takt_load_{}", getpid()));
+    write_files();
   }
 }
 

@@ -16,6 +16,7 @@ import sys
 import urllib.parse
 
 import cpp_source
+import files as file_rules
 from phrases import RETIRED
 from public_headers import is_public
 
@@ -33,6 +34,7 @@ RULES = {
     "spdx": "sources with the SPDX line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
+    "temporary": "temporary files have names that nobody can foresee",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
 }
@@ -136,6 +138,11 @@ def check_contract(file, _):
         if missing:
             yield Finding(file.path, first, "contract",
                           f"the comment of {name} has no {' and no '.join(missing)}")
+
+
+def check_temporary(file, _):
+    for line, what in file_rules.temporary_names(file.path, file.lines):
+        yield Finding(file.path, line, "temporary", what)
 
 
 def anchor_of(heading):
@@ -293,7 +300,7 @@ def main():
     findings = list(check_format(files, root))
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
-                     check_contract, check_links, check_phrases):
+                     check_contract, check_temporary, check_links, check_phrases):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -143,6 +143,12 @@ def test_rules():
             "base/b.hpp:2: the namespace of base/a.hpp must be TAKT_PUBLIC or TAKT_INTERNAL, too")
     accepted("an internal header that includes a public one",
              {"base/b.hpp": internal, "base/a.hpp": own.replace("namespace", "namespace TAKT_PUBLIC", 1)})
+    refused("temporary files under names that others can foresee",
+            {"tools/a.cpp": SPDX + 'auto a = std::filesystem::temp_directory_path();\n'
+             'auto b = fmt::format("/tmp/takt_{}", getpid());\nauto c = "/tmp/roudi";\n',
+             "base/a_test.cpp": SPDX + 'auto a = "/tmp/b";\n'},
+            "tools/a.cpp:2: use TemporaryFolder or temporary_file(): others could foresee the name",
+            "tools/a.cpp:3: use TemporaryFolder or temporary_file(): others could foresee the name")
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},

@@ -2,8 +2,8 @@
 #include "bench/measure.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +11,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "takt/base/temporary.hpp"
 #include "takt/base/time.hpp"
 #include "takt/measuring/ddsperf.hpp"
 #include "takt/measuring/output.hpp"
@@ -23,7 +24,6 @@
 namespace takt::tools {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Throughput of Cyclone DDS's ddsperf on loopback, for comparison: the median of the values that
@@ -72,45 +72,38 @@ class SystemFile {
       path_ = system;
       return;
     }
-    path_ = fs::temp_directory_path() / fmt::format("takt_bench_{}.yaml", getpid());
-    is_ours_ = true;
+    path_ = folder_.emplace() / "system.yaml";
     std::ofstream file(path_);
     if (!(file << system).flush()) throw not_written("a system", path_);
   }
-  ~SystemFile() {
-    std::error_code ignored;
-    if (is_ours_) fs::remove(path_, ignored);
-  }
-  SystemFile(const SystemFile&) = delete;
-  SystemFile& operator=(const SystemFile&) = delete;
   const std::string& path() const { return path_; }
 
  private:
   std::string path_;
-  bool is_ours_ = false;
+  std::optional<TemporaryFolder> folder_;  // nullopt: the file is the user's
 };
 
-std::string trace_path() {
-  return fs::temp_directory_path() / fmt::format("takt_bench_{}.trace.json", getpid());
-}
+/// Where `takt run` writes a timeline.
+class TraceFile {
+ public:
+  const std::string& path() const { return path_; }
+  json read() const { return json::parse(std::ifstream(path_)); }
 
-json read_and_remove(const std::string& path) {
-  json document = json::parse(std::ifstream(path));
-  fs::remove(path);
-  return document;
-}
+ private:
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_ / "trace.json";
+};
 
 Figures run_takt(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
   const SystemFile file(variant.system);
   std::vector<std::string> words =
       joined({"run", file.path(), "--duration", options.duration, "--json", "-", "--histograms"},
              variant.words);
-  const std::string trace = trace_path();
-  if (variant.is_reference_system) words = joined(words, {"--trace", trace});
+  const TraceFile trace;
+  if (variant.is_reference_system) words = joined(words, {"--trace", trace.path()});
   const json run = run_again(words, signals).at("runs").at(0);
   Figures figures = figures_of(run, variant);
-  if (variant.is_reference_system)
-    figures.values.merge(reference_figures(run, read_and_remove(trace)));
+  if (variant.is_reference_system) figures.values.merge(reference_figures(run, trace.read()));
   return figures;
 }
 
@@ -134,11 +127,11 @@ json jitter(const BenchOptions& options, const EndSignals& signals) {
 
 json timeline(const EndSignals& signals) {
   const SystemFile system(publish_subscribe(500'000, 20'000, 5, 500));
-  const std::string trace = trace_path();
+  const TraceFile trace;
   run_again({"run", system.path(), "--executor", "multi_threaded", "--duration", "500ms", "--json",
-             "-", "--trace", trace},
+             "-", "--trace", trace.path()},
             signals);
-  return read_and_remove(trace);
+  return trace.read();
 }
 
 }  // namespace takt::tools

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "takt/base/clock.hpp"
 #include "takt/base/histogram.hpp"
+#include "takt/base/temporary.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
@@ -23,7 +22,6 @@
 namespace takt::tools::selftest_command {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct Options {
@@ -43,22 +41,12 @@ using Findings = std::vector<Finding>;
 class System {
  public:
   System() {
-    const fs::path folder = fs::temp_directory_path();
-    path_ = folder / fmt::format("takt_selftest_{}.yaml", getpid());
-    books_ = folder / fmt::format("takt_selftest_{}.json", getpid());
     std::ofstream file(path_);
     file << "container:\n  name: selftest\n  components:\n"
             "    - component: takt::tools::Stamps\n      name: stamps\n"
-         << fmt::format("      parameters: {{file: \"{}\", work_us: 500}}\n", books_.string());
+         << fmt::format("      parameters: {{file: \"{}\", work_us: 500}}\n", books_);
     if (!file.flush()) throw not_written("a system", path_);
   }
-  ~System() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-    fs::remove(books_, ignored);
-  }
-  System(const System&) = delete;
-  System& operator=(const System&) = delete;
   std::string path() const { return path_; }
   json books() const {
     std::ifstream file(books_);
@@ -67,7 +55,8 @@ class System {
   }
 
  private:
-  fs::path path_, books_;
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_ / "system.yaml", books_ = folder_ / "books.json";
 };
 
 const json& callback_of(const json& run, const char* name) {

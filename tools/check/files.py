@@ -1,0 +1,27 @@
+"""How the product may open files: see base/temporary.hpp, base/regular_file.hpp.
+SPDX-License-Identifier: Apache-2.0
+"""
+import pathlib
+import re
+
+NOT_PRODUCT = {"bench", "examples", "rt_tests", "testing"}
+# A name that can be foreseen may be another user's link.
+TEMPORARY = re.compile(r'temp_directory_path|"/tmp/|\b(?:tmpnam|tempnam|mktemp|tmpfile)\(')
+# Iceoryx chooses these names.
+NAMES_OF_ROUDI = re.compile(r'"/tmp/(?:roudi|iox-|\.takt_roudi_)')
+
+
+def is_product(path):
+    parts = pathlib.PurePath(path).parts
+    return (pathlib.PurePath(path).suffix in {".cpp", ".hpp", ".c", ".h"}
+            and parts[0] not in NOT_PRODUCT and "tests" not in parts
+            and "_test." not in parts[-1] and not parts[-1].startswith("test_"))
+
+
+def temporary_names(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or path == "base/temporary.cpp":
+        return
+    for number, line in enumerate(lines, 1):
+        if TEMPORARY.search(NAMES_OF_ROUDI.sub("", line)):
+            yield number, "use TemporaryFolder or temporary_file(): others could foresee the name"
