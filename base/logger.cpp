@@ -16,6 +16,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/clock.hpp"
+#include "takt/base/printable.hpp"
 
 namespace takt {
 namespace {
@@ -40,11 +41,13 @@ void take_default_attributes() {
 std::optional<std::uint64_t> LogThrottle::may_log() noexcept {
   const std::int64_t now_ns = Clock::steady().now().time_since_epoch().count();
   std::int64_t last_ns = last_ns_.load();
-  if (now_ns - last_ns < 1'000'000'000 || !last_ns_.compare_exchange_strong(last_ns, now_ns)) {
-    left_out_.fetch_add(1);
-    return std::nullopt;
+  if (now_ns - last_ns >= 1'000'000'000 && last_ns_.compare_exchange_strong(last_ns, now_ns)) {
+    count_.store(1);
+    return left_out_.exchange(0);
   }
-  return left_out_.exchange(0);
+  if (count_.fetch_add(1) < most_) return left_out_.exchange(0);
+  left_out_.fetch_add(1);
+  return std::nullopt;
 }
 
 Logger& Logger::instance() {
@@ -154,7 +157,7 @@ void Logger::write_until_stopped() {
 
 void Logger::write_line(const Record& record) {
   const std::string_view line(record.text, record.size);
-  writer_(record.level, line);
+  writer_(record.level, printable(line));  // names and texts of others may be in it
   if (listener_) {
     const bool has_source = record.source_size != 0 && record.source_size + 2 <= line.size();
     listener_({record.level, record.time,

@@ -38,6 +38,7 @@ struct LogLine {
 /// Thread safety: every method may be called from any thread.
 /// Real-time: `log` neither blocks nor allocates, except for the first line of a process in which
 /// no executor has spun, and for arguments whose formatting allocates.
+/// A line has no control characters: line breaks and others are escaped when it is written.
 class Logger {
  public:
   static constexpr std::size_t kRecords = 256;
@@ -99,17 +100,20 @@ class Logger {
   std::atomic<bool> stop_{false}, started_{false};
 };
 
-/// Limits repeated log lines to one per second.
+/// Limits repeated log lines to one per second, or to `most`.
 /// Thread safety: from any thread.
 /// Real-time: neither blocks nor allocates.
 class LogThrottle {
  public:
+  constexpr explicit LogThrottle(std::uint64_t most = 1) noexcept : most_(most) {}
   /// If the line may be logged now, returns the number of suppressed lines since the last one;
   /// otherwise nullopt.
   std::optional<std::uint64_t> may_log() noexcept;
 
  private:
-  std::atomic<std::int64_t> last_ns_{INT64_MIN / 2};
+  const std::uint64_t most_;
+  std::atomic<std::int64_t> last_ns_{INT64_MIN / 2};  // the begin of the present second
+  std::atomic<std::uint64_t> count_{0};               // of lines in it
   std::atomic<std::uint64_t> left_out_{0};
 };
 

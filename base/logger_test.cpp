@@ -167,5 +167,32 @@ TEST_F(LoggerTest, WritesOrCountsEachLineOfManyThreadsAndKeepsTheOrderOfEach) {
   EXPECT_EQ(written + dropped, std::uint64_t{kThreads * kLines});
 }
 
+// A peer that made endpoints of wrong types filled the log with 1,100 lines a second.
+TEST(LogThrottle, LetsSomeLinesOfASecondPassAndCountsTheRest) {
+  LogThrottle one, three(3);
+  int ones = 0, threes = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 1000; ++i) {
+    ones += one.may_log() ? 1 : 0;
+    threes += three.may_log() ? 1 : 0;
+  }
+  const auto seconds =
+      static_cast<int>((std::chrono::steady_clock::now() - begin) / std::chrono::seconds(1)) + 1;
+  EXPECT_GE(ones, 1);
+  EXPECT_LE(ones, seconds);
+  EXPECT_GE(threes, 3);
+  EXPECT_LE(threes, 3 * seconds);
+}
+
+// A line of another process's text looked like lines of ours.
+TEST(Logger, WritesALineAsOne) {
+  std::string written;
+  Logger::instance().set_writer([&](LogLevel, std::string_view line) { written += line; });
+  log(LogLevel::warn, "node '{}'", "a\n[error] b\x1b[31m\xff");
+  Logger::instance().flush();
+  Logger::instance().set_writer({});
+  EXPECT_EQ(written, "node 'a\\n[error] b\\u001b[31m\\xff'");
+}
+
 }  // namespace
 }  // namespace takt

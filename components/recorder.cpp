@@ -17,6 +17,9 @@ namespace {
 
 // Period of the search for new topics.
 constexpr auto kLookPeriod = std::chrono::milliseconds(200);
+// Names of others that are remembered, and lines about them in a second.
+constexpr std::size_t kMostRefused = 1000;
+constexpr std::uint64_t kMostLines = 10;
 
 std::uint64_t since_1970(std::chrono::system_clock::time_point time) {
   return static_cast<std::uint64_t>(
@@ -95,7 +98,7 @@ std::string Recorder::complete() {
 void Recorder::look() {
   const auto is_wanted = [&](const std::string& topic) {
     const bool is_named = std::find(wanted_.begin(), wanted_.end(), topic) != wanted_.end();
-    return topic.starts_with('/') && (wanted_.empty() || is_named) &&
+    return topic.starts_with('/') && (wanted_.empty() || is_named) && !refused_.contains(topic) &&
            std::none_of(topics_.begin(), topics_.end(),
                         [&](const Topic& known) { return known.name == topic; });
   };
@@ -108,9 +111,8 @@ void Recorder::look() {
     for (const GraphEndpoint& publisher : participant()->graph().publishers) {
       if (!is_wanted(publisher.name)) continue;
       const std::string definition = definition_of(publisher.type);
-      const std::size_t topic =
-          subscribe(publisher.name, publisher.type, publisher.qos, definition);
-      if (definition.empty()) ask_for_definition(topic, publisher.type);
+      const auto topic = subscribe(publisher.name, publisher.type, publisher.qos, definition);
+      if (topic && definition.empty()) ask_for_definition(*topic, publisher.type);
     }
   }
   const bool has_all = wanted_.empty() ? clock().timeline().now() >= discovered_by_
@@ -124,19 +126,28 @@ std::string Recorder::definition_of(const std::string& type) const {
   return definitions_ ? definitions_(type) : "";
 }
 
-std::size_t Recorder::subscribe(const std::string& topic, const std::string& type, const QoS& qos,
-                                std::string definition) {
-  topics_.push_back({.name = topic});
-  const std::size_t number =
-      writer_.add({topic, type, std::move(definition), to_recorded_qos(qos)});
+// Name, type and QoS are another process's: if they cannot be, only this topic is not recorded.
+std::optional<std::size_t> Recorder::subscribe(const std::string& topic, const std::string& type,
+                                               const QoS& qos, std::string definition) {
+  if (refused_.size() == kMostRefused && !is_topic_name(topic)) return {};
+  const std::size_t number = topics_.size();
   QoS own(depth_);
   own.reliability = qos.reliability;
   own.durability = qos.durability;
-  subscriptions_.push_back(create_generic_subscription(
-      topic, type, own, [this, number](std::span<const std::byte> bytes, const MessageInfo& info) {
-        record(number, bytes, info);
-      }));
-  return number;
+  try {
+    subscriptions_.push_back(create_generic_subscription(
+        topic, type, own,
+        [this, number](std::span<const std::byte> bytes, const MessageInfo& info) {
+          record(number, bytes, info);
+        }));
+  } catch (const Error& error) {
+    if (refused_.size() < kMostRefused) refused_.insert(topic);
+    static constinit LogThrottle throttle(kMostLines);
+    if (throttle.may_log()) log(LogLevel::warn, "{} is not recorded: {}", topic, error.what());
+    return {};
+  }
+  topics_.push_back({.name = topic});
+  return writer_.add({topic, type, std::move(definition), to_recorded_qos(qos)});
 }
 
 void Recorder::ask_for_definition(std::size_t topic, const std::string& type) {
@@ -155,7 +166,7 @@ void Recorder::define(std::size_t topic, const std::string& type,
       const DescribedTypes types(*description);
       const MessageType* described = types.find(type);
       if (described != nullptr) writer_.define(topic, message_definition(*described));
-    } else {
+    } else if (static constinit LogThrottle throttle(kMostLines); throttle.may_log()) {
       log(LogLevel::info, "{}: no node describes {}; its messages are recorded without",
           topics_[topic].name, type);
     }

@@ -5,6 +5,8 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,9 @@ namespace TAKT_INTERNAL takt {
 /// message was not recorded, `takt run` exits with 1. Without io_uring, a thread writes the file,
 /// and the log reports this.
 ///
+/// A topic of another process that cannot be recorded, such as one whose name ROS 2 does not
+/// permit, is reported and left out.
+///
 /// Thread safety: as Node. Real-time: no.
 class Recorder : public Node, public Completing {
  public:
@@ -69,8 +74,8 @@ class Recorder : public Node, public Completing {
 
   void look();
   std::string definition_of(const std::string& type) const;
-  std::size_t subscribe(const std::string& topic, const std::string& type, const QoS& qos,
-                        std::string definition);
+  std::optional<std::size_t> subscribe(const std::string& topic, const std::string& type,
+                                       const QoS& qos, std::string definition);
   void ask_for_definition(std::size_t topic, const std::string& type);
   void define(std::size_t topic, const std::string& type, const TypeDescription* description);
   void record_waiting(std::size_t topic);
@@ -92,6 +97,7 @@ class Recorder : public Node, public Completing {
   std::uint64_t dropped_ = 0;
   bool has_reported_slow_ = false, has_reported_end_ = false, is_complete_ = false;
   std::vector<Topic> topics_;
+  std::set<std::string, std::less<>> refused_;  // that no subscription can have
   std::vector<std::shared_ptr<SubscriptionBase>> subscriptions_;
   std::shared_ptr<Timer> looking_, flush_;
   std::unique_ptr<TypeDescriptionClient> types_;  // of other processes

@@ -22,6 +22,7 @@
 #include "takt/components/player.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/testing/outside.hpp"
 
 namespace takt {
 namespace {
@@ -229,6 +230,36 @@ TEST_F(RecordingTest, ARequestUsesFilesBeneathTheFolderForRecordingsOnly) {
 
   std::filesystem::permissions(path("own"), std::filesystem::perms::all);
   EXPECT_THAT(record("newer.mcap", path("own")), HasSubstr("every user of this machine"));
+}
+
+// As another process may announce them: its names need not be ROS 2's.
+class Announcing : public Outside {
+ public:
+  Graph graph() override {
+    Graph graph;
+    for (const char* name : {"/1abc", "/a//b", "/a/", "/", "/ev\\u001bil", "/sound", "/a b"}) {
+      graph.publishers.push_back({.name = name, .type = "std_msgs/msg/String"});
+    }
+    return graph;
+  }
+};
+
+// A publisher of the DDS topic rt/1abc ended each container with a recorder of all topics.
+TEST_F(RecordingTest, ANameThatRos2LacksIsLeftOut) {
+  Lines lines;
+  NodeOptions outside = options({{"file", path("a")}});
+  outside.participant = std::make_shared<Announcing>();
+  {
+    const auto recorder = std::make_shared<Recorder>(outside);
+    executor_->add_node(recorder);
+    run(1s);
+    EXPECT_EQ(recorder->topic_count(), 1u);
+    executor_->remove_node(recorder);
+  }
+  EXPECT_THAT(
+      lines.get(),
+      testing::Contains(HasSubstr("/1abc is not recorded: '/1abc' cannot be the name of a topic")));
+  EXPECT_THAT(McapReader(path("a")).topics(), testing::IsEmpty());  // it has no message
 }
 
 // Four buffers of the largest size were 4 GB, and nothing kept a request from asking for more.

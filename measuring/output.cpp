@@ -8,6 +8,7 @@
 #include <fcntl.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/printable.hpp"
 
 namespace takt::rt {
 
@@ -18,6 +19,15 @@ void guard_output() noexcept {
   for (int fd = 0; fd <= 2; ++fd) {
     if (fcntl(fd, F_GETFD) < 0) open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY);
   }
+}
+
+void write(std::FILE* file, const std::string& text) {
+  const std::string escaped = printable(text, Lines::keep);
+  std::fwrite(escaped.data(), 1, escaped.size(), file);
+}
+
+void clear_line() noexcept {
+  std::fputs("\r\033[K", stderr);
 }
 
 void flush_output() {

@@ -23,12 +23,24 @@ void flush_output();
 /// stderr could not be written.
 int checked_output(int status) noexcept;
 
-/// Prints to stderr. Unlike fmt::print it does not throw: error reports must not fail.
+/// Escapes and prints. Unlike fmt::print it does not throw: error reports must not fail.
+void write(std::FILE* file, const std::string& text);
+
+/// Prints to stdout. Texts of other processes may be in it: control characters are escaped, except
+/// line breaks and tabs.
+template <class... Args>
+void print(fmt::format_string<Args...> format, Args&&... args) {
+  write(stdout, fmt::format(format, std::forward<Args>(args)...));
+}
+
+/// Prints to stderr, as print() does.
 template <class... Args>
 void to_stderr(fmt::format_string<Args...> format, Args&&... args) {
-  const std::string text = fmt::format(format, std::forward<Args>(args)...);
-  std::fwrite(text.data(), 1, text.size(), stderr);
+  write(stderr, fmt::format(format, std::forward<Args>(args)...));
 }
+
+/// Clears the line of stderr's terminal, and goes to its beginning.
+void clear_line() noexcept;
 
 }  // namespace takt::rt
 

@@ -33,16 +33,9 @@ void check_name(std::string_view name, std::string_view what) {
 }
 
 void check_path(std::string_view path, std::string_view what) {
-  std::string_view rest = path.substr(std::min<std::size_t>(path.size(), 1));
-  for (;;) {
-    const std::size_t slash = rest.find('/');
-    if (!path.starts_with('/') || !is_name(rest.substr(0, slash))) {
-      throw Error(fmt::format("'{}' cannot be the name of a {}", path, what),
-                  "use letters, digits and '_' between slashes: '/front/scan'");
-    }
-    if (slash == std::string_view::npos) return;
-    rest.remove_prefix(slash + 1);
-  }
+  if (is_topic_name(path)) return;
+  throw Error(fmt::format("'{}' cannot be the name of a {}", path, what),
+              "use letters, digits and '_' between slashes: '/front/scan'");
 }
 
 std::string absolute_name_space(std::string_view name_space) {
@@ -77,6 +70,17 @@ class NodeNames {
 };
 
 }  // namespace
+
+bool is_topic_name(std::string_view name) noexcept {
+  do {
+    if (!name.starts_with('/')) return false;
+    name.remove_prefix(1);
+    const std::size_t slash = std::min(name.find('/'), name.size());
+    if (!is_name(name.substr(0, slash))) return false;
+    name.remove_prefix(slash);
+  } while (!name.empty());
+  return true;
+}
 
 void check_node_name(std::string_view name) {
   check_name(name, "node");

@@ -44,6 +44,8 @@ class Node;
 
 /// Throws Error when a node cannot have this name.
 void check_node_name(std::string_view name);
+/// Whether a topic or service can have this full name. Others may use names that ROS 2 lacks.
+bool is_topic_name(std::string_view name) noexcept;
 
 /// New parameters of a node's callback groups and callbacks, by name.
 struct CallbackParameterChanges {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/recording/mcap.hpp"
 #include "takt/recording/mcap_format.hpp"
 
@@ -170,7 +171,7 @@ void McapReader::read_record(std::uint8_t opcode, Cursor& content, const Place& 
 void McapReader::read_channel(Cursor& content) {
   const auto id = content.take<std::uint16_t>();
   const auto& [type, definition] = schemas_[content.take<std::uint16_t>()];
-  const std::string topic = content.text(), encoding = content.text();
+  const std::string topic = printable(content.text()), encoding = printable(content.text());
   if (encoding != "cdr") {
     throw Error(fmt::format("topic '{}' is encoded as '{}'", topic, encoding),
                 "takt supports only 'cdr'", path_);
@@ -183,7 +184,7 @@ void McapReader::read_channel(Cursor& content) {
     }
   }
   if (channels_.try_emplace(id, topics_.size()).second) {
-    topics_.push_back({topic, type, definition, qos});
+    topics_.push_back({topic, printable(type), definition, qos});
   }
 }
 

@@ -88,7 +88,7 @@ bool TypeDescriptionClient::ask_next(Question& question, const Graph& graph) {
       const std::string service = end.node + "/get_type_description";
       const bool is_served = std::any_of(graph.services.begin(), graph.services.end(),
                                          [&](const auto& known) { return known.name == service; });
-      if (!is_served || !question.asked.insert(service).second) continue;
+      if (!is_served || !is_topic_name(service) || !question.asked.insert(service).second) continue;
       question.client = host_.create_client<GetTypeDescription>(service);
       question.is_sent = question.is_answered = false;
       question.limit = timer_->clock().now() + kPatience;

@@ -35,6 +35,7 @@ RULES = {
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
     "temporary": "temporary files have names that nobody can foresee",
+    "output": "what other processes say is escaped",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
 }
@@ -143,6 +144,11 @@ def check_contract(file, _):
 def check_temporary(file, _):
     for line, what in file_rules.temporary_names(file.path, file.lines):
         yield Finding(file.path, line, "temporary", what)
+
+
+def check_output(file, _):
+    for line, what in file_rules.raw_output(file.path, file.lines):
+        yield Finding(file.path, line, "output", what)
 
 
 def anchor_of(heading):
@@ -300,7 +306,7 @@ def main():
     findings = list(check_format(files, root))
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
-                     check_contract, check_temporary, check_links, check_phrases):
+                     check_contract, check_temporary, check_output, check_links, check_phrases):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

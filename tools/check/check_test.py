@@ -149,6 +149,11 @@ def test_rules():
              "base/a_test.cpp": SPDX + 'auto a = "/tmp/b";\n'},
             "tools/a.cpp:2: use TemporaryFolder or temporary_file(): others could foresee the name",
             "tools/a.cpp:3: use TemporaryFolder or temporary_file(): others could foresee the name")
+    refused("output as other processes say it",
+            {"tools/takt/a.cpp": SPDX + 'auto a = fmt::print("{}", name);\nauto b = document.dump();\n',
+             "tools/takt/b.cpp": SPDX + 'auto a = fmt::print(file, "{}", 1);\n'},
+            "tools/takt/a.cpp:2: use rt::print(), which escapes what other processes say",
+            "tools/takt/a.cpp:3: use json_text(), which takes every text")
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},

@@ -1,4 +1,4 @@
-"""How the product may open files: see base/temporary.hpp, base/regular_file.hpp.
+"""How the product may open files and print: see base/temporary.hpp, measuring/output.hpp.
 SPDX-License-Identifier: Apache-2.0
 """
 import pathlib
@@ -9,6 +9,10 @@ NOT_PRODUCT = {"bench", "examples", "rt_tests", "testing"}
 TEMPORARY = re.compile(r'temp_directory_path|"/tmp/|\b(?:tmpnam|tempnam|mktemp|tmpfile)\(')
 # Iceoryx chooses these names.
 NAMES_OF_ROUDI = re.compile(r'"/tmp/(?:roudi|iox-|\.takt_roudi_)')
+
+# Both would pass on what another process says as it is; the second also throws.
+PRINTS = re.compile(r"\bfmt::print\((?!file\b)")
+DUMPS = re.compile(r"\.dump\(")
 
 
 def is_product(path):
@@ -25,3 +29,14 @@ def temporary_names(path, lines):
     for number, line in enumerate(lines, 1):
         if TEMPORARY.search(NAMES_OF_ROUDI.sub("", line)):
             yield number, "use TemporaryFolder or temporary_file(): others could foresee the name"
+
+
+def raw_output(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or not path.startswith("tools/takt/") or path.endswith("json_text.hpp"):
+        return
+    for number, line in enumerate(lines, 1):
+        if PRINTS.search(line):
+            yield number, "use rt::print(), which escapes what other processes say"
+        if DUMPS.search(line):
+            yield number, "use json_text(), which takes every text"

@@ -6,7 +6,15 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/printable.hpp"
+#include "takt/measuring/output.hpp"
+
 namespace takt::tools {
+
+void Table::add(std::vector<std::string> row) {
+  for (std::string& cell : row) cell = printable(cell);
+  rows_.push_back(std::move(row));
+}
 
 void Table::print(const std::string& title) const {
   if (rows_.size() < 2) return;
@@ -22,7 +30,7 @@ void Table::print(const std::string& title) const {
       }
     }
   }
-  fmt::print("\n{}\n", title);
+  rt::print("\n{}\n", title);
   for (const auto& row : rows_) {
     std::string line;
     for (std::size_t column = 0; column < row.size(); ++column) {
@@ -30,7 +38,7 @@ void Table::print(const std::string& title) const {
       line += is_number[column] ? fmt::format("{:>{}}", row[column], widths[column])
                                 : fmt::format("{:<{}}", row[column], widths[column]);
     }
-    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
+    rt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
   }
 }
 

@@ -14,7 +14,8 @@ namespace takt::tools {
 class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
-  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  /// Names of other processes may be in it: see printable().
+  void add(std::vector<std::string> row);
   /// Prints to stdout, with a title; prints nothing if there are no rows.
   void print(const std::string& title) const;
 

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "takt/base/printable.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/node_announcer.hpp"
 #include "takt/transport/dds/participant_entities.hpp"
@@ -73,7 +74,7 @@ void GraphReader::take_discovered() {
     Process& process = processes_[gid(info.gid)] = {};
     for (const auto& node : info.node_entities_info_seq) {
       const std::string& space = node.node_namespace.get();
-      const std::string name = (space == "/" ? "" : space) + "/" + node.node_name.get();
+      const std::string name = printable((space == "/" ? "" : space) + "/" + node.node_name.get());
       process.nodes.push_back(name);
       for (const auto& reader : node.reader_gid_seq) process.owners[gid(reader)] = name;
       for (const auto& writer : node.writer_gid_seq) process.owners[gid(writer)] = name;
@@ -104,9 +105,10 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
   for_each<dds_builtintopic_endpoint_t>(
       writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
       [&](const dds_builtintopic_endpoint_t& found) {
-        GraphEndpoint endpoint{.name = found.topic_name,
-                               .type = ros_type_name(found.type_name),
-                               .type_hash = user_data_value(*found.qos, "typehash"),
+        // Escaped at the border: names of ROS 2 have nothing to escape.
+        GraphEndpoint endpoint{.name = printable(found.topic_name),
+                               .type = printable(ros_type_name(found.type_name)),
+                               .type_hash = printable(user_data_value(*found.qos, "typehash")),
                                .qos = qos_of(*found.qos)};
         // The endpoints that serve discovery itself are not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||

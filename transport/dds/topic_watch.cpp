@@ -2,6 +2,7 @@
 #include "takt/transport/dds/topic_watch.hpp"
 
 #include <array>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,17 @@ namespace takt {
 namespace {
 
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
+
+// What others announce is reported, but they must not fill the log.
+constexpr std::uint64_t kComplaintsPerSecond = 10;
+
+// Not in this second any more; else, what the line says of those that were left out.
+std::optional<std::string> may_complain() {
+  static constinit LogThrottle throttle(kComplaintsPerSecond);
+  const auto left_out = throttle.may_log();
+  if (!left_out) return {};
+  return *left_out == 0 ? "" : fmt::format("({} others before) ", *left_out);
+}
 
 std::string of_node(const std::string& node) {
   return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
@@ -100,11 +112,13 @@ void TopicWatch::forget_if_empty(const std::string& name) noexcept {
 // True: there was something to say.
 bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other) {
   if (ours.type != other.type) {
+    const auto others = may_complain();
+    if (!others) return true;
     log(LogLevel::error,
-        "topic '{}' has two types, so no message passes: {} for the {} of {} here, {} for the {} "
+        "{}topic '{}' has two types, so no message passes: {} for the {} of {} here, {} for the {} "
         "of "
         "{} in another process; give both one type",
-        topic, ours.type, kind(ours.is_writer), of_node(ours.node), other.type,
+        *others, topic, ours.type, kind(ours.is_writer), of_node(ours.node), other.type,
         kind(other.is_writer), of_node(other.node));
     return true;
   }
@@ -112,10 +126,13 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
   const std::string_view policy =
       ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
   if (policy.empty()) return false;
+  const auto others = may_complain();
+  if (!others) return true;
   log(LogLevel::warn,
-      "topic '{}': the publisher of {} {} offers less than the subscription of {} {} asks for: {}; "
+      "{}topic '{}': the publisher of {} {} offers less than the subscription of {} {} asks for: "
+      "{}; "
       "no message passes",
-      topic, of_node(ours.is_writer ? ours.node : other.node),
+      *others, topic, of_node(ours.is_writer ? ours.node : other.node),
       ours.is_writer ? "here" : "in another process",
       of_node(ours.is_writer ? other.node : ours.node),
       ours.is_writer ? "in another process" : "here", policy);

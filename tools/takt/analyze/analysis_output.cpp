@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/analysis/method.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "analyze/analyzed_file.hpp"
@@ -140,9 +141,9 @@ void print_chains(const AnalyzedFile& file) {
       "measured)");
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
     if (file.bounds.chains[i].bound) continue;
-    fmt::print("{} has no bound: {}\n", file.model.chains[i].name, file.bounds.chains[i].why_not);
+    rt::print("{} has no bound: {}\n", file.model.chains[i].name, file.bounds.chains[i].why_not);
   }
-  fmt::print("\n");
+  rt::print("\n");
 }
 
 /// Why callbacks have no bound: once for all that share the reason.
@@ -154,11 +155,11 @@ void print_reasons(const AnalyzedFile& file) {
   }
   for (const auto& [reason, callbacks] : names) {
     const std::size_t others = callbacks.size() - 1;
-    fmt::print("no bound for {}{}: {}\n", callbacks.front(),
-               others == 0 ? "" : fmt::format(" (and {} other{})", others, others == 1 ? "" : "s"),
-               reason);
+    rt::print("no bound for {}{}: {}\n", callbacks.front(),
+              others == 0 ? "" : fmt::format(" (and {} other{})", others, others == 1 ? "" : "s"),
+              reason);
   }
-  fmt::print("\n");
+  rt::print("\n");
 }
 
 void print_callbacks(const AnalyzedFile& file) {
@@ -203,9 +204,9 @@ json analysis_json(const AnalyzedFile& file) {
 void print_analysis(const AnalyzedFile& file) {
   print_chains(file);
   print_callbacks(file);
-  fmt::print("assumptions\n");
+  rt::print("assumptions\n");
   for (std::size_t i = 0; i < file.model.assumptions.size(); ++i) {
-    fmt::print("  {}  {}\n", i + 1, file.model.assumptions[i]);
+    rt::print("  {}  {}\n", i + 1, file.model.assumptions[i]);
   }
 }
 
@@ -217,9 +218,9 @@ void print_explanation(const AnalyzedFile& file, const std::string& name) {
   if (index == names.size())
     throw Error(fmt::format("no chain is called '{}'", name), suggest(name, names));
   const ModelBounds::Chain& bound = file.bounds.chains[index];
-  fmt::print("chain '{}': {}\n", name,
-             bound.bound ? fmt::format("{} ms at most", ms(bound.bound->count()))
-                         : "no bound: " + bound.why_not);
+  rt::print("chain '{}': {}\n", name,
+            bound.bound ? fmt::format("{} ms at most", ms(bound.bound->count()))
+                        : "no bound: " + bound.why_not);
   const analysis::ChainBound* const details = found(file, index);
   if (details == nullptr) return;
   for (std::size_t i = 0; i < details->segments.size(); ++i) {
@@ -229,28 +230,28 @@ void print_explanation(const AnalyzedFile& file, const std::string& name) {
     for (const std::size_t callback : segment.callbacks) {
       path.push_back(file.model.system.callbacks[callback].name);
     }
-    fmt::print("\n{}. {} ms on '{}': {}\n", i + 1, ms(segment.bound), executor.name,
-               fmt::join(path, " → "));
+    rt::print("\n{}. {} ms on '{}': {}\n", i + 1, ms(segment.bound), executor.name,
+              fmt::join(path, " → "));
     std::vector<analysis::Term> terms = segment.terms;
     std::stable_sort(terms.begin(), terms.end(),
                      [](const auto& a, const auto& b) { return a.time > b.time; });
     for (const analysis::Term& term : terms) {
-      fmt::print("   {:>10} ms  {}\n", ms(term.time), term.what);
+      rt::print("   {:>10} ms  {}\n", ms(term.time), term.what);
     }
     if (segment.wait != 0) {
-      fmt::print("   then {} ms at most until the other inputs of the join have come\n",
-                 ms(segment.wait));
+      rt::print("   then {} ms at most until the other inputs of the join have come\n",
+                ms(segment.wait));
     }
     for (const analysis::MethodBound& method : segment.methods) {
       if (method.method.empty()) continue;
       const auto traits = analysis::methods().traits(method.method);
       if (method.bound < kUnbounded && method.bound == segment.bound) {
-        fmt::print("   by {}: {}; assumes: {}. Source: {}\n", method.method,
-                   analysis::methods().description(method.method), traits.assumes, traits.source);
+        rt::print("   by {}: {}; assumes: {}. Source: {}\n", method.method,
+                  analysis::methods().description(method.method), traits.assumes, traits.source);
       } else if (method.bound < kUnbounded) {
-        fmt::print("   by {}: {} ms\n", method.method, ms(method.bound));
+        rt::print("   by {}: {} ms\n", method.method, ms(method.bound));
       } else {
-        fmt::print("   not by {}: {}\n", method.method, method.why_not);
+        rt::print("   not by {}: {}\n", method.method, method.why_not);
       }
     }
   }

@@ -82,9 +82,9 @@ void list(const Options& options) {
     if (is_hidden(name) && !options.all) continue;
     rows.push_back(row(name, action));
     if (!options.prints()) continue;
-    fmt::print("{}", name);
-    if (options.shows_types) fmt::print(" [{}]", fmt::join(action.types, ", "));
-    fmt::print("\n");
+    rt::print("{}", name);
+    if (options.shows_types) rt::print(" [{}]", fmt::join(action.types, ", "));
+    rt::print("\n");
   }
   if (rows.empty()) rt::to_stderr("no action on DDS domain {}\n", options.domain);
   if (!options.json_path.empty()) write_json(rows, options.json_path);
@@ -99,11 +99,11 @@ void info(const Options& options) {
   const std::string types =
       options.shows_types ? fmt::format(" [{}]", fmt::join(action.types, ", ")) : "";
   if (options.prints()) {
-    fmt::print("Action: {}\n", name);
+    rt::print("Action: {}\n", name);
     for (const auto& [title, nodes] :
          {std::pair("clients", &action.clients), {"servers", &action.servers}}) {
-      fmt::print("Action {}: {}\n", title, nodes->size());
-      for (const std::string& node : *nodes) fmt::print("    {}{}\n", node, types);
+      rt::print("Action {}: {}\n", title, nodes->size());
+      for (const std::string& node : *nodes) rt::print("    {}{}\n", node, types);
     }
   }
   if (!options.json_path.empty()) write_json(row(name, action), options.json_path);
@@ -213,7 +213,7 @@ class GoalRun {
   template <class... Args>
   void print(fmt::format_string<Args...> format, Args&&... args) const {
     if (!options_.prints()) return;
-    fmt::print(format, std::forward<Args>(args)...);
+    rt::print(format, std::forward<Args>(args)...);
     rt::flush_output();
   }
 

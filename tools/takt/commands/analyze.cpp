@@ -31,12 +31,12 @@ json print_suggestions(const AnalyzedFile& file, bool prints) {
   json result = json::array();
   std::size_t tried = 0;
   const std::vector<Suggestion> found = suggestions(file, tried);
-  if (prints && tried != 0) fmt::print("\nwhat would help ({} changes tried)\n", tried);
-  if (prints && tried != 0 && found.empty()) fmt::print("  none of them\n");
+  if (prints && tried != 0) rt::print("\nwhat would help ({} changes tried)\n", tried);
+  if (prints && tried != 0 && found.empty()) rt::print("  none of them\n");
   for (const Suggestion& suggestion : found) {
     if (prints) {
-      fmt::print("  {}  ({}: {} → {})\n", suggestion.change, suggestion.chain,
-                 ms(suggestion.before), ms(suggestion.after));
+      rt::print("  {}  ({}: {} → {})\n", suggestion.change, suggestion.chain, ms(suggestion.before),
+                ms(suggestion.after));
     }
     const auto us = [](const auto& bound) { return bound ? json(rt::us(*bound)) : json(); };
     result.push_back({{"change", suggestion.change},

@@ -94,8 +94,8 @@ void record(const Options& options) {
   run(recorder, options.duration_s, [&] { return recorder->has_ended(); });
   const std::string failure = recorder->complete();
   if (options.prints()) {
-    fmt::print("{}: {} messages of {} topics, {} dropped\n", file, recorder->recorded(),
-               recorder->topic_count(), recorder->dropped());
+    rt::print("{}: {} messages of {} topics, {} dropped\n", file, recorder->recorded(),
+              recorder->topic_count(), recorder->dropped());
   }
   if (!options.json_path.empty()) {
     write_json({{"file", file},
@@ -127,7 +127,7 @@ void play(const Options& options) {
   const auto player = std::make_shared<Player>(node);
   const TypeDescriptionService describes(*player, *player);  // those registered
   run(player, 0, [&] { return player->has_ended(); });
-  if (options.prints()) fmt::print("{} messages were played\n", player->played());
+  if (options.prints()) rt::print("{} messages were played\n", player->played());
   if (!options.json_path.empty()) {
     write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
   }
@@ -165,7 +165,7 @@ void info(const Options& options) {
 
   if (options.prints()) {
     const auto line = [](const char* key, const std::string& value) {
-      fmt::print("{:<19}{}\n", key, value);
+      rt::print("{:<19}{}\n", key, value);
     };
     line("Files:", options.file);
     line("Bag size:", human_size(reader.size()));

@@ -66,8 +66,9 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
         const Variant& variant = variants[i];
         if (!variant.missing.empty()) continue;
         if (shows_progress) {
-          rt::to_stderr("\r\033[K{} of {}: {}, {} {}", course.done + 1, course.total,
-                        experiment.name, variant.series,
+          rt::clear_line();
+          rt::to_stderr("{} of {}: {}, {} {}", course.done + 1, course.total, experiment.name,
+                        variant.series,
                         experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
         }
         const Figures figures = measure(variant, options, course.signals);
@@ -82,7 +83,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
     course.interrupted = fmt::format("{} when {} of {} runs were complete", interruption.what(),
                                      course.done, course.total);
   }
-  if (shows_progress) rt::to_stderr("\r\033[K");
+  if (shows_progress) rt::clear_line();
   return measured;
 }
 

@@ -41,8 +41,8 @@ void check(const std::vector<std::string>& files, bool checks_deadlines) {
     try {
       const SystemDescription system = read_system(file);
       for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
-      fmt::print("{}: valid: {} components, {} executors, {} threads\n", file,
-                 system.components.size(), system.executors.size(), system.threads.size());
+      rt::print("{}: valid: {} components, {} executors, {} threads\n", file,
+                system.components.size(), system.executors.size(), system.threads.size());
       if (checks_deadlines && !meets_deadlines(file)) meets_all = false;
     } catch (const ConfigurationError& error) {
       errors.insert(errors.end(), error.errors().begin(), error.errors().end());

@@ -211,7 +211,8 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
         if (shows_progress) {
-          rt::to_stderr("\r\033[K{} of {}: {} {}", runs.size() + 1, total, row.executor,
+          rt::clear_line();
+          rt::to_stderr("{} of {}: {} {}", runs.size() + 1, total, row.executor,
                         fmt::format("{} {}", row.scheduler, row.composition));
         }
         json run = run_again(words_of(row, options), signals).at("runs").at(0);
@@ -224,7 +225,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
     interrupted =
         fmt::format("{} when {} of {} runs were complete", interruption.what(), runs.size(), total);
   }
-  if (shows_progress) rt::to_stderr("\r\033[K");
+  if (shows_progress) rt::clear_line();
   signals.let_through();
   std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
   return {std::move(runs), interrupted};

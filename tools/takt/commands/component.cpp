@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/printable.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
 #include "takt/measuring/output.hpp"
@@ -72,7 +73,8 @@ void list(const Options& options) {
     const auto answer =
         caller.call<ci::ListNodes>(service_of(container, kList), {}, called(container));
     if (answer.unique_ids.empty()) table.add({container, "-", "(empty)"});
-    for (std::size_t i = 0; i < answer.unique_ids.size(); ++i) {
+    for (std::size_t i = 0; i < std::min(answer.unique_ids.size(), answer.full_node_names.size());
+         ++i) {
       table.add({container, std::to_string(answer.unique_ids[i]), answer.full_node_names[i]});
       rows.push_back({{"container", container},
                       {"id", answer.unique_ids[i]},
@@ -146,7 +148,7 @@ void load(Options& options) {
   }
   const auto answer = caller.call<ci::LoadNode>(load_node, request, called(options.container));
   if (!answer.success) throw Error(answer.error_message);
-  fmt::print("{} {}\n", answer.unique_id, answer.full_node_name);
+  rt::print("{} {}\n", answer.unique_id, printable(answer.full_node_name));
 }
 
 void unload(const Options& options) {

@@ -19,6 +19,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
 #include "takt/measuring/machine.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 #include "takt/transport/dds/participant.hpp"
 
@@ -455,13 +456,13 @@ void doctor(const std::string& json_file) {
     std::array<int, 3> counts{};
     for (const Finding& finding : findings) {
       ++counts[static_cast<std::size_t>(finding.verdict)];
-      fmt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
+      rt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
       if (finding.verdict == Verdict::good) continue;
-      fmt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
-      fmt::print("      {:<{}}  fix:  {}\n", "", width, finding.fix);
-      fmt::print("      {:<{}}  from: {}\n", "", width, finding.source);
+      rt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
+      rt::print("      {:<{}}  fix:  {}\n", "", width, finding.fix);
+      rt::print("      {:<{}}  from: {}\n", "", width, finding.source);
     }
-    fmt::print("\n{} good, {} notes, {} bad\n", counts[0], counts[1], counts[2]);
+    rt::print("\n{} good, {} notes, {} bad\n", counts[0], counts[1], counts[2]);
   }
   const bool is_bad = std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
     return finding.verdict == Verdict::bad;

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 
@@ -61,7 +62,7 @@ std::vector<std::string> lines_of(const std::string& type) {
 void print(const std::string& type, std::size_t depth) {
   for (const std::string& text : lines_of(type)) {
     if (text.empty() && depth > 0) continue;
-    fmt::print("{:\t>{}}{}\n", "", depth, text);
+    rt::print("{:\t>{}}{}\n", "", depth, text);
     if (text.empty() || text == kSeparator) continue;
     if (const std::string nested = DefinitionLine(text, type).nested; !nested.empty()) {
       print(nested, depth + 1);

@@ -169,7 +169,7 @@ void latency(const Options& options) {
   note(dma_latency.refused());
   const bool has_text = options.json != "-", with_sum = options.histogram_with_sum != 0;
   if (has_text && !options.leaves_dma_latency && dma_latency.refused().empty()) {
-    fmt::print("# /dev/cpu_dma_latency set to {}us\n", options.dma_latency_us);
+    rt::print("# /dev/cpu_dma_latency set to {}us\n", options.dma_latency_us);
   }
   std::signal(SIGINT, [](int) { stop.store(true); });
   std::signal(SIGTERM, [](int) { stop.store(true); });

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/printable.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_available_transitions.hpp"
@@ -64,7 +65,7 @@ void list(const Options& options) {
 
 void get(const Options& options) {
   Caller caller(options.domain);
-  fmt::print("{}\n", state_of(caller, options.node));
+  rt::print("{}\n", printable(state_of(caller, options.node)));
 }
 
 void set(const Options& options) {
@@ -85,7 +86,7 @@ void set(const Options& options) {
         fmt::format("'{}' failed to {}; it is '{}'", options.node, options.transition, state),
         "see its log for the reason");
   }
-  fmt::print("{}\n", state);
+  rt::print("{}\n", printable(state));
 }
 
 void set_up(CLI::App* command) {

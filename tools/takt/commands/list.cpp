@@ -5,6 +5,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 
@@ -16,7 +17,7 @@ void print(const AnyRegistry& registry) {
   std::size_t width = 0;
   for (const std::string& name : registry.names()) width = std::max(width, name.size());
   for (const std::string& name : registry.names()) {
-    fmt::print("{:<{}}  {}\n", name, width, registry.description(name));
+    rt::print("{:<{}}  {}\n", name, width, registry.description(name));
   }
 }
 
@@ -30,7 +31,7 @@ void print_wait_backends() {
     } catch (const Error& error) {
       granted = fmt::format("refused: {}", error.what());
     }
-    fmt::print("{:<8}  {}; {}\n", name, registry.description(name), granted);
+    rt::print("{:<8}  {}; {}\n", name, registry.description(name), granted);
   }
 }
 
@@ -48,10 +49,10 @@ void set_up(CLI::App* command) {
     if (*kind == "wait_backends") print_wait_backends();
     if (*kind == "components") {
       print(components());
-      for (const auto& [name, library] : component_index()) fmt::print("{}  {}\n", name, library);
+      for (const auto& [name, library] : component_index()) rt::print("{}  {}\n", name, library);
     }
     if (*kind == "transports") {
-      fmt::print(
+      rt::print(
           "intra  by pointer inside one process\n"
           "dds    through Cyclone DDS, between processes and inside one\n"
           "shm    as dds, but messages of fixed size use shared memory\n");

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/printable.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
@@ -17,6 +18,7 @@
 #include "graph/observer.hpp"
 #include "graph/parameter_file.hpp"
 #include "graph/service_call.hpp"
+#include "json_text.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::param_command {
@@ -176,7 +178,7 @@ std::string to_text(const json& value, bool is_item = false) {
     return text.find('\'') == std::string::npos ? fmt::format("'{}'", text)
                                                 : fmt::format("\"{}\"", text);
   }
-  if (!value.is_array()) return value.dump();
+  if (!value.is_array()) return json_text(value);
   std::vector<std::string> items;
   for (const json& item : value) items.push_back(to_text(item, true));
   return fmt::format("[{}]", fmt::join(items, ", "));
@@ -189,7 +191,7 @@ void list_of_node(const Options& options) {
   ParameterClient client(caller, options);
   const std::vector<std::string> names = client.names();
   if (options.prints()) {
-    for (const std::string& name : names) fmt::print("  {}\n", name);
+    for (const std::string& name : names) rt::print("  {}\n", name);
   }
   write(json::array({{{"node", client.node()}, {"parameters", names}}}), options);
 }
@@ -222,7 +224,7 @@ void list(const Options& options) {
     std::vector<std::string>& names = answer->result.names;
     std::sort(names.begin(), names.end());
     if (options.prints() && !names.empty()) {
-      fmt::print("{}:\n  {}\n", node, fmt::join(names, "\n  "));
+      rt::print("{}:\n  {}\n", node, fmt::join(names, "\n  "));
     }
     rows.push_back({{"node", node}, {"parameters", names}});
   }
@@ -244,11 +246,11 @@ void get(const Options& options) {
   const auto [type, words] = words_of(value.type);
   const json content = to_json(value);
   if (options.prints()) {
-    if (content.is_null() || !options.hide_type) fmt::print("{}", words);
+    if (content.is_null() || !options.hide_type) rt::print("{}", words);
     if (!content.is_null()) {
-      fmt::print("{}{}", options.hide_type ? "" : " ", to_text(content));
+      rt::print("{}{}", options.hide_type ? "" : " ", to_text(content));
     }
-    fmt::print("\n");
+    rt::print("\n");
   }
   write({{"node", client.node()}, {"name", options.name}, {"type", type}, {"value", content}},
         options);
@@ -262,17 +264,17 @@ json range_of(const Ranges& ranges) {
 }
 
 void print_description(const json& row) {
-  fmt::print("Parameter name: {}\n  Type: {}\n", to_text(row["name"]), to_text(row["type"]));
+  rt::print("Parameter name: {}\n  Type: {}\n", to_text(row["name"]), to_text(row["type"]));
   const auto print_text = [&](const char* what, const char* key) {
-    if (row[key] != "") fmt::print("{}: {}\n", what, to_text(row[key]));
+    if (row[key] != "") rt::print("{}: {}\n", what, to_text(row[key]));
   };
   print_text("  Description", "description");
-  fmt::print("  Constraints:\n");
-  if (row["read_only"] == true) fmt::print("    Read only: true\n");
+  rt::print("  Constraints:\n");
+  if (row["read_only"] == true) rt::print("    Read only: true\n");
   if (const json& range = row["range"]; !range.is_null()) {
-    fmt::print("    Min value: {}\n    Max value: {}\n", to_text(range["from_value"]),
-               to_text(range["to_value"]));
-    if (range["step"] != 0) fmt::print("    Step: {}\n", to_text(range["step"]));
+    rt::print("    Min value: {}\n    Max value: {}\n", to_text(range["from_value"]),
+              to_text(range["to_value"]));
+    if (range["step"] != 0) rt::print("    Step: {}\n", to_text(range["step"]));
   }
   print_text("    Additional constraints", "additional_constraints");
 }
@@ -310,10 +312,10 @@ void set(const Options& options) {
       msg::Parameter().set__name(options.name).set__value(client.read(value, errors));
   errors.throw_if_any();
   const msg::SetParametersResult result = client.set({parameter}).front();
-  const std::string reason = result.reason.empty() ? "" : ": " + result.reason;
+  const std::string reason = result.reason.empty() ? "" : ": " + printable(result.reason);
   write({{"successful", result.successful}, {"reason", result.reason}}, options);
   if (!result.successful) throw Error("setting parameter failed" + reason);
-  if (options.prints()) fmt::print("Set parameter successful{}\n", reason);
+  if (options.prints()) rt::print("Set parameter successful{}\n", reason);
 }
 
 void dump(const Options& options) {
@@ -329,7 +331,7 @@ void dump(const Options& options) {
     }
   }
   const json document = {{client.node(), {{kRosParameters, std::move(parameters)}}}};
-  if (options.prints()) fmt::print("{}", to_yaml(document));
+  if (options.prints()) rt::print("{}", to_yaml(document));
   write(document, options);
 }
 
@@ -351,12 +353,12 @@ void load(const Options& options) {
   bool is_failed = false;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const auto& [name, result] = std::pair(parameters[i].name, results[i]);
-    const std::string reason = result.reason.empty() ? "" : ": " + result.reason;
+    const std::string reason = result.reason.empty() ? "" : ": " + printable(result.reason);
     rows.push_back({{"name", name}, {"successful", result.successful}, {"reason", result.reason}});
     is_failed = is_failed || !result.successful;
     if (!result.successful) rt::to_stderr("Set parameter {} failed{}\n", name, reason);
     if (result.successful && options.prints()) {
-      fmt::print("Set parameter {} successful{}\n", name, reason);
+      rt::print("Set parameter {} successful{}\n", name, reason);
     }
   }
   write(rows, options);

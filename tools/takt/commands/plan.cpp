@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/containers/container.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
@@ -118,7 +119,7 @@ void plan(const std::string& file, const std::string& json_path) {
   }
   if (json_path != "-") {
     for (const json& process : plans) {
-      if (plans.size() > 1) fmt::print("process {}\n\n", process.at("process").get<std::string>());
+      if (plans.size() > 1) rt::print("process {}\n\n", process.at("process").get<std::string>());
       print(process);
     }
   }

@@ -6,6 +6,7 @@
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/version.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
@@ -29,7 +30,7 @@ void write(const RandomOptions& options, const std::string& path) {
       options.seed, fmt::join(options.executors, ","), fmt::join(options.schedulers, ","),
       fmt::join(options.cpus, ","), TAKT_VERSION, yaml_file(random_system(options)));
   if (path.empty()) {
-    fmt::print("{}", text);
+    rt::print("{}", text);
     return;
   }
   write_text(text, "the system", path);

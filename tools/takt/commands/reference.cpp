@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "embedded.hpp"
@@ -120,7 +121,7 @@ void set_up(CLI::App* command) {
       ->required()
       ->check(CLI::IsMember({"config"}));
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
-  command->callback([page] { fmt::print("{}", configuration_reference()); });
+  command->callback([page] { rt::print("{}", configuration_reference()); });
 }
 const Command registered("reference", "Generates pages of the documentation from the code", set_up);
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/document.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "rta/task_set_file.hpp"
@@ -61,13 +62,13 @@ void print(const TaskSet& set, const Result& result, const textbook::AnalysisTra
   }
   points.print(result.is_schedulable ? "demand at each deadline of the busy window"
                                      : "least supply in any window");
-  fmt::print("\n");
+  rt::print("\n");
   if (result.is_schedulable) {
-    fmt::print("{}\n", *result.is_schedulable ? "all deadlines are met"
-                                              : "a deadline is missed: demand above its window");
+    rt::print("{}\n", *result.is_schedulable ? "all deadlines are met"
+                                             : "a deadline is missed: demand above its window");
   }
-  fmt::print("assumes: {}\nsource: {}\n{}: {}\n", traits.assumes, traits.source,
-             traits.applies_to_takt ? "applies to Takt" : "does not apply to Takt", traits.takt);
+  rt::print("assumes: {}\nsource: {}\n{}: {}\n", traits.assumes, traits.source,
+            traits.applies_to_takt ? "applies to Takt" : "does not apply to Takt", traits.takt);
 }
 
 json to_json(const TaskSet& set, const Result& result, const std::string& name) {
@@ -135,7 +136,7 @@ void set_up(CLI::App* command) {
     if (!command->get_subcommands().empty()) return;
     const std::vector<std::string> words = command->remaining();
     if (!words.empty()) textbook::analyses().check(words.front());
-    fmt::print("{}", command->help());
+    rt::print("{}", command->help());
   });
 }
 const Command registered("rta", "Textbook analyses of response times on bare task sets", set_up);

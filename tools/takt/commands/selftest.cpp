@@ -207,7 +207,8 @@ Findings measure(const Options& options, std::vector<std::string>& notes) {
   for (const std::string& transport : transports) {
     for (const std::string& name : names) {
       if (shows_progress) {
-        rt::to_stderr("\r\033[K{} of {}: {}, {}", ++done, names.size() * transports.size(), name,
+        rt::clear_line();
+        rt::to_stderr("{} of {}: {}, {}", ++done, names.size() * transports.size(), name,
                       transport);
       }
       const json run =
@@ -224,7 +225,7 @@ Findings measure(const Options& options, std::vector<std::string>& notes) {
       compare_process(run, where, findings);
     }
   }
-  if (shows_progress) rt::to_stderr("\r\033[K");
+  if (shows_progress) rt::clear_line();
   return findings;
 }
 
@@ -237,7 +238,7 @@ void print(const Findings& findings, const std::vector<std::string>& notes) {
                number(finding.limit), finding.is_right() ? "" : "WRONG"});
   }
   table.print("takt's figures against stamps in messages, raw samples and the kernel's counters");
-  for (const std::string& note : notes) fmt::print("{}\n", note);
+  for (const std::string& note : notes) rt::print("{}\n", note);
 }
 
 void selftest(const Options& options) {

@@ -57,7 +57,7 @@ void call(const Options& options) {
   DynamicClient client(observer, name, request, response,
                        [&](const nlohmann::ordered_json& fields) {
                          is_answered = true;
-                         if (options.json_path != "-") fmt::print("{}", to_yaml(fields));
+                         if (options.json_path != "-") rt::print("{}", to_yaml(fields));
                          if (!options.json_path.empty()) write_json(fields, options.json_path);
                        });
   const ByteBuffer message = write_message(request, options.request, client.header());

@@ -17,6 +17,7 @@
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
 #include "graph/type_finder.hpp"
+#include "json_text.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -157,17 +158,17 @@ void echo(const Options& options) {
       observer, options, [&](std::span<const std::byte> bytes, const MessageInfo&) {
         if (options.count != 0 && count == options.count) return;
         if (options.raw) {
-          for (const std::byte byte : bytes) fmt::print("{:02x}", std::to_integer<int>(byte));
-          fmt::print("\n");
+          for (const std::byte byte : bytes) rt::print("{:02x}", std::to_integer<int>(byte));
+          rt::print("\n");
         } else {
           const bool is_cut = options.json_path.empty() && !options.full;
           const auto fields = read_message(*type, bytes, {.most = is_cut ? 16 : SIZE_MAX});
           if (options.json_path == "-") {
-            fmt::print("{}\n", fields.dump());
+            rt::print("{}\n", json_text(fields));
           } else {
-            fmt::print("{}---\n", to_yaml(fields));
+            rt::print("{}---\n", to_yaml(fields));
           }
-          if (file.is_open() && !(file << fields.dump() << '\n')) {
+          if (file.is_open() && !(file << json_text(fields) << '\n')) {
             throw not_written("messages", options.json_path);
           }
         }
@@ -249,12 +250,12 @@ void hz(const Options& options) {
                    {"period_max_ms", periods.max()},  {"period_deviation_ms", periods.deviation()},
                    {"window", periods.size()}};
     if (prints && !std::exchange(has_header, true)) {
-      fmt::print("{:>12} {:>12} {:>12} {:>14} {:>8}\n", "rate_hz", "min_ms", "max_ms",
-                 "deviation_ms", "window");
+      rt::print("{:>12} {:>12} {:>12} {:>14} {:>8}\n", "rate_hz", "min_ms", "max_ms",
+                "deviation_ms", "window");
     }
     if (prints) {
-      fmt::print("{:>12.3f} {:>12.3f} {:>12.3f} {:>14.3f} {:>8}\n", 1e3 / periods.mean(),
-                 periods.min(), periods.max(), periods.deviation(), periods.size());
+      rt::print("{:>12.3f} {:>12.3f} {:>12.3f} {:>14.3f} {:>8}\n", 1e3 / periods.mean(),
+                periods.min(), periods.max(), periods.deviation(), periods.size());
     }
     return row;
   });
@@ -278,12 +279,12 @@ void bw(const Options& options) {
       return json{{"topic", listener.topic()}, {"messages", total}, {"bytes_per_s", 0}};
     }
     if (prints && !std::exchange(has_header, true)) {
-      fmt::print("{:>14} {:>12} {:>12} {:>12} {:>8}\n", "bytes_per_s", "mean_bytes", "min_bytes",
-                 "max_bytes", "window");
+      rt::print("{:>14} {:>12} {:>12} {:>12} {:>8}\n", "bytes_per_s", "mean_bytes", "min_bytes",
+                "max_bytes", "window");
     }
     if (prints) {
-      fmt::print("{:>14} {:>12.0f} {:>12.0f} {:>12.0f} {:>8}\n", rate, sizes.mean(), sizes.min(),
-                 sizes.max(), sizes.size());
+      rt::print("{:>14} {:>12.0f} {:>12.0f} {:>12.0f} {:>8}\n", rate, sizes.mean(), sizes.min(),
+                sizes.max(), sizes.size());
     }
     return json{{"topic", listener.topic()}, {"messages", total},
                 {"bytes_per_s", rate},       {"mean_bytes", sizes.mean()},

@@ -14,6 +14,8 @@
 
 #include "takt/base/error.hpp"
 
+#include "json_text.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -302,7 +304,7 @@ class Writer {
 std::string yaml_number(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value < 0 ? "-.inf" : ".inf";
-  std::string text = ordered_json(value).dump();
+  std::string text = json_text(ordered_json(value));
   const std::size_t exponent = text.find('e');
   if (text.find('.') == std::string::npos && exponent != std::string::npos) {
     text.insert(exponent, ".0");
@@ -349,7 +351,7 @@ void write_yaml(const ordered_json& value, std::size_t indent, std::string& text
   } else if (value.is_number_float()) {
     text += yaml_number(value.get<double>());
   } else {
-    text += value.dump();
+    text += json_text(value);
   }
 }
 

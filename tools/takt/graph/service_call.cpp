@@ -23,7 +23,7 @@ bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limi
 std::vector<std::string> Caller::owners(const std::string& ending) const {
   std::set<std::string> names;
   for (const GraphEndpoint& service : participant_->graph().services) {
-    if (!service.name.ends_with(ending)) continue;
+    if (!service.name.ends_with(ending) || !is_topic_name(service.name)) continue;
     names.insert(service.name.substr(1, service.name.size() - 1 - ending.size()));
   }
   return {names.begin(), names.end()};

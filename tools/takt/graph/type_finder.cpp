@@ -83,7 +83,9 @@ const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::str
     for (const GraphEndpoint& end : *list) {
       if (end.type != interface && !end.type.starts_with(interface + "_")) continue;
       const std::string service = end.node + "/get_type_description";
-      if (end.type_hash.empty() || !servers.contains(service)) continue;
+      if (end.type_hash.empty() || !servers.contains(service) || !is_topic_name(service)) {
+        continue;
+      }
       const auto description = ask(service, end.type, end.type_hash);
       if (!description) continue;
       if (const MessageType* type = described(*description, name)) return type;

@@ -12,6 +12,7 @@
 
 #include "takt/base/version.hpp"
 #include "takt/measuring/machine.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {
@@ -150,35 +151,35 @@ void print_values(const Rows& rows, std::size_t first, std::size_t count) {
     const std::vector<Nanoseconds>& values = rows[row]->values();
     std::uint64_t cycle = rows[row]->result().cycles - values.size();
     for (const Nanoseconds value : values) {
-      fmt::print("{:8}:{:8}:{:8}\n", row, cycle++, in_unit(value, rows[row]->options()));
+      rt::print("{:8}:{:8}:{:8}\n", row, cycle++, in_unit(value, rows[row]->options()));
     }
   }
 }
 
 /// Results that cyclictest does not have. Scripts for its output skip lines that begin with '#'.
 void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outcome& outcome) {
-  fmt::print("#\n# {:<3}{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}{:>7}{:>8}{:>7}  {}\n", "T", "in µs",
-             "p50", "p99", "p99.9", "p50/T0", "p99/T0", "early", "missed", "cpu_%", "faults",
-             "in force");
+  rt::print("#\n# {:<3}{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}{:>7}{:>8}{:>7}  {}\n", "T", "in µs",
+            "p50", "p99", "p99.9", "p50/T0", "p99/T0", "early", "missed", "cpu_%", "faults",
+            "in force");
   for (std::size_t number = 0; number < rows.size(); ++number) {
     const rt::CyclicResult& result = rows[number]->result();
     const rt::CyclicResult& bare = rows[number % outcome.threads]->result();  // of this thread
     const auto ratio = [](double value, double of_bare) {
       return of_bare == 0 ? 0 : value / of_bare;
     };
-    fmt::print("# {:<3}{:<40}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>7}{:>7}{:>8.2f}{:>7}  {}\n",
-               number, result.name, result.rounds.p50(), result.rounds.p99(),
-               rt::us(result.rounds.all.percentile(0.999)),
-               ratio(result.rounds.p50(), bare.rounds.p50()),
-               ratio(result.rounds.p99(), bare.rounds.p99()), result.early, result.missed,
-               result.cpu_percent(), result.counters.minor_faults + result.counters.major_faults,
-               fmt::format("{} {} on {}", to_string(result.in_force.policy),
-                           result.in_force.priority, fmt::join(result.in_force.affinity, ",")));
+    rt::print("# {:<3}{:<40}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>7}{:>7}{:>8.2f}{:>7}  {}\n",
+              number, result.name, result.rounds.p50(), result.rounds.p99(),
+              rt::us(result.rounds.all.percentile(0.999)),
+              ratio(result.rounds.p50(), bare.rounds.p50()),
+              ratio(result.rounds.p99(), bare.rounds.p99()), result.early, result.missed,
+              result.cpu_percent(), result.counters.minor_faults + result.counters.major_faults,
+              fmt::format("{} {} on {}", to_string(result.in_force.policy),
+                          result.in_force.priority, fmt::join(result.in_force.affinity, ",")));
   }
-  fmt::print("# p50, p99: medians of {} rounds, in which the rows alternate\n",
-             rows.front()->result().rounds.p50_us.size());
-  fmt::print("# {}\n", rt::machine_line());
-  fmt::print(
+  rt::print("# p50, p99: medians of {} rounds, in which the rows alternate\n",
+            rows.front()->result().rounds.p50_us.size());
+  rt::print("# {}\n", rt::machine_line());
+  rt::print(
       "# a thread that only read the clock missed {} spans over {} µs in {:.1f} s: longest "
       "{:.0f} µs, {:.2f} % of the time\n",
       outcome.gaps.count, rt::Gaps::kThreshold / 1us, rt::us(outcome.gaps.observed) / 1e6,
@@ -186,18 +187,18 @@ void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outc
       outcome.gaps.observed == 0ns
           ? 0.0
           : 100 * rt::us(outcome.gaps.total) / rt::us(outcome.gaps.observed));
-  fmt::print("# stolen by the host: {:.2f} %\n", outcome.observation.steal_percent);
+  rt::print("# stolen by the host: {:.2f} %\n", outcome.observation.steal_percent);
   for (const rt::Neighbour& neighbour : outcome.observation.neighbours) {
-    fmt::print("# another real-time thread ran for {:.1f} ms: {} ({}, {} {}) on {}\n",
-               rt::us(neighbour.cpu_time) / 1e3, neighbour.name, neighbour.thread, neighbour.policy,
-               neighbour.priority, fmt::join(neighbour.affinity, ","));
+    rt::print("# another real-time thread ran for {:.1f} ms: {} ({}, {} {}) on {}\n",
+              rt::us(neighbour.cpu_time) / 1e3, neighbour.name, neighbour.thread, neighbour.policy,
+              neighbour.priority, fmt::join(neighbour.affinity, ","));
   }
-  for (const std::string& note : outcome.notes) fmt::print("# {}\n", note);
+  for (const std::string& note : outcome.notes) rt::print("# {}\n", note);
   if (cyclic.break_above != 0ns) {
     for (const auto& row : rows) {
       if (row->result().broke) {
-        fmt::print("# Break thread: {}\n# Break value: {}\n", row->result().in_force.tid,
-                   in_unit(row->result().max, cyclic));
+        rt::print("# Break thread: {}\n# Break value: {}\n", row->result().in_force.tid,
+                  in_unit(row->result().max, cyclic));
       }
     }
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "model/extraction.hpp"
@@ -160,12 +161,12 @@ void print_model(const MeasuredModel& model) {
          causes.empty() ? "-" : fmt::format("{}", fmt::join(causes, ", "))});
   }
   table.print("callbacks (CPU time of executions, arrivals; in µs)");
-  fmt::print(
+  rt::print(
       "overheads (estimated from real-time threads, in µs): {} between two callbacks, {} to "
       "wake a thread\n",
       us_or_dash(model.dispatch_overhead), us_or_dash(model.wake_overhead));
   if (model.lost_executions != 0) {
-    fmt::print(
+    rt::print(
         "lost: the {} oldest executions, as a thread's trace was full: the model is of what "
         "came after them\n",
         model.lost_executions);

@@ -12,6 +12,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "json_text.hpp"
+
 namespace takt::tools {
 
 /// Exchanges JSON documents, one per line, over a socket pair.
@@ -25,7 +27,7 @@ class Channel {
 
   /// Returns false if the peer has closed the connection.
   bool send(const nlohmann::json& document) {
-    const std::string line = document.dump() + "\n";
+    const std::string line = json_text(document) + "\n";
     for (std::size_t sent = 0; sent < line.size();) {
       const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
       if (now < 0 && errno == EINTR) continue;

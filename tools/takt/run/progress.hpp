@@ -27,7 +27,7 @@ class Progress {
       : duration_(duration),
         is_shown_(isatty(STDERR_FILENO) != 0 && duration > std::chrono::seconds(2)) {}
   ~Progress() {
-    if (is_shown_) rt::to_stderr("\r                    \r");
+    if (is_shown_) rt::clear_line();
   }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -37,7 +37,8 @@ class Progress {
   Nanoseconds show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     if (is_shown_) {
-      rt::to_stderr("\r{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
+      rt::clear_line();
+      rt::to_stderr("{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
                     std::chrono::duration<double>(duration_).count());
       step = std::min<Nanoseconds>(step, std::chrono::seconds(1));
     }

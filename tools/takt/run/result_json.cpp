@@ -8,7 +8,10 @@
 
 #include "takt/base/version.hpp"
 #include "takt/measuring/machine.hpp"
+#include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
+
+#include "json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -198,9 +201,9 @@ void check_writable(const std::string& path) {
 }
 
 void write_json(const json& document, const std::string& path) {
-  const std::string text = document.dump(2) + "\n";
+  const std::string text = json_text(document, 2) + "\n";
   if (path == "-") {
-    fmt::print("{}", text);
+    rt::print("{}", text);
     return;
   }
   write_text(text, "results", path);

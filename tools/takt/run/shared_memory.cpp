@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "json_text.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -89,7 +91,7 @@ json survey_apart(const std::vector<SystemDescription>& processes,
   if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // it has the locks of its parent
-    const std::string text = survey(processes, overrides).dump();
+    const std::string text = json_text(survey(processes, overrides));
     for (std::size_t done = 0; done < text.size();) {
       const ssize_t now = write(ends[1], text.data() + done, text.size() - done);
       if (now <= 0) break;

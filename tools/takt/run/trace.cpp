@@ -12,6 +12,7 @@
 #include "takt/base/error.hpp"
 #include "takt/measuring/machine.hpp"
 
+#include "json_text.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools {
@@ -275,7 +276,7 @@ Trace make_trace(const json& run) {
 }
 
 void write_trace(const Trace& trace, const std::string& path) {
-  write_text(TraceWriter(trace).document().dump() + "\n", "the trace", path);
+  write_text(json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
 }
 
 Trace read_trace(const std::string& path) {

@@ -10,6 +10,7 @@
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/ros2/action_server.hpp"
 
 namespace peers {
@@ -182,6 +183,29 @@ class Spider : public takt::Node {
   std::shared_ptr<takt::ActionServer<Walk>> walk_;
 };
 
+/// Announces what a program without Takt could: names and a node that ROS 2 does not permit.
+class Hostile : public takt::Node {
+ public:
+  explicit Hostile(const takt::NodeOptions& options)
+      : Node("hostile", options), participant_(options.participant) {
+    for (const char* name : {"/1abc", "/a//b", "/a/", "/", "/odd"}) {
+      writers_.push_back(participant_->create_writer({name, &type_, takt::QoS(1), kNode}));
+    }
+    participant_->add_node(kNode);
+  }
+  ~Hostile() override { participant_->remove_node(kNode); }
+
+ private:
+  static constexpr const char* kNode = "/no\xff\x1b[31m\nde";
+  std::shared_ptr<takt::Participant> participant_;
+  const takt::MessageType type_ = [] {
+    takt::MessageType type = takt::message_type<std_msgs::msg::String>();
+    type.name = "ev\x1b]0;owned\x07il/msg/A\nb  9  9";
+    return type;
+  }();
+  std::vector<std::unique_ptr<takt::RemoteWriter>> writers_;
+};
+
 }  // namespace peers
 
 TAKT_REGISTER_COMPONENT(peers::Parameters)
@@ -189,3 +213,4 @@ TAKT_REGISTER_COMPONENT(peers::Mute)
 TAKT_REGISTER_COMPONENT(peers::Counter)
 TAKT_REGISTER_COMPONENT(peers::Ros2Container)
 TAKT_REGISTER_COMPONENT(peers::Spider)
+TAKT_REGISTER_COMPONENT(peers::Hostile)

@@ -1,0 +1,19 @@
+// JSON as text.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
+#define TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
+
+#include <string>
+
+namespace takt::tools {
+
+/// In one line, or indented. `dump()` alone throws if a text of another process is no UTF-8; here
+/// such bytes become U+FFFD.
+template <class Json>
+std::string json_text(const Json& value, int indent = -1) {
+  return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
