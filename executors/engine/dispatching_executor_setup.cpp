@@ -126,7 +126,7 @@ void DispatchingExecutor::start_worker(std::size_t index) {
   thread_statistics_[index].in_force = index == 0 && options_.threads.empty()
                                            ? this_thread_state()
                                            : apply(threads_[index], options_.realtime);
-  prefault_stack();
+  if (is_realtime(thread_statistics_[index].in_force.policy)) prefault_stack();
 }
 
 }  // namespace takt

@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/threads/memory_lock.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/realtime_scope.hpp"
 #include "takt/testing/child_process.hpp"
 
 namespace takt {
@@ -74,6 +78,28 @@ TEST(LockMemory, ThrowsWhenRequiredAndRefused) {
   if (text == kCannotDrop) GTEST_SKIP() << kCannotDrop;
   EXPECT_THAT(text, StartsWith("memory lock: "));
   EXPECT_THAT(text, HasSubstr("grant it, or write `realtime: prefer` to go on without"));
+}
+
+[[gnu::noinline]] void use_stack() {
+  volatile std::byte stack[128 * 1024];
+  for (std::size_t offset = 0; offset < sizeof(stack); offset += 1024) stack[offset] = std::byte{1};
+}
+
+// The compiler had left out what touched it, so the first deep call of a callback met page faults.
+TEST(PrefaultStack, SparesTheThreadPageFaults) {
+  if (kLocksNothing) GTEST_SKIP() << "sanitizers have stacks of their own";
+  const auto faults_of_first_use = [](bool prefaulted) {
+    std::uint64_t faults = 0;
+    std::thread([&] {
+      if (prefaulted) prefault_stack();
+      const RealtimeScope scope;
+      use_stack();
+      faults = scope.so_far().minor_faults;
+    }).join();
+    return faults;
+  };
+  if (faults_of_first_use(false) < 10) GTEST_SKIP() << "the kernel gives stacks many pages at once";
+  EXPECT_LT(faults_of_first_use(true), 3u);
 }
 
 }  // namespace

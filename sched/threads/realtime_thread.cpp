@@ -16,7 +16,7 @@ RealtimeThread::RealtimeThread(const ThreadAttributes& attributes, Realtime real
     std::promise<ThreadState> promise = std::move(in_force);
     try {
       const ThreadState granted = apply(attributes, realtime);
-      prefault_stack();
+      if (is_realtime(granted.policy)) prefault_stack();
       promise.set_value(granted);
     } catch (...) {
       promise.set_exception(std::current_exception());

@@ -11,9 +11,10 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Starts a thread, gives it its attributes in the thread itself, touches its stack, and only then
-/// calls `body`. The constructor returns when the attributes are in force, and throws the Error
-/// when they were refused and are required. The destructor joins.
+/// Starts a thread, gives it its attributes in the thread itself, touches its stack if the policy
+/// is a real-time one (others may meet page faults, and keep their memory), and only then calls
+/// `body`. The constructor returns when the attributes are in force, and throws the Error when they
+/// were refused and are required. The destructor joins.
 ///
 /// Thread safety: an object belongs to the thread that made it.
 /// Real-time: set-up and tear-down only.
