@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <concepts>
+#include <exception>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,10 +21,13 @@ namespace TAKT_PUBLIC takt {
 struct RequestId {
   std::uint64_t client = 0;
   std::int64_t sequence = 0;
+
+  friend bool operator==(const RequestId&, const RequestId&) = default;
 };
 
 /// Fills in the response, at once or as a coroutine. Or it remembers the id: then other code
-/// sends the response later.
+/// sends the response later. One that returns a std::exception_ptr has filled in a negative
+/// response if there is an exception, which is thrown when the response has been sent.
 template <class F, class S>
 concept ServiceCallback = std::invocable<F&, const typename S::Request&, typename S::Response&> ||
     std::invocable<F&, const typename S::Request&, RequestId>;
@@ -127,6 +131,10 @@ class CallbackService final : public Service<S>, private TaskOwner {
  public:
   static constexpr bool kIsTask =
       TaskCallback<F, const typename S::Request&, typename S::Response&>;
+  static constexpr bool kTellsFailure =
+      requires(F & callback, const typename S::Request& request, typename S::Response& response) {
+    { callback(request, response) } -> std::same_as<std::exception_ptr>;
+  };
 
   CallbackService(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
                   const std::string& path, const std::string& node, Clock& clock, F callback,
@@ -156,8 +164,14 @@ class CallbackService final : public Service<S>, private TaskOwner {
       runner_->start([&] { return serve(std::move(request), Base::prepare(id)); });
     } else if constexpr (std::invocable<F&, const typename S::Request&, typename S::Response&>) {
       Answer answer = Base::prepare(id);
-      callback_(request->body, answer->body);
-      Base::respond(std::move(answer));
+      if constexpr (kTellsFailure) {
+        const std::exception_ptr failure = callback_(request->body, answer->body);
+        Base::respond(std::move(answer));
+        if (failure) std::rethrow_exception(failure);
+      } else {
+        callback_(request->body, answer->body);
+        Base::respond(std::move(answer));
+      }
     } else {
       callback_(request->body, id);
     }

@@ -2,10 +2,12 @@
 #include "takt/ros2/parameter_services.hpp"
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "takt/base/error.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 #include "takt/ros2/wire_time.hpp"
 
@@ -83,7 +85,9 @@ std::vector<wire::ParameterDescriptor> descriptors_of(const Node& node,
   return messages;
 }
 
-wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& parameters) {
+// What a callback throws is a negative result, and the failure that the service reports.
+wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& parameters,
+                              std::exception_ptr& failure) {
   Parameters values;
   for (const wire::Parameter& parameter : parameters) {
     try {
@@ -93,7 +97,15 @@ wire::SetParametersResult set(Node& node, const std::vector<wire::Parameter>& pa
           "parameter '{}' of node '{}': {}", parameter.name, node.name(), error.what()));
     }
   }
-  SetParametersResult result = node.set_parameters_atomically(values);
+  SetParametersResult result;
+  try {
+    result = node.set_parameters_atomically(values);
+  } catch (...) {
+    const std::exception_ptr thrown = std::current_exception();
+    result = {false, fmt::format("a parameter callback of node '{}' threw: {}", node.name(),
+                                 text_of(thrown))};
+    if (failure == nullptr) failure = thrown;
+  }
   return wire::SetParametersResult()
       .set__successful(result.successful)
       .set__reason(std::move(result.reason));
@@ -107,9 +119,10 @@ wire::ListParametersResult to_message(ListParametersResult listed) {
 
 // A service of this node, served by the host.
 template <class S, class F>
-std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback) {
+std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback,
+                                  const std::shared_ptr<CallbackGroup>& group = nullptr) {
   const std::string& owner = node.fully_qualified_name();
-  return host.create_service<S>(fmt::format("{}/{}", owner, name), std::move(callback), nullptr,
+  return host.create_service<S>(fmt::format("{}/{}", owner, name), std::move(callback), group,
                                 rare_service(owner));
 }
 
@@ -168,7 +181,8 @@ void ParameterServices::publish(const ParameterChanges& changes) const {
   events_->publish(event);
 }
 
-ParameterServices::ParameterServices(Node& node, Node& host)
+ParameterServices::ParameterServices(Node& node, Node& host,
+                                     const std::shared_ptr<CallbackGroup>& group)
     : node_(node),
       events_(host.create_publisher<wire::ParameterEvent>(
           "/parameter_events", qos_profile("parameter_events")->keep_last(100),
@@ -187,17 +201,24 @@ ParameterServices::ParameterServices(Node& node, Node& host)
                                                    response.types.push_back(type_of(value));
                                                  }
                                                })),
-      set_(serve<srv::SetParameters>(node, host, "set_parameters",
-                                     [&node](const auto& request, auto& response) {
-                                       for (const wire::Parameter& parameter : request.parameters) {
-                                         response.results.push_back(set(node, {parameter}));
-                                       }
-                                     })),
-      set_atomically_(
-          serve<srv::SetParametersAtomically>(node, host, "set_parameters_atomically",
-                                              [&node](const auto& request, auto& response) {
-                                                response.result = set(node, request.parameters);
-                                              })),
+      set_(serve<srv::SetParameters>(
+          node, host, "set_parameters",
+          [&node](const auto& request, auto& response) {
+            std::exception_ptr failure;
+            for (const wire::Parameter& parameter : request.parameters) {
+              response.results.push_back(set(node, {parameter}, failure));
+            }
+            return failure;
+          },
+          group)),
+      set_atomically_(serve<srv::SetParametersAtomically>(
+          node, host, "set_parameters_atomically",
+          [&node](const auto& request, auto& response) {
+            std::exception_ptr failure;
+            response.result = set(node, request.parameters, failure);
+            return failure;
+          },
+          group)),
       list_(serve<srv::ListParameters>(node, host, "list_parameters",
                                        [&node](const auto& request, auto& response) {
                                          response.result = to_message(

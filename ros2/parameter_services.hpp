@@ -26,18 +26,22 @@ ParameterValue from_message(const rcl_interfaces::msg::ParameterValue& message);
 /// list_parameters and describe_parameters under the full name of a node, for `ros2 param` and
 /// other clients. They answer as rclcpp's do: one name that was not declared makes the answers of
 /// get_parameters, get_parameter_types and describe_parameters empty; set_parameters sets one after
-/// another and has a result for each. `/parameter_events` reports what is declared, set and
-/// undeclared: initially all parameters.
+/// another and has a result for each. What a parameter callback throws is a negative result, and an
+/// exception of the service's callback when that has been sent. `/parameter_events` reports what is
+/// declared, set and undeclared: initially all parameters.
 ///
-/// The services are entities of the host, in its default callback group: the node itself, or
-/// another one whose executor is not a real-time one. In ROS 2's graph they are the node's. Both
-/// nodes outlive them. When they are destroyed, no request is served any more.
+/// The services are entities of the host: the node itself, or another one whose executor is not a
+/// real-time one. Those that set, and so run callbacks of the node, are in `group`, the others in
+/// the host's default callback group: with a thread of its own for each group, a callback that does
+/// not return keeps no reader waiting. In ROS 2's graph they are the node's. Both nodes outlive
+/// them. When they are destroyed, no request is served any more.
 ///
 /// Thread safety: as Node.
-/// Real-time: no; they copy names and values, and call the node's on-set callbacks.
+/// Real-time: no; they copy names and values, and call the node's parameter callbacks.
 class ParameterServices {
  public:
-  ParameterServices(Node& node, Node& host);
+  /// `group`: the host's; none is its default group.
+  ParameterServices(Node& node, Node& host, const std::shared_ptr<CallbackGroup>& group = nullptr);
   ~ParameterServices() { node_.set_parameters_listener({}); }
   ParameterServices(const ParameterServices&) = delete;
   ParameterServices& operator=(const ParameterServices&) = delete;

@@ -101,7 +101,6 @@ class ParameterServicesTest : public testing::Test {
   const std::shared_ptr<Node> caller_ = std::make_shared<Node>("caller");
   const ParameterServices services_{*node_, *host_};
 
- private:
   static void serve(Entity& entity) {
     Slot slot;
     if (entity.take(slot)) entity.execute(slot);
@@ -309,6 +308,52 @@ TEST(ParameterServices, MayBeServedByTheNodeItself) {
         node->create_client<services::GetParameters>("/camera/get_parameters")->service_is_ready());
   }
   EXPECT_THAT(node->entities(), IsEmpty());
+}
+
+// The exception kept the response from being sent: the caller waited for ever.
+TEST_F(ParameterServicesTest, AnswerWhatACallbackThrowsAndThrowItThen) {
+  const auto on_set = node_->add_on_set_parameters_callback([](const Parameters& values) {
+    if (values.contains("a_boolean")) throw std::runtime_error("no light");
+    return SetParametersResult();
+  });
+  const auto post_set = node_->add_post_set_parameters_callback([](const Parameters& values) {
+    if (values.contains("d_string")) throw 1;
+  });
+  const auto call_failing = [&]<class S>(std::in_place_type_t<S>, const std::string& service,
+                                         const typename S::Request& request) {
+    const auto client = caller_->create_client<S>("/front/camera/" + service);
+    const auto future = client->async_send_request(request);
+    int failures = 0;
+    const std::vector<std::shared_ptr<Entity>> served = host_->entities();
+    for (const auto& entity : served) {
+      try {
+        serve(*entity);
+      } catch (...) {
+        ++failures;
+      }
+    }
+    EXPECT_EQ(failures, 1);
+    serve(*client);
+    return future.get().value();
+  };
+  const auto each = call_failing(std::in_place_type<services::SetParameters>, "set_parameters",
+                                 to_set({{"a_boolean", to_message(false)},
+                                         {"d_string", to_message(std::string("odom"))},
+                                         {"b_integer", to_message(std::int64_t{8})}}));
+  ASSERT_EQ(each.results.size(), 3u);
+  EXPECT_FALSE(each.results[0].successful);
+  EXPECT_EQ(each.results[0].reason, "a parameter callback of node 'camera' threw: no light");
+  EXPECT_FALSE(each.results[1].successful);
+  EXPECT_THAT(each.results[1].reason, HasSubstr("threw: an object that is no std::exception"));
+  EXPECT_TRUE(each.results[2].successful);
+  services::SetParametersAtomically::Request together;
+  together.parameters = to_set({{"a_boolean", to_message(false)}}).parameters;
+  const auto result = call_failing(std::in_place_type<services::SetParametersAtomically>,
+                                   "set_parameters_atomically", together)
+                          .result;
+  EXPECT_FALSE(result.successful);
+  EXPECT_THAT(result.reason, HasSubstr("threw: no light"));
+  EXPECT_TRUE(node_->get_parameter<bool>("a_boolean"));
 }
 
 TEST_F(ParameterServicesTest, PublishWhatIsSetAndDeclared) {
