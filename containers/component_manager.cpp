@@ -121,8 +121,9 @@ ComponentDescription describe(const ci::LoadNode::Request& request,
 }
 
 ComponentManager::ComponentManager(Container& container, const std::shared_ptr<Node>& node,
-                                   LoadPolicy policy, bool serves_parameters)
-    : node_(node), serves_parameters_(serves_parameters) {
+                                   Executor& requests, LoadPolicy policy, bool serves_parameters)
+    : node_(node), requests_(requests), serves_parameters_(serves_parameters) {
+  const std::shared_ptr<CallbackGroup> loading = make_group("loading");
   services_.push_back(node->create_service<ci::LoadNode>(
       "~/_container/load_node",
       [&container, policy = std::move(policy)](const auto& request, auto& response) {
@@ -138,7 +139,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.error_message = kNoStdException;
         }
       },
-      nullptr, ServiceOptions{.loans = 0}));
+      loading, ServiceOptions{.loans = 0}));
   services_.push_back(node->create_service<ci::UnloadNode>(
       "~/_container/unload_node",
       [&container](const auto& request, auto& response) {
@@ -151,7 +152,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.error_message = kNoStdException;
         }
       },
-      nullptr, rare_service()));
+      loading, rare_service()));
   services_.push_back(node->create_service<ci::ListNodes>(
       "~/_container/list_nodes",
       [&container](const auto&, auto& response) {
@@ -173,8 +174,15 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
           response.reason = kNoStdException;
         }
       },
-      nullptr, rare_service()));
+      make_group("set_callback_parameters"), rare_service()));
   own_ = serve(node);
+}
+
+std::shared_ptr<CallbackGroup> ComponentManager::make_group(std::string name) {
+  auto group = node_->create_callback_group(std::move(name), CallbackGroupType::MutuallyExclusive,
+                                            /*automatically_add_to_executor=*/false);
+  requests_.add_callback_group(group, node_);
+  return group;
 }
 
 std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& component) {
@@ -184,14 +192,17 @@ std::shared_ptr<void> ComponentManager::serve(const std::shared_ptr<Node>& compo
     std::unique_ptr<TypeDescriptionService> types;
     std::unique_ptr<LifecycleServices> lifecycle;
   };
+  const auto lifecycle = std::dynamic_pointer_cast<LifecycleNode>(component);
+  if (!serves_parameters_ && lifecycle == nullptr) return nullptr;
+  const std::shared_ptr<CallbackGroup> group = make_group(fmt::format("node_{}", ++served_));
   auto services = std::make_shared<Services>();
   services->node = component;
   if (serves_parameters_) {
-    services->parameters = std::make_unique<ParameterServices>(*component, *node_);
+    services->parameters = std::make_unique<ParameterServices>(*component, *node_, group);
     services->types = std::make_unique<TypeDescriptionService>(*component, *node_);
   }
-  if (const auto lifecycle = std::dynamic_pointer_cast<LifecycleNode>(component)) {
-    services->lifecycle = std::make_unique<LifecycleServices>(*lifecycle, *node_);
+  if (lifecycle != nullptr) {
+    services->lifecycle = std::make_unique<LifecycleServices>(*lifecycle, *node_, group);
   }
   return services;
 }

@@ -3,11 +3,15 @@
 #ifndef TAKT_CONTAINERS_COMPONENT_MANAGER_HPP_
 #define TAKT_CONTAINERS_COMPONENT_MANAGER_HPP_
 
+#include <atomic>
+#include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "takt/base/visibility.hpp"
 #include "takt/containers/configuration/system_description.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/nodes/node.hpp"
 
@@ -15,7 +19,7 @@ namespace TAKT_PUBLIC takt {
 
 class Container;
 
-/// Serves requests on the container's own node `/CONTAINER`, which has a single-threaded executor:
+/// Serves requests on the container's own node `/CONTAINER`:
 /// - `/CONTAINER/_container/load_node`, `unload_node` and `list_nodes`: ROS 2's
 ///   composition_interfaces. The LoadPolicy decides which libraries may be loaded. `plugin_name` is
 ///   the component class; `package_name` is ignored, because the component index has no packages.
@@ -26,18 +30,30 @@ class Container;
 ///   of a lifecycle node. In ROS 2's graph they belong to that node.
 /// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
 ///   for none.
-/// Requests are served one after another: while a component is constructed or unloaded, others
-/// wait. Thread safety: only the container uses it. Real-time: no; components run on other threads.
+///
+/// A request that needs no code of a user is answered at once, on the thread `container`. All
+/// others are served by the threads of the executor `requests`: setting parameters and changing the
+/// state, one after another for each node; loading and unloading, one after another; changing
+/// parameters of callbacks. So a callback that does not return delays requests to its own node; as
+/// many as there are threads delay all those.
+///
+/// Thread safety: only the container uses it; `serve` from any thread.
+/// Real-time: no; components run on other threads.
 class ComponentManager {
  public:
-  ComponentManager(Container& container, const std::shared_ptr<Node>& node, LoadPolicy policy,
-                   bool serves_parameters);
+  ComponentManager(Container& container, const std::shared_ptr<Node>& node, Executor& requests,
+                   LoadPolicy policy, bool serves_parameters);
   /// Serves a component's node for as long as the returned object lives.
   std::shared_ptr<void> serve(const std::shared_ptr<Node>& component);
+  /// One of the container's node, for what may run code of users: served by `requests`, one
+  /// callback at a time.
+  std::shared_ptr<CallbackGroup> make_group(std::string name);
 
  private:
   const std::shared_ptr<Node> node_;
+  Executor& requests_;
   const bool serves_parameters_;
+  std::atomic<std::uint64_t> served_{0};  // numbers the groups
   std::vector<std::shared_ptr<Entity>> services_;
   std::shared_ptr<void> own_;
 };

@@ -16,6 +16,8 @@ namespace {
 
 constexpr const char* kServiceThread = "container";
 constexpr const char* kLifecycleThread = "lifecycle";
+constexpr const char* kRequestThreads = "requests";
+constexpr std::size_t kMostRequests = 3;  // that run code of users at the same time
 constexpr auto kDrainLimit = std::chrono::seconds(5);
 constexpr auto kShutDownLimit = std::chrono::seconds(10);
 
@@ -165,15 +167,17 @@ std::string Container::own_name(const char* ending) const {
 }
 
 // The container's own callbacks allocate memory, so they run apart from the components.
-void Container::make_own_executor(const char* name, const std::shared_ptr<Node>& node) {
+Executor& Container::make_own_executor(const char* name, std::size_t threads) {
+  std::vector<ThreadAttributes> attributes(threads, thread(name));
+  for (std::size_t i = 1; i < threads; ++i) attributes[i].name = fmt::format("{}-{}", name, i);
   RunningExecutor& running =
       add(name, executors().make("events", {.name = name,
-                                            .threads = {thread(name)},
+                                            .threads = std::move(attributes),
                                             .realtime = description_.realtime,
                                             .statistics = StatisticsLevel::off,
                                             .clock = overrides_.clock}));
   running.is_own = true;
-  running.executor->add_node(node);
+  return *running.executor;
 }
 
 // What requests, failed components and simulated time need: a node, and a thread.
@@ -193,13 +197,15 @@ void Container::make_manager() {
                                                                    .time_source = time_source_,
                                                                    .participant = participant_});
   manager_ = std::make_unique<ComponentManager>(
-      *this, service_node_, load_policy(description_),
+      *this, service_node_, make_own_executor(kRequestThreads, kMostRequests),
+      load_policy(description_),
       description_.dds && description_.dds->parameter_services && !description_.is_split_off);
   if (participant_ != nullptr && description_.dds->rosout && !description_.is_split_off) {
     rosout_ = std::make_unique<Rosout>(*service_node_);
   }
-  failed_ = service_node_->create_guard_condition("failed", [this] { displace_failed(); });
-  make_own_executor(kServiceThread, service_node_);
+  failed_ = service_node_->create_guard_condition(
+      "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
+  make_own_executor(kServiceThread).add_node(service_node_);
   time_source_->set_host(service_node_);
 }
 
@@ -224,28 +230,35 @@ void Container::make_lifecycle() {
                     lifecycle.where, name, loaded->description.type));
   }
   if (!errors_.empty()) throw ConfigurationError(errors_);
-  make_own_executor(kLifecycleThread, lifecycle_node_);
+  make_own_executor(kLifecycleThread).add_node(lifecycle_node_);
 }
 
 // ---- Exceptions ----
 
 // Called on the thread of the failed callback.
 bool Container::handle(const FailedCallback& failed) {
-  OnException policy = OnException::terminate;
   const auto is_own = [&](const std::shared_ptr<Node>& node) {
     return node != nullptr && failed.node == node->fully_qualified_name();
   };
+  OnException policy = OnException::terminate;
+  std::string_view node = failed.node, callback = failed.callback;
   if (is_own(service_node_) || is_own(lifecycle_node_)) {
-    policy = OnException::ignore;  // user code threw in a service: its caller gets no response
-  } else {
+    policy = OnException::ignore;
+    if (callback.starts_with('/')) {  // of a component, whose name the service has
+      const std::size_t slash = callback.rfind('/');
+      node = callback.substr(0, slash);
+      callback.remove_prefix(slash + 1);
+    }
+  }
+  {
     const std::lock_guard lock(mutex_);
-    if (const auto loaded = find(failed.node)) {
+    if (const auto loaded = find(node)) {
       policy = loaded->description.on_exception;
       loaded->has_failed = policy == OnException::remove_node;
     }
   }
-  log(LogLevel::error, "{}{}{} threw: {}; {}", failed.node,
-      failed.callback.starts_with('/') ? "" : "/", failed.callback, text_of(failed.exception),
+  log(LogLevel::error, "{}{}{} threw: {}; {}", node, callback.starts_with('/') ? "" : "/", callback,
+      text_of(failed.exception),
       policy == OnException::terminate     ? "the container stops"
       : policy == OnException::remove_node ? "its node is removed from its executors"
                                            : "ignored");

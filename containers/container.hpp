@@ -52,7 +52,7 @@ struct ContainerOverrides {
 /// - `main`: the main thread of the process
 /// - `log`: writes log lines
 /// - `watchdog`: reports a missed deadline at the moment it is missed
-/// - `container`: serves requests, see ComponentManager
+/// - `container`, and three `requests`: serve requests, see ComponentManager
 /// - `lifecycle`: brings up and monitors lifecycle nodes, see LifecycleManager
 /// - `loader`: waits for the running callbacks of an unloaded component
 ///
@@ -155,7 +155,7 @@ class Container {
   bool needs_manager() const;
   void make_manager();
   void make_lifecycle();
-  void make_own_executor(const char* name, const std::shared_ptr<Node>& node);
+  Executor& make_own_executor(const char* name, std::size_t threads = 1);
   std::string own_name(const char* ending) const;
   void serve(Loaded& loaded);
   Errors too_much_for_executors() const;

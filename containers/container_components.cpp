@@ -286,19 +286,18 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
                   "it is destroyed when its callbacks have returned");
     }
   }
-  // On this thread, as it may be the one that runs them.
-  loaded->services.reset();
-  loaded->heartbeat.reset();
   const std::string name = loaded->node()->fully_qualified_name();
   std::function<void()> work = [this, loaded]() mutable {
     try {
       displace(*loaded);
     } catch (...) {
-      serve(*loaded);  // it was not removed, so serve its services again
       const std::lock_guard lock(mutex_);
       loaded->is_leaving = false;
       throw;
     }
+    // What has been asked for is answered, as dropping a service waits for its callback.
+    loaded->services.reset();
+    loaded->heartbeat.reset();
     complete(*loaded);
     {
       const std::lock_guard lock(mutex_);

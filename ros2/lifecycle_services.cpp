@@ -70,7 +70,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
           [&node](const GetState::Request&, GetState::Response& response) {
             response.current_state = to_message(node.get_current_state());
           },
-          group, rare_service(node.fully_qualified_name()))),
+          nullptr, rare_service(node.fully_qualified_name()))),
       get_available_states_(host.create_service<GetAvailableStates>(
           node.fully_qualified_name() + "/get_available_states",
           [](const GetAvailableStates::Request&, GetAvailableStates::Response& response) {
@@ -78,7 +78,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
               response.available_states.push_back(to_message(state));
             }
           },
-          group, rare_service(node.fully_qualified_name()))),
+          nullptr, rare_service(node.fully_qualified_name()))),
       get_transitions_(host.create_service<GetAvailableTransitions>(
           node.fully_qualified_name() + "/get_available_transitions",
           [&node](const GetAvailableTransitions::Request&,
@@ -88,7 +88,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                   to_message<TransitionDescription>(transition));
             }
           },
-          group, rare_service(node.fully_qualified_name()))),
+          nullptr, rare_service(node.fully_qualified_name()))),
       get_transition_graph_(host.create_service<GetAvailableTransitions>(
           node.fully_qualified_name() + "/get_transition_graph",
           [](const GetAvailableTransitions::Request&, GetAvailableTransitions::Response& response) {
@@ -97,7 +97,7 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                   to_message<TransitionDescription>(transition));
             }
           },
-          group, rare_service(node.fully_qualified_name()))) {
+          nullptr, rare_service(node.fully_qualified_name()))) {
   node.set_transition_listener([publisher = transition_event_](const auto& transition) {
     auto event = std::make_unique<TransitionEvent>(to_message<TransitionEvent>(transition));
     event->timestamp = wall_time_ns();

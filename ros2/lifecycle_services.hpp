@@ -29,7 +29,9 @@ class LifecycleServices {
  public:
   /// The services and the publisher are entities of `host`, which may be the node itself, or one on
   /// another executor; in ROS 2's graph they are the node's. Both must outlive this object.
-  /// `group`: the host's.
+  /// `group`, the host's, is that of change_state; the others, which run no callback of the node,
+  /// are in the host's default group. So with a thread for each, get_state tells that the node is
+  /// configuring.
   LifecycleServices(LifecycleNode& node, Node& host,
                     const std::shared_ptr<CallbackGroup>& group = nullptr);
   ~LifecycleServices();

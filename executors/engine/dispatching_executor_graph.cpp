@@ -106,6 +106,9 @@ void DispatchingExecutor::add_callback_group(const std::shared_ptr<CallbackGroup
 
 void DispatchingExecutor::remember(const std::shared_ptr<Node>& node) {
   const std::lock_guard lock(control_mutex_);
+  if (!nodes_.empty() && !nodes_.back().owner_before(node) && !node.owner_before(nodes_.back())) {
+    return;  // another group of the same node
+  }
   if (nodes_.size() == nodes_.capacity()) {  // rarely, so that n nodes cost O(n)
     std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
   }
