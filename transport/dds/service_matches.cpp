@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <mutex>
 
+#include "takt/base/logger.hpp"
+
 namespace takt {
 
 void ServiceMatches::add(Topic topic, dds_instance_handle_t end, const std::string& id) {
@@ -14,9 +16,7 @@ void ServiceMatches::add(Topic topic, dds_instance_handle_t end, const std::stri
 void ServiceMatches::remove(Topic topic, dds_instance_handle_t end) {
   const std::lock_guard lock(mutex_);
   ids_[topic].erase(end);
-  if (topic == requests) {
-    std::erase_if(callers_, [end](const auto& caller) { return caller.second == end; });
-  }
+  if (topic == requests) forget_caller(end);
 }
 
 bool ServiceMatches::knows(Topic topic, dds_instance_handle_t end) const {
@@ -38,7 +38,35 @@ std::size_t ServiceMatches::count() const {
 
 void ServiceMatches::called(std::uint64_t client, dds_instance_handle_t writer) {
   const std::lock_guard lock(mutex_);
-  if (ids_[requests].contains(writer)) callers_[client] = writer;
+  const auto known = clients_.find(writer);
+  if (known != clients_.end() && known->second == client) return;
+  if (!ids_[requests].contains(writer)) return;
+  if (known != clients_.end()) {
+    ++changed_callers_;
+    forget_caller(writer);
+    if (static constinit LogThrottle throttle; throttle.may_log()) {
+      log(LogLevel::warn, "a client of a service ({}) changes its number with its requests",
+          ids_[requests].at(writer));
+    }
+  }
+  if (callers_.try_emplace(client, writer).second) clients_[writer] = client;
+}
+
+void ServiceMatches::forget_caller(dds_instance_handle_t writer) {
+  const auto known = clients_.find(writer);
+  if (known == clients_.end()) return;
+  callers_.erase(known->second);
+  clients_.erase(known);
+}
+
+std::size_t ServiceMatches::callers() const {
+  const std::lock_guard lock(mutex_);
+  return callers_.size();
+}
+
+std::uint64_t ServiceMatches::changed_callers() const {
+  const std::lock_guard lock(mutex_);
+  return changed_callers_;
 }
 
 bool ServiceMatches::can_hear(std::uint64_t client) const {

@@ -12,8 +12,9 @@
 #include <dds/dds.h>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
 
-namespace takt {
+namespace TAKT_INTERNAL takt {
 
 /// The clients that a service has discovered, or the services that a client has, with the ids in
 /// their user data: one is there when its ends of both topics are. As rmw_cyclonedds counts them.
@@ -30,17 +31,24 @@ class ServiceMatches {
   /// How many are matched by both ends.
   std::size_t count() const;
 
-  /// For a service. A request of this client came from this writer.
+  /// For a service. A request of this client came from this writer. A writer is one client: of what
+  /// says that it is several only the last is known, and none is another writer's.
   void called(std::uint64_t client, dds_instance_handle_t writer);
+  /// How many clients are known, and how often a writer has said that it is another one.
+  std::size_t callers() const;
+  std::uint64_t changed_callers() const;
   /// Whether the client's reader of responses is matched, or the client has gone.
   bool can_hear(std::uint64_t client) const;
 
  private:
   bool has(Topic topic, const std::string& id) const;
+  void forget_caller(dds_instance_handle_t writer);
 
   mutable PiMutex mutex_;
   std::map<dds_instance_handle_t, std::string> ids_[2];
   std::map<std::uint64_t, dds_instance_handle_t> callers_;
+  std::map<dds_instance_handle_t, std::uint64_t> clients_;  // by their writers: as many as these
+  std::uint64_t changed_callers_ = 0;
 };
 
 }  // namespace takt

@@ -1,0 +1,30 @@
+// Whom a service knows.
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/transport/dds/service_matches.hpp"
+
+#include <gtest/gtest.h>
+
+namespace takt {
+namespace {
+
+// Each number that a peer made up cost 64 bytes, as long as its writer was there.
+TEST(ServiceMatches, RemembersAsManyClientsAsThereAreWriters) {
+  ServiceMatches matches;
+  matches.add(ServiceMatches::requests, 1, "clientid=1;");
+  matches.add(ServiceMatches::requests, 2, "clientid=2;");
+  matches.called(20, 2);
+  for (std::uint64_t client = 1; client <= 1000; ++client) matches.called(client, 1);
+  EXPECT_EQ(matches.callers(), 2u);
+  EXPECT_GE(matches.changed_callers(), 998u);
+  EXPECT_FALSE(matches.can_hear(20)) << "the other client's number was taken over";
+  EXPECT_FALSE(matches.can_hear(1000));
+  matches.add(ServiceMatches::responses, 3, "clientid=1;");
+  EXPECT_TRUE(matches.can_hear(1000));
+  EXPECT_FALSE(matches.can_hear(20));
+  matches.remove(ServiceMatches::requests, 1);
+  matches.remove(ServiceMatches::requests, 2);
+  EXPECT_EQ(matches.callers(), 0u);
+}
+
+}  // namespace
+}  // namespace takt
