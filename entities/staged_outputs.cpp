@@ -72,15 +72,20 @@ std::uint64_t StagedOutputs::dropped() const noexcept {
 
 void StagedOutputs::forget(const IntraProcessWriter& writer) noexcept {
   if (all_outputs().count.load() == 0) return;
-  const std::lock_guard lock(all_outputs().mutex);
-  for (StagedOutputs* staged : all_outputs().all) {
-    const std::lock_guard staged_lock(staged->mutex_);
-    std::erase_if(staged->outputs_, [&](const Output& output) {
-      if (output.writer != &writer) return false;
-      output.message->release();
-      return true;
-    });
+  std::vector<MessageBlock*> left;
+  {
+    const std::lock_guard lock(all_outputs().mutex);
+    for (StagedOutputs* staged : all_outputs().all) {
+      const std::lock_guard staged_lock(staged->mutex_);
+      std::erase_if(staged->outputs_, [&](const Output& output) {
+        if (output.writer != &writer) return false;
+        left.push_back(output.message);
+        return true;
+      });
+    }
   }
+  // After the locks: a message is the user's, and may own another publisher.
+  for (MessageBlock* message : left) message->release();
 }
 
 }  // namespace takt
