@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 
 namespace takt {
 
@@ -19,6 +20,13 @@ void detail::refuse_call(const std::string& service, std::size_t waiting) {
   throw Error(
       fmt::format("service '{}': {} calls wait for their answers already", service, waiting),
       "wait for some, or give the client more ClientOptions::calls_in_flight");
+}
+
+void detail::warn_of_ended_calls(const std::string& service, std::size_t calls) {
+  if (static constinit LogThrottle throttle; throttle.may_log()) {
+    log(LogLevel::warn, "service '{}': no service can answer; calls that have ended without: {}",
+        service, calls);
+  }
 }
 
 }  // namespace takt

@@ -4,6 +4,7 @@
 #define TAKT_ENTITIES_CLIENT_HPP_
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -14,7 +15,9 @@
 
 #include "takt/base/future.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/user_function.hpp"
 #include "takt/base/visibility.hpp"
+#include "takt/entities/pending_calls.hpp"
 #include "takt/entities/publisher.hpp"
 #include "takt/entities/service_message.hpp"
 #include "takt/entities/subscription.hpp"
@@ -23,139 +26,10 @@
 
 namespace TAKT_PUBLIC takt {
 
-struct ClientOptions {
-  /// Limit of outstanding calls; one more throws an Error.
-  std::size_t calls_in_flight = 100;
-  /// The timeout of a call, after which it ends without an answer. 0: none.
-  Nanoseconds timeout{0};
-};
-
 namespace detail {
 
 [[noreturn]] void refuse_call(const std::string& service, std::size_t waiting);
-
-/// A coroutine that waits for an answer. It goes on when its call has been sent and is over: while
-/// it is being sent, both the request in the coroutine's frame and the client, which the coroutine
-/// may drop, are needed.
-struct AwaitedAnswer : Waiting {
-  MessageBlock* response = nullptr;  // none: no answer came in time
-  bool is_sent = false, is_over = false;
-
-  // With the lock held under which it waits.
-  void answer(MessageBlock* block) noexcept {
-    if (block != nullptr) block->retain();
-    response = block;
-    is_over = true;
-    if (is_sent) runner->resume_later(*this);
-  }
-  void sent() noexcept {
-    is_sent = true;
-    if (is_over) runner->resume_later(*this);
-  }
-};
-
-/// The calls that wait for an answer, with what is to be done then.
-/// Thread safety: from any thread.
-/// Real-time: a lock with priority inheritance, held while at most `calls_in_flight` places are
-/// looked at.
-template <class Callback>
-class PendingCalls {
- public:
-  explicit PendingCalls(const ClientOptions& options)
-      : timeout_(options.timeout), calls_(options.calls_in_flight) {}
-
-  /// The number of the new call; nothing: as many are in flight as may be. `awaited`, if there is
-  /// one, is answered instead of the callback.
-  std::optional<std::int64_t> begin(TimePoint now, Callback callback,
-                                    AwaitedAnswer* awaited = nullptr) noexcept {
-    const std::lock_guard lock(mutex_);
-    Call* free = find([](const Call& call) { return call.sequence == kNoCall; });
-    if (free == nullptr) return std::nullopt;
-    *free = {++last_sequence_, timeout_ == Nanoseconds::zero() ? kNever : later(now, timeout_),
-             std::move(callback), awaited};
-    return free->sequence;
-  }
-  /// Last of all that is done to send an awaited call: from then on its coroutine may be anywhere.
-  void sent(AwaitedAnswer& awaited) noexcept {
-    const std::lock_guard lock(mutex_);
-    awaited.sent();
-  }
-  /// Ends the call. Returns what is to be called with the answer; nothing: there is no such call
-  /// (any more), or it was awaited, and the answer is there.
-  std::optional<Callback> end(std::int64_t sequence, MessageBlock& response) noexcept {
-    if (sequence == kNoCall) return std::nullopt;  // a peer may send what it likes
-    const std::lock_guard lock(mutex_);
-    Call* call = find([=](const Call& known) { return known.sequence == sequence; });
-    return call != nullptr ? end(*call, &response) : std::nullopt;
-  }
-  /// Ends the calls whose time is up. Returns one that is to be called; nothing: there is none any
-  /// more.
-  std::optional<Callback> end_late(TimePoint now) noexcept {
-    const std::lock_guard lock(mutex_);
-    while (Call* call = find([=](const Call& known) {
-             return known.sequence != kNoCall && known.deadline <= now;
-           })) {
-      if (auto callback = end(*call, nullptr)) return callback;
-    }
-    return std::nullopt;
-  }
-  /// The client goes: coroutines that wait get no answer, and no callback is called any more.
-  void close() noexcept {
-    std::vector<Call> left;  // goes after the lock, as callbacks own whatever they like
-    const std::lock_guard lock(mutex_);
-    while (Call* call = find([](const Call& known) { return known.awaited != nullptr; })) {
-      end(*call, nullptr);
-    }
-    calls_.swap(left);
-  }
-  /// It does not wait any more, for its frame is being destroyed.
-  void forget(const AwaitedAnswer& awaited) noexcept {
-    const std::lock_guard lock(mutex_);
-    if (Call* call = find([&](const Call& known) { return known.awaited == &awaited; })) {
-      *call = {};
-    }
-  }
-  /// When the next call ends without an answer; kNever when none does.
-  TimePoint next_deadline() const noexcept {
-    const std::lock_guard lock(mutex_);
-    TimePoint first = kNever;
-    for (const Call& call : calls_) {
-      if (call.sequence != kNoCall) first = std::min(first, call.deadline);
-    }
-    return first;
-  }
-  std::size_t count() const noexcept {
-    const std::lock_guard lock(mutex_);
-    return static_cast<std::size_t>(std::count_if(
-        calls_.begin(), calls_.end(), [](const Call& call) { return call.sequence != kNoCall; }));
-  }
-
- private:
-  static constexpr std::int64_t kNoCall = 0;  // the place is free
-  struct Call {
-    std::int64_t sequence = kNoCall;
-    TimePoint deadline{};
-    Callback callback;
-    AwaitedAnswer* awaited = nullptr;
-  };
-  template <class Condition>
-  Call* find(Condition&& condition) noexcept {
-    const auto call = std::find_if(calls_.begin(), calls_.end(), condition);
-    return call == calls_.end() ? nullptr : &*call;
-  }
-  static std::optional<Callback> end(Call& call, MessageBlock* response) noexcept {
-    call.sequence = kNoCall;
-    AwaitedAnswer* awaited = std::exchange(call.awaited, nullptr);
-    if (awaited == nullptr) return std::move(call.callback);
-    awaited->answer(response);
-    return std::nullopt;
-  }
-
-  const Nanoseconds timeout_;
-  mutable PiMutex mutex_;
-  std::vector<Call> calls_;
-  std::int64_t last_sequence_ = 0;
-};
+void warn_of_ended_calls(const std::string& service, std::size_t calls);
 
 }  // namespace detail
 
@@ -171,14 +45,14 @@ std::uint64_t new_client_id();
 /// Real-time: a call with a callback that fits into std::function allocates nothing inside the
 /// process; the other form allocates its future. With services in other processes see Participant.
 template <ServiceType S>
-class Client : public SubscriptionBase {
+class Client : public SubscriptionBase, private EndpointEvents::Listener {
  public:
   using SharedPtr = std::shared_ptr<Client>;
   using Request = ServiceMessage<typename S::Request>;
   using Response = ServiceMessage<typename S::Response>;
-  /// nothing: no answer came in time.
+  /// nothing: no answer came in time, or no service could give one.
   using Answer = std::optional<typename S::Response>;
-  /// nullptr: no answer came in time.
+  /// nullptr: the same.
   using AnswerCallback = std::function<void(const typename S::Response*)>;
 
   Client(const std::string& name, const std::shared_ptr<CallbackGroup>& group,
@@ -190,15 +64,19 @@ class Client : public SubscriptionBase {
                           service_identity<S>(kClientId, participant)},
                          participant, {&kMakerOf<Response>, 4}),
         clock_(clock),
+        options_(options),
         id_(new_client_id()),
         path_(path),
-        pending_(std::make_shared<detail::PendingCalls<AnswerCallback>>(options)),
+        pending_(std::make_shared<Pending>(options)),
+        kept_(options.repeats ? options.calls_in_flight : 0),
         requests_({request_topic(path), &message_type<Request>(), kServiceDepth, node,
                    endpoint().identity},
                   clock, {.loans = service_loans<Request>(options.calls_in_flight)}, participant) {
     set_address(id_);
   }
 
+  /// With all namespaces.
+  const std::string& service_name() const noexcept { return path_; }
   /// Whether a service would receive a call now.
   bool service_is_ready() const noexcept {
     return requests_.local_subscription_count() != 0 ||
@@ -220,7 +98,7 @@ class Client : public SubscriptionBase {
     return future;
   }
   /// For coroutines: `if (auto answer = co_await client->call(request)) ... answer->sum`. False: no
-  /// answer came in time, or the client has gone. Throws Error beyond
+  /// answer came in time, no service could give one, or the client has gone. Throws Error beyond
   /// ClientOptions::calls_in_flight. The request must live until co_await waits.
   class Call;
   Call call(const typename S::Request& request) { return Call(*this, request); }
@@ -233,6 +111,8 @@ class Client : public SubscriptionBase {
     if (callback && *callback) (*callback)(&response.body);
   }
   void retire() noexcept override {
+    requests_.events()->remove_listener(EndpointEvent::matched, this);
+    wait_for_readers();
     SubscriptionBase::retire();
     if (timer_ != nullptr) timer_->retire();
     pending_->close();
@@ -241,43 +121,108 @@ class Client : public SubscriptionBase {
   // For Node.
 
   /// The timer that ends calls without an answer, cancelled; it is the client's from then on.
-  void set_timer(std::shared_ptr<Timer> timer) { timer_ = std::move(timer); }
+  void set_timer(std::shared_ptr<Timer> timer) {
+    timer_ = std::move(timer);
+    if (options_.without_service != Nanoseconds::max()) {
+      requests_.events()->set_listener(EndpointEvent::matched, this);
+    }
+  }
   void end_late_calls() {
+    if (has_to_repeat_.exchange(false)) repeat_calls();
     const auto callback = pending_->end_late(clock_.now());
+    if (const std::size_t calls = pending_->take_given_up(); calls != 0) {
+      detail::warn_of_ended_calls(path_, calls);
+    }
     set_alarm();  // before the callback, which may throw; the next call may be late already
     if (callback && *callback) (*callback)(nullptr);
   }
 
  private:
+  using Pending = detail::PendingCalls<detail::UserFunction<void(const typename S::Response*)>>;
+  /// Of a call that may have to be repeated.
+  struct Kept {
+    std::int64_t sequence = 0;
+    typename S::Request request{};
+  };
+
   void send(const typename S::Request& request, AnswerCallback callback,
             detail::AwaitedAnswer* awaited = nullptr) {
-    const std::shared_ptr<detail::PendingCalls<AnswerCallback>> pending = pending_;
+    const std::shared_ptr<Pending> pending = pending_;
     const auto sequence = pending->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
       detail::refuse_call(path_, pending->count());
     }
-    if (timer_ != nullptr) set_alarm();
+    if (options_.repeats) keep(*sequence, request);
+    if (timer_ != nullptr) {
+      const bool is_lost = end_if_alone();
+      if (is_lost || options_.timeout != Nanoseconds::zero()) set_alarm();
+    }
+    publish(*sequence, request);
+    if (awaited != nullptr) pending->sent(*awaited);
+  }
+  void publish(std::int64_t sequence, const typename S::Request& request) {
     if (auto loan = requests_.borrow_loaned_message()) {
-      *loan = Request{id_, *sequence, request};
+      *loan = Request{id_, sequence, request};
       requests_.publish(std::move(loan));
     } else {
-      requests_.publish(std::make_unique<Request>(Request{id_, *sequence, request}));
+      requests_.publish(std::make_unique<Request>(Request{id_, sequence, request}));
     }
-    if (awaited != nullptr) pending->sent(*awaited);
+  }
+  void keep(std::int64_t sequence, const typename S::Request& request) {
+    Kept kept{sequence, request};  // and what it replaces goes after the lock
+    const std::lock_guard lock(kept_mutex_);
+    std::swap(kept_[static_cast<std::uint64_t>(sequence) % kept_.size()], kept);
+  }
+  void repeat_calls() {
+    pending_->resume();
+    end_if_alone();
+    for (Kept& place : kept_) {
+      Kept kept;
+      {
+        const std::lock_guard lock(kept_mutex_);
+        if (!pending_->has(place.sequence)) continue;
+        kept = place;
+      }
+      publish(kept.sequence, kept.request);
+    }
+  }
+
+  // Services come and go: step by step,
+  // 1. the end of the requests counts it, and calls `happened`, on any thread;
+  // 2. that gives calls which nobody can answer a limit, and sets the timer;
+  // 3. which ends them, as this client's callback.
+  // A call that begins meanwhile is in `pending_` before it looks for a service: so either 2. finds
+  // it, or it finds none itself.
+  void happened() noexcept override {
+    if (pending_->count() == 0) return;  // so discovery does not wake who does not call
+    if (!end_if_alone()) {
+      if (!options_.repeats) return;
+      has_to_repeat_.store(true);
+    }
+    set_alarm();
+  }
+  bool end_if_alone() noexcept {
+    const bool is_alone = options_.without_service != Nanoseconds::max() &&
+                          requests_.events()->status(MatchedStatus{}).current_count <= 0;
+    if (is_alone) pending_->end_by(later(clock_.now(), options_.without_service));
+    return is_alone;
   }
   // For the first call that ends without an answer. Of two threads that do this, the later one
   // knows all calls.
   void set_alarm() noexcept {
     const std::lock_guard lock(alarm_mutex_);
-    const TimePoint deadline = pending_->next_deadline();
-    if (timer_->next_release() != deadline) timer_->release_at(deadline);
+    const TimePoint due = has_to_repeat_.load() ? clock_.now() : pending_->next_deadline();
+    if (timer_->next_release() != due) timer_->release_at(due);
   }
 
   Clock& clock_;
+  const ClientOptions options_;
   const std::uint64_t id_;
   const std::string path_;
-  const std::shared_ptr<detail::PendingCalls<AnswerCallback>>
-      pending_;  // with coroutines that wait
+  const std::shared_ptr<Pending> pending_;  // with coroutines that wait
+  PiMutex kept_mutex_;
+  std::vector<Kept> kept_;  // by place
+  std::atomic<bool> has_to_repeat_{false};
   PiMutex alarm_mutex_;
   Publisher<Request> requests_;
   std::shared_ptr<Timer> timer_;
@@ -314,7 +259,7 @@ class Client<S>::Call {
  private:
   Client& client_;
   const typename S::Request& request_;
-  std::shared_ptr<detail::PendingCalls<AnswerCallback>> pending_;
+  std::shared_ptr<Pending> pending_;
   detail::AwaitedAnswer awaited_;
 };
 

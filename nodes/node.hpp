@@ -239,10 +239,10 @@ class Node : public std::enable_shared_from_this<Node> {
     auto client = std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
                                               resolve(name), fully_qualified_name_, clock().real(),
                                               options, options_.participant);
-    if (options.timeout != Nanoseconds::zero()) {
+    if (options.timeout != Nanoseconds::zero() || options.without_service != Nanoseconds::max()) {
       auto timer =
           std::make_shared<Timer>(timeout_name(name), client->group(), clock().real(),
-                                  options.timeout, [weak = std::weak_ptr<Client<S>>(client)] {
+                                  std::chrono::hours(1), [weak = std::weak_ptr<Client<S>>(client)] {
                                     // So it lives until that returns, dropped or not.
                                     if (const auto alive = weak.lock()) alive->end_late_calls();
                                   });
