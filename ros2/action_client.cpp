@@ -22,4 +22,14 @@ ActionPlaces::Place ActionPlaces::take() const {
   return {nullptr, [free = free_](void*) { free->release(); }};
 }
 
+std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer) {
+  if (has_answer) {
+    return fmt::format(
+        "'{}' does not know goal {}: its server has been restarted, or has forgotten the result",
+        service, to_string(goal));
+  }
+  return fmt::format("no answer from '{}' about goal {}: its server has gone, or this client",
+                     service, to_string(goal));
+}
+
 }  // namespace takt

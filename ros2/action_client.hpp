@@ -3,8 +3,11 @@
 #ifndef TAKT_ROS2_ACTION_CLIENT_HPP_
 #define TAKT_ROS2_ACTION_CLIENT_HPP_
 
+#include <algorithm>
 #include <atomic>
+#include <exception>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <mutex>
 #include <semaphore>
@@ -13,6 +16,7 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/user_function.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
@@ -57,17 +61,25 @@ class ActionPlaces {
   const std::shared_ptr<std::counting_semaphore<>> free_;  // lives as long as any place
 };
 
-/// How a goal has ended. `unknown`: the server does not know it any more, or does not answer.
+/// How a goal has ended. `unknown`: its server has gone, or does not know it any more; `error` says
+/// which of them.
 template <ActionType A>
 struct GoalResult {
   GoalState state = GoalState::unknown;
   typename A::Result result{};
+  std::string error{};
 };
+/// Why a result of this service is not known. `has_answer`: it has said so itself.
+std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer);
 
 struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
   /// as long as it needs.
   Nanoseconds timeout{0};
+  /// Goals and requests that no server can answer, as there is none or it has gone, end so long
+  /// after that was known. A server that comes back in time is asked again: one that was restarted
+  /// does not know the goal, which ends then. Nanoseconds::max(): they wait on, as in ROS 2.
+  Nanoseconds without_server = std::chrono::seconds(2);
   /// Maximum number of goals whose result the client waits for after async_send_goal(). Calls of
   /// result() and async_get_result() have the same limit, counted separately. The next call throws
   /// an Error.
@@ -106,7 +118,7 @@ class ActionClient {
             name + kFeedback, QoS(10),
             [goals = goals_](const FeedbackMessage<A>& message) {
               const auto [handle, callback] = goals->find(message.goal_id);
-              if (handle != nullptr && callback) callback(handle, message.feedback);
+              if (handle != nullptr && *callback) (*callback)(handle, message.feedback);
             },
             options.group)),
         status_(node.create_subscription<action_msgs::msg::GoalStatusArray>(
@@ -116,11 +128,19 @@ class ActionClient {
             },
             options.group)),
         send_(node.create_client<SendGoal<A>>(
-            name + kSendGoal, {options.most_goals, options.timeout}, options.group)),
+            name + kSendGoal, {options.most_goals, options.timeout, options.without_server},
+            options.group)),
         cancel_(node.create_client<CancelGoal>(
-            name + kCancelGoal, {options.most_goals, options.timeout}, options.group)),
-        result_(node.create_client<GetResult<A>>(name + kGetResult, {2 * options.most_goals},
-                                                 options.group)) {}
+            name + kCancelGoal, {options.most_goals, options.timeout, options.without_server},
+            options.group)),
+        result_(node.create_client<GetResult<A>>(
+            name + kGetResult,
+            {.calls_in_flight = 2 * options.most_goals,
+             .without_service = options.without_server,
+             .repeats = options.without_server != Nanoseconds::max()},
+            options.group)) {
+    goals_->result_service = result_->service_name();
+  }
   ActionClient(const ActionClient&) = delete;
   ActionClient& operator=(const ActionClient&) = delete;
 
@@ -145,10 +165,7 @@ class ActionClient {
     const Place place = asked_.take();
     const typename GetResult<A>::Request request{goal->id()};
     const auto answer = co_await result_->call(request);
-    goals->remove(goal->id());
-    if (!answer) co_return GoalResult<A>{};
-    goal->set_state(static_cast<GoalState>(answer->status));
-    co_return GoalResult<A>{goal->state(), answer->result};
+    co_return goals->end(*goal, answer ? &*answer : nullptr);
   }
   /// An answer without goals: it did not come in time, or says why in return_code.
   Task<CancelResult> cancel_goal(Handle goal) {
@@ -170,12 +187,17 @@ class ActionClient {
                                     : nullptr;
           const bool wants_result = handle != nullptr && callbacks.result;
           if (!wants_result) place.reset();  // the callback may send the next goal
-          if (callbacks.response) callbacks.response(handle);
-          if (!wants_result) return;
+          std::exception_ptr failure;
+          try {
+            if (callbacks.response) callbacks.response(handle);
+          } catch (...) {
+            failure = std::current_exception();  // the goal goes on all the same
+          }
           // The callback may have dropped the action client.
-          if (const auto client = results.lock()) {
+          if (const auto client = wants_result ? results.lock() : nullptr) {
             ask_result(*client, goals, handle, std::move(place), std::move(callbacks.result));
           }
+          if (failure) std::rethrow_exception(failure);
         });
   }
   void async_get_result(Handle goal, ResultCallback callback) {
@@ -191,14 +213,22 @@ class ActionClient {
 
  private:
   using Place = ActionPlaces::Place;
+  /// Shared, so that a call of it copies nothing.
+  using Feedback =
+      std::shared_ptr<const detail::UserFunction<void(const Handle&, const typename A::Feedback&)>>;
+
   /// Accepted, and without a result so far.
   class Goals {
    public:
+    std::string result_service;  // before the first goal
     Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback) {
       auto handle = std::make_shared<ClientGoalHandle>(id, stamp);
+      Entry added{id, handle,
+                  std::make_shared<typename Feedback::element_type>(std::move(feedback))};
+      std::vector<Entry> gone;
       const std::lock_guard lock(mutex_);
-      std::erase_if(goals_, [](const Entry& entry) { return entry.handle.expired(); });
-      goals_.push_back({id, handle, std::move(feedback)});
+      gone = take_out([](const Entry& entry) { return entry.handle.expired(); });
+      goals_.push_back(std::move(added));
       for (const auto& status : last_) apply(status);  // what came before the answer
       return handle;
     }
@@ -207,11 +237,25 @@ class ActionClient {
       last_ = statuses;
       for (const auto& status : last_) apply(status);
     }
-    void remove(const GoalId& id) {
-      const std::lock_guard lock(mutex_);
-      std::erase_if(goals_, [&](const Entry& entry) { return entry.id == id; });
+    /// `answer`: nullptr if nobody can give one.
+    GoalResult<A> end(ClientGoalHandle& goal, const typename GetResult<A>::Response* answer) {
+      {
+        std::vector<Entry> gone;
+        const std::lock_guard lock(mutex_);
+        gone = take_out([&](const Entry& entry) { return entry.id == goal.id(); });
+      }
+      GoalResult<A> result;
+      if (answer != nullptr) {
+        result.state = static_cast<GoalState>(answer->status);
+        result.result = answer->result;
+      }
+      if (result.state == GoalState::unknown) {
+        result.error = lost_result(result_service, goal.id(), answer != nullptr);
+      }
+      goal.set_state(result.state);
+      return result;
     }
-    std::pair<Handle, FeedbackCallback> find(const GoalId& id) {
+    std::pair<Handle, Feedback> find(const GoalId& id) {
       const std::lock_guard lock(mutex_);
       for (const Entry& entry : goals_) {
         if (entry.id == id) return {entry.handle.lock(), entry.feedback};
@@ -223,8 +267,17 @@ class ActionClient {
     struct Entry {
       GoalId id;
       std::weak_ptr<ClientGoalHandle> handle;
-      FeedbackCallback feedback;
+      Feedback feedback;
     };
+    // For the caller to release after the lock: a user's function may own what waits for it.
+    template <class Condition>
+    std::vector<Entry> take_out(Condition&& is_out) {
+      const auto first = std::stable_partition(goals_.begin(), goals_.end(),
+                                               [&](const Entry& entry) { return !is_out(entry); });
+      std::vector<Entry> out(std::make_move_iterator(first), std::make_move_iterator(goals_.end()));
+      goals_.erase(first, goals_.end());
+      return out;
+    }
     void apply(const action_msgs::msg::GoalStatus& status) noexcept {
       for (const Entry& entry : goals_) {
         const Handle handle = entry.id == status.goal_info.goal_id ? entry.handle.lock() : nullptr;
@@ -242,10 +295,7 @@ class ActionClient {
     client.async_send_request({id}, [goals, goal = std::move(goal), place = std::move(place),
                                      callback = std::move(callback)](
                                         const typename GetResult<A>::Response* answer) mutable {
-      goals->remove(goal->id());
-      GoalResult<A> result;
-      if (answer != nullptr) result = {static_cast<GoalState>(answer->status), answer->result};
-      goal->set_state(result.state);
+      const GoalResult<A> result = goals->end(*goal, answer);
       place.reset();  // the callback may send the next goal
       if (callback) callback(goal, result);
     });

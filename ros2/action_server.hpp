@@ -5,323 +5,21 @@
 
 #include <algorithm>
 #include <chrono>
-#include <functional>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "takt/base/error.hpp"
-#include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
+#include "takt/ros2/action_server_core.hpp"
 #include "takt/ros2/wire_time.hpp"
 
 namespace TAKT_PUBLIC takt {
-
-/// A goal that is deferred stays accepted until ServerGoalHandle::execute.
-enum class GoalResponse { reject, accept_and_execute, accept_and_defer };
-enum class CancelResponse { reject, accept };
-
-struct ActionServerOptions {
-  /// That have not ended; one more is rejected.
-  std::size_t most_goals = 10;
-  /// How long the result of a goal that has ended can be asked for.
-  Nanoseconds result_timeout = std::chrono::seconds(10);
-  /// How many results it keeps for so long: while there are as many, a goal is rejected, rather
-  /// than that a result gets lost.
-  std::size_t most_results = 1000;
-  /// Each part is an entity in a group of its own choice; nullptr: the default group.
-  std::shared_ptr<CallbackGroup> goal_group, cancel_group, result_group;
-  std::shared_ptr<CallbackGroup> execute_group;  // of handle_accepted
-};
-
-template <ActionType A>
-class ActionServerCore;
-
-/// A goal, for the code that executes it. If the last pointer to it is dropped before the goal has
-/// ended, the goal is aborted.
-/// Thread safety: every method from any thread.
-/// Real-time: a lock with priority inheritance; otherwise as Publisher::publish. What ends a goal
-/// copies its result.
-template <ActionType A>
-class ServerGoalHandle {
- public:
-  ServerGoalHandle(std::shared_ptr<ActionServerCore<A>> core, const GoalId& id,
-                   typename A::Goal goal)
-      : core_(std::move(core)), id_(id), goal_(std::move(goal)) {}
-  ~ServerGoalHandle() { core_->abandon(id_); }
-  ServerGoalHandle(const ServerGoalHandle&) = delete;
-  ServerGoalHandle& operator=(const ServerGoalHandle&) = delete;
-
-  const GoalId& id() const noexcept { return id_; }
-  const typename A::Goal& goal() const noexcept { return goal_; }
-  GoalState state() const noexcept { return core_->state(id_); }
-  /// Whether the client requested its cancellation; end the goal with canceled().
-  bool is_canceling() const noexcept { return state() == GoalState::canceling; }
-  bool is_active() const noexcept {
-    const GoalState now = state();
-    return now != GoalState::unknown && !is_terminal(now);
-  }
-
-  void publish_feedback(const typename A::Feedback& feedback) {
-    core_->publish_feedback(id_, feedback);
-  }
-  /// Of a goal that was deferred: its execution begins. Throws Error when it is not accepted.
-  void execute() { core_->execute(id_); }
-  // These throw Error when the goal is not being executed, and canceled also when no cancellation
-  // was requested.
-  void succeed(const typename A::Result& result) { core_->end(id_, GoalState::succeeded, result); }
-  void abort(const typename A::Result& result) { core_->end(id_, GoalState::aborted, result); }
-  void canceled(const typename A::Result& result) { core_->end(id_, GoalState::canceled, result); }
-
- private:
-  const std::shared_ptr<ActionServerCore<A>> core_;
-  const GoalId id_;
-  const typename A::Goal goal_;
-};
-
-/// What the server and its goals share.
-/// Thread safety: every method from any thread.
-/// Real-time: a lock with priority inheritance; a new goal and a result allocate.
-template <ActionType A>
-class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>> {
- public:
-  using Handle = ServerGoalHandle<A>;
-  using ResultService = Service<GetResult<A>>;
-  using Result = typename GetResult<A>::Response;
-
-  explicit ActionServerCore(std::string name, const ActionServerOptions& options)
-      : name_(std::move(name)), options_(options) {
-    goals_.reserve(options.most_goals);
-  }
-
-  void set_publishers(std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback,
-                      std::shared_ptr<Publisher<action_msgs::msg::GoalStatusArray>> status) {
-    const std::lock_guard lock(mutex_);
-    feedback_ = std::move(feedback);
-    status_ = std::move(status);
-  }
-  void set_result_service(std::weak_ptr<ResultService> service) {
-    const std::lock_guard lock(mutex_);
-    result_service_ = std::move(service);
-  }
-  /// What calls `expire`.
-  void set_expiry(const std::shared_ptr<Timer>& timer) {
-    timer->cancel();
-    const std::lock_guard lock(mutex_);
-    expiry_ = timer;
-  }
-  /// The server goes: nothing is accepted, published or answered any more. Nothing takes hold of
-  /// its parts from here on, so that none of them goes with the mutex held.
-  void close() noexcept {
-    const std::lock_guard lock(mutex_);
-    feedback_ = nullptr;
-    status_ = nullptr;
-    result_service_.reset();
-    expiry_.reset();
-  }
-
-  /// nullptr: the goal is known already, there is no room, or the server has gone.
-  std::shared_ptr<Handle> accept(const GoalId& id, const typename A::Goal& goal,
-                                 builtin_interfaces::msg::Time stamp) {
-    const std::lock_guard lock(mutex_);
-    if (status_ == nullptr || find(id) != nullptr || !has_room()) return nullptr;
-    auto handle = std::make_shared<Handle>(this->shared_from_this(), id, goal);
-    goals_.push_back({.info = action_msgs::msg::GoalInfo().set__goal_id(id).set__stamp(stamp),
-                      .state = GoalState::accepted,
-                      .handle = handle});
-    publish_status();
-    return handle;
-  }
-
-  /// Its execution begins; false: it is not accepted any more.
-  bool begin(const GoalId& id) {
-    const std::lock_guard lock(mutex_);
-    Goal* goal = find(id);
-    if (goal == nullptr || goal->state != GoalState::accepted) return false;
-    goal->state = GoalState::executing;
-    publish_status();
-    return true;
-  }
-  void execute(const GoalId& id) {
-    if (begin(id)) return;
-    throw Error(fmt::format("goal {} of action '{}' is {} and cannot be executed", to_string(id),
-                            name_, to_string(state(id))),
-                "execute a goal once, after accept_and_defer");
-  }
-
-  GoalState state(const GoalId& id) noexcept {
-    const std::lock_guard lock(mutex_);
-    const Goal* goal = find(id);
-    return goal != nullptr ? goal->state : GoalState::unknown;
-  }
-
-  void publish_feedback(const GoalId& id, const typename A::Feedback& feedback) {
-    const std::lock_guard lock(mutex_);
-    if (feedback_ != nullptr) feedback_->publish(FeedbackMessage<A>{id, feedback});
-  }
-
-  void end(const GoalId& id, GoalState state, const typename A::Result& result) {
-    std::unique_lock lock(mutex_);
-    Goal* goal = find(id);
-    const GoalState now = goal != nullptr ? goal->state : GoalState::unknown;
-    const bool fits = now == GoalState::canceling ||
-                      (now == GoalState::executing && state != GoalState::canceled);
-    if (!fits) {
-      throw Error(fmt::format("goal {} of action '{}' is {} and cannot become {}", to_string(id),
-                              name_, to_string(now), to_string(state)),
-                  "end a goal once, after its execution has begun; as canceled only when "
-                  "is_canceling()");
-    }
-    finish(*goal, state, result, lock);
-  }
-  void abandon(const GoalId& id) noexcept {
-    std::unique_lock lock(mutex_);
-    Goal* goal = find(id);
-    if (goal == nullptr || is_terminal(goal->state)) return;
-    log(LogLevel::warn, "action '{}': nobody has ended goal {}: aborted", name_, to_string(id));
-    finish(*goal, GoalState::aborted, {}, lock);
-  }
-
-  /// A request for a result is answered, or kept until there is a result.
-  void ask_result(const GoalId& id, RequestId request) {
-    std::unique_lock lock(mutex_);
-    Goal* goal = find(id);
-    if (goal != nullptr && !is_terminal(goal->state)) {
-      if (goal->asking.size() == kMostAsking) goal->asking.erase(goal->asking.begin());
-      goal->asking.push_back(request);
-    } else {
-      answer({request}, goal != nullptr ? goal->response : Result{}, lock);
-    }
-  }
-
-  /// Which goals a request is about: with neither id nor stamp all; with a stamp those accepted
-  /// until then, and with an id that one too. `may`: asks the user, without the lock.
-  template <class May>
-  CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted, May&& may) {
-    const bool has_id = wanted.goal_id != GoalId{};
-    const bool has_stamp = nanoseconds_of(wanted.stamp) != 0;
-    std::vector<std::shared_ptr<Handle>> asked;
-    CancelGoal::Response response;
-    {
-      const std::lock_guard lock(mutex_);
-      if (const Goal* goal = find(wanted.goal_id); has_id && !has_stamp) {
-        if (goal == nullptr) {
-          response.return_code = CancelGoal::Response::ERROR_UNKNOWN_GOAL_ID;
-        } else if (is_terminal(goal->state)) {
-          response.return_code = CancelGoal::Response::ERROR_GOAL_TERMINATED;
-        }
-      }
-      for (const Goal& goal : goals_) {
-        const bool is_meant =
-            (!has_id && !has_stamp) || (has_id && goal.info.goal_id == wanted.goal_id) ||
-            (has_stamp && nanoseconds_of(goal.info.stamp) <= nanoseconds_of(wanted.stamp));
-        if (!is_meant || is_terminal(goal.state)) continue;
-        // Ours may be the last pointer to it, and must not go with the mutex held: see abandon.
-        if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));
-      }
-    }
-    for (const auto& handle : asked) {
-      if (may(handle) == CancelResponse::reject) continue;
-      const std::lock_guard lock(mutex_);
-      Goal* goal = find(handle->id());
-      if (goal == nullptr || is_terminal(goal->state)) continue;
-      goal->state = GoalState::canceling;
-      response.goals_canceling.push_back(goal->info);
-    }
-    if (response.goals_canceling.empty() &&
-        response.return_code == CancelGoal::Response::ERROR_NONE) {
-      response.return_code = CancelGoal::Response::ERROR_REJECTED;
-    }
-    const std::lock_guard lock(mutex_);
-    if (!response.goals_canceling.empty()) publish_status();
-    return response;
-  }
-
-  /// Forgets goals that ended too long ago.
-  void expire() noexcept {
-    const std::lock_guard lock(mutex_);
-    const auto timer = expiry_.lock();
-    if (timer == nullptr) return;
-    const TimePoint now = timer->clock().now();
-    std::erase_if(goals_, [&](const Goal& goal) {
-      return is_terminal(goal.state) && now >= goal.ended + options_.result_timeout;
-    });
-    TimePoint next = kNever;
-    for (const Goal& goal : goals_) {
-      if (is_terminal(goal.state)) next = std::min(next, goal.ended + options_.result_timeout);
-    }
-    timer->release_at(next);
-    publish_status();
-  }
-
- private:
-  // Clients that ask for the same result; more push out the oldest.
-  static constexpr std::size_t kMostAsking = 16;
-  struct Goal {
-    action_msgs::msg::GoalInfo info;
-    GoalState state = GoalState::unknown;
-    std::weak_ptr<Handle> handle;
-    Result response{};
-    std::vector<RequestId> asking;
-    TimePoint ended{};
-  };
-
-  // With the mutex held, as all that follows.
-  Goal* find(const GoalId& id) noexcept {
-    const auto goal = std::find_if(goals_.begin(), goals_.end(),
-                                   [&](const Goal& known) { return known.info.goal_id == id; });
-    return goal != goals_.end() ? &*goal : nullptr;
-  }
-  bool has_room() const noexcept {
-    const auto ended = static_cast<std::size_t>(std::count_if(
-        goals_.begin(), goals_.end(), [](const Goal& goal) { return is_terminal(goal.state); }));
-    return goals_.size() - ended < options_.most_goals && ended < options_.most_results;
-  }
-  void finish(Goal& goal, GoalState state, const typename A::Result& result,
-              std::unique_lock<PiMutex>& lock) {
-    goal.state = state;
-    goal.response = {static_cast<std::int8_t>(state), result};
-    publish_status();
-    if (const auto timer = expiry_.lock()) {
-      goal.ended = timer->clock().now();
-      if (timer->is_canceled()) timer->release_at(goal.ended + options_.result_timeout);
-    }
-    answer(std::exchange(goal.asking, {}), goal.response, lock);
-  }
-  // Without the lock, for the way back to a client may take a while to be found.
-  void answer(const std::vector<RequestId>& requests, const Result& of,
-              std::unique_lock<PiMutex>& lock) {
-    const Result response = of;
-    const auto service = result_service_.lock();
-    lock.unlock();
-    if (service == nullptr) return;
-    for (const RequestId request : requests) service->send_response(request, response);
-  }
-  void publish_status() {
-    if (status_ == nullptr) return;
-    action_msgs::msg::GoalStatusArray message;
-    for (const Goal& goal : goals_) {
-      message.status_list.push_back(
-          action_msgs::msg::GoalStatus().set__goal_info(goal.info).set__status(
-              static_cast<std::int8_t>(goal.state)));
-    }
-    status_->publish(message);
-  }
-
-  const std::string name_;
-  const ActionServerOptions options_;
-  PiMutex mutex_;  // guards all below
-  std::vector<Goal> goals_;
-  std::shared_ptr<Publisher<FeedbackMessage<A>>> feedback_;
-  std::shared_ptr<Publisher<action_msgs::msg::GoalStatusArray>> status_;
-  std::weak_ptr<ResultService> result_service_;
-  std::weak_ptr<Timer> expiry_;
-};
 
 /// Accepts goals, and executes them; ROS 2's action server. Its parts are entities of the
 /// node, each in the group that the options give it: the services "NAME/_action/send_goal",
@@ -332,10 +30,14 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 /// - `handle_cancel` accepts or rejects a request for cancellation; if it accepts, the goal's
 ///   is_canceling() becomes true.
 /// - `handle_accepted` executes it. It may be a coroutine: `[](auto goal) -> Task<> {...}`; of
-///   these as many run as there are goals. Or it keeps the handle, and returns.
+///   these at most `most_goals` run. One that goes on after it has ended its goal is not counted as
+///   a goal any more, but the next goal may have to wait for its end before it is executed. Or it
+///   keeps the handle, and returns.
 ///
-/// Thread safety: any. Dropping it ends all of its parts; goals that are left stay without a
-/// result.
+/// A handler that throws gives a negative answer: the goal is rejected, not canceled, or aborted.
+/// Then the exception counts as one of its callback.
+///
+/// Thread safety: any. Dropping it ends all of its parts; goals that are left are aborted.
 /// Real-time: no; goals are kept in memory that is allocated when they come.
 template <ActionType A>
 class ActionServer {
@@ -350,62 +52,100 @@ class ActionServer {
     core_->set_publishers(
         node.create_publisher<FeedbackMessage<A>>(name + kFeedback, QoS(10)),
         node.create_publisher<action_msgs::msg::GoalStatusArray>(name + kStatus, status_qos()));
-    constexpr bool kIsTask = TaskCallback<HandleAccepted, std::shared_ptr<Handle>>;
     std::string base(name.substr(name.find_first_not_of("~/")));
     std::replace(base.begin(), base.end(), '/', '_');
+    make_execution(node, base, std::move(handle_accepted), options);
+    make_result_service(node, name, options.result_group);
+    make_cancel_service(node, name, std::move(handle_cancel), options.cancel_group);
+    make_goal_service(node, name, std::move(handle_goal), options.goal_group);
+    expiry_ = node.create_timer(
+        base + "_expiry", std::chrono::hours(1), [core = core_] { core->expire(); },
+        options.result_group);
+    core_->set_expiry(expiry_);
+  }
+  ~ActionServer() {
+    accepted_->set_listener(nullptr);
+    core_->close();
+  }
+  ActionServer(const ActionServer&) = delete;
+  ActionServer& operator=(const ActionServer&) = delete;
+
+ private:
+  template <class HandleAccepted>
+  void make_execution(Node& node, const std::string& base, HandleAccepted handle_accepted,
+                      const ActionServerOptions& options) {
+    constexpr bool kIsTask = TaskCallback<HandleAccepted, std::shared_ptr<Handle>>;
     auto execute_group = options.execute_group;
     if (execute_group == nullptr) execute_group = node.default_callback_group();
     if constexpr (kIsTask) {
       runner_ = node.create_task_runner(base + "_execute", execute_group, options.most_goals);
     }
-    auto accepted = std::make_shared<Accepted>();
     execute_ = node.create_guard_condition(
         base + "_execute",
-        [core = core_, accepted, runner = runner_.get(),
+        [core = core_, accepted = accepted_, runner = runner_.get(),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
+          // Without a place the goal waits: the end of a coroutine triggers this again.
+          if (kIsTask && !runner->reserve()) return;
           auto [goal, is_executed] = accepted->pop();
-          if (goal == nullptr) return;
+          if (goal == nullptr) {
+            if (kIsTask) runner->give_back();
+            return;
+          }
           if (is_executed) core->begin(goal->id());
           if constexpr (kIsTask) {
-            if (!runner->reserve()) return;
             runner->start([&, &goal = goal] { return execute(callback, std::move(goal)); });
           } else {
             (*callback)(std::move(goal));
           }
         },
         execute_group);
-    accepted->set_listener(execute_);
-    make_result_service(node, name, options.result_group);
+    accepted_->set_listener(execute_.get());
+    if constexpr (kIsTask) runner_->set_owner_of_tasks(*accepted_);
+  }
+  template <class HandleCancel>
+  void make_cancel_service(Node& node, const std::string& name, HandleCancel handle_cancel,
+                           const std::shared_ptr<CallbackGroup>& group) {
     cancel_ = node.create_service<CancelGoal>(
         name + kCancelGoal,
-        [core = core_, handle_cancel = std::move(handle_cancel)](const auto& request,
-                                                                 auto& response) mutable {
-          response = core->cancel(request.goal_info, handle_cancel);
+        [core = core_, handle_cancel = std::move(handle_cancel)](
+            const auto& request, auto& response) mutable -> std::exception_ptr {
+          std::exception_ptr failure;
+          const auto may = [&](const auto& goal) {
+            try {
+              return handle_cancel(goal);
+            } catch (...) {
+              failure = std::current_exception();
+              return CancelResponse::reject;
+            }
+          };
+          response = core->cancel(request.goal_info, may);
+          return failure;
         },
-        options.cancel_group, rare_service());
+        group, rare_service());
+  }
+  template <class HandleGoal>
+  void make_goal_service(Node& node, const std::string& name, HandleGoal handle_goal,
+                         const std::shared_ptr<CallbackGroup>& group) {
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
-        [core = core_, accepted = std::move(accepted), handle_goal = std::move(handle_goal)](
-            const auto& request, auto& response) mutable {
-          const GoalResponse decision = handle_goal(request.goal_id, request.goal);
-          if (decision == GoalResponse::reject) return;
+        [core = core_, accepted = accepted_, handle_goal = std::move(handle_goal)](
+            const auto& request, auto& response) mutable -> std::exception_ptr {
+          GoalResponse decision = GoalResponse::reject;
+          try {
+            decision = handle_goal(request.goal_id, request.goal);
+          } catch (...) {
+            return std::current_exception();
+          }
+          if (decision == GoalResponse::reject) return nullptr;
           response.stamp = wire_time(std::chrono::system_clock::now());
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);
-          if (goal == nullptr) return;
+          if (goal == nullptr) return nullptr;
           response.accepted = true;
           accepted->push({std::move(goal), decision == GoalResponse::accept_and_execute});
+          return nullptr;
         },
-        options.goal_group, rare_service());
-    expiry_ = node.create_timer(
-        base + "_expiry", std::chrono::hours(1), [core = core_] { core->expire(); },
-        options.result_group);
-    core_->set_expiry(expiry_);
+        group, rare_service());
   }
-  ~ActionServer() { core_->close(); }
-  ActionServer(const ActionServer&) = delete;
-  ActionServer& operator=(const ActionServer&) = delete;
-
- private:
   void make_result_service(Node& node, const std::string& name,
                            const std::shared_ptr<CallbackGroup>& group) {
     result_ = node.create_service<GetResult<A>>(
@@ -419,42 +159,43 @@ class ActionServer {
 
   /// Goals that are accepted, on their way to the callback; no more than most_goals. The callback
   /// is called for one at a time: it may throw, or drop the server.
-  class Accepted {
+  class Accepted : public TaskOwner {
    public:
-    /// What calls the callback; before the first goal.
-    void set_listener(const std::shared_ptr<GuardCondition>& listener) { listener_ = listener; }
+    /// What calls the callback; nullptr: nothing does any more.
+    void set_listener(GuardCondition* listener) {
+      const std::lock_guard lock(mutex_);
+      listener_ = listener;
+    }
     struct Next {
       std::shared_ptr<Handle> goal;  // nullptr: none
       bool is_executed = false;      // at once
     };
     void push(Next goal) {
-      {
-        const std::lock_guard lock(mutex_);
-        goals_.push_back(std::move(goal));
-      }
+      const std::lock_guard lock(mutex_);
+      goals_.push_back(std::move(goal));
       trigger();
     }
     Next pop() {
       Next first;
-      bool more = false;
-      {
-        const std::lock_guard lock(mutex_);
-        if (goals_.empty()) return {};
-        first = std::move(goals_.front());
-        goals_.erase(goals_.begin());
-        more = !goals_.empty();
-      }
-      if (more) trigger();
+      const std::lock_guard lock(mutex_);
+      if (goals_.empty()) return first;
+      first = std::move(goals_.front());
+      goals_.erase(goals_.begin());
+      trigger();
       return first;
+    }
+    void task_ended() noexcept override {
+      const std::lock_guard lock(mutex_);
+      trigger();
     }
 
    private:
     void trigger() noexcept {
-      if (const auto listener = listener_.lock()) listener->trigger();
+      if (listener_ != nullptr && !goals_.empty()) listener_->trigger();
     }
 
-    std::weak_ptr<GuardCondition> listener_;
-    PiMutex mutex_;
+    PiMutex mutex_;  // guards all below
+    GuardCondition* listener_ = nullptr;
     std::vector<Next> goals_;
   };
 
@@ -465,7 +206,8 @@ class ActionServer {
   }
 
   const std::shared_ptr<ActionServerCore<A>> core_;
-  std::shared_ptr<TaskRunner> runner_;
+  const std::shared_ptr<Accepted> accepted_ = std::make_shared<Accepted>();
+  std::shared_ptr<TaskRunner> runner_;  // must go before accepted_
   std::shared_ptr<GuardCondition> execute_;
   std::shared_ptr<Service<GetResult<A>>> result_;
   std::shared_ptr<Service<CancelGoal>> cancel_;

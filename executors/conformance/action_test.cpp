@@ -295,6 +295,50 @@ TEST_P(ConformanceAction, AGoalThatNobodyEndsIsAborted) {
   EXPECT_THAT(trace_, ElementsAre("goal accepted", "goal aborted after 0"));
 }
 
+// The user's function was copied for each message.
+TEST_P(ConformanceAction, FeedbackAllocatesNothing) {
+  if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  ServerGoal held;
+  std::atomic<bool> is_accepted{false}, is_held{false};
+  std::atomic<int> received{0};
+  const auto server = create_action_server<Navigate>(
+      *node, "patient", [](const auto&, const auto&) { return GoalResponse::accept_and_execute; },
+      [](const ServerGoal&) { return CancelResponse::accept; },
+      [&](const ServerGoal& goal) {
+        held = goal;
+        is_held = true;
+      });
+  const auto client = create_action_client<Navigate>(*node, "patient");
+  const std::array<long, 5> captured{};
+  std::shared_ptr<ClientGoalHandle> goal;
+  client->async_send_goal({1}, {.response =
+                                    [&](const auto& accepted) {
+                                      goal = accepted;
+                                      is_accepted = true;
+                                    },
+                                .feedback =
+                                    [&received, captured](const auto&, const auto&) {
+                                      received += 1 + static_cast<int>(captured[0]);
+                                    }});
+  executor->add_node(node);
+  const auto feed = [&] {
+    SpinThread spin(*executor);
+    EXPECT_TRUE(eventually([&] { return is_accepted && is_held; }));
+    for (int fed = 0; fed < 20; ++fed) {
+      const int before = received;
+      held->publish_feedback({1});
+      EXPECT_TRUE(eventually([&] { return received != before; }));
+    }
+  };
+  feed();  // the goal allocates
+  feed();
+  for (const ThreadStatistics& thread : executor->thread_statistics()) {
+    EXPECT_EQ(thread.counters.allocations, 0u) << thread.asked.name;
+  }
+}
+
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceAction);
 
 }  // namespace
