@@ -88,6 +88,7 @@ struct Part;
 struct Call {
   int number = 0;
   TimePoint deadline = kNever;
+  TimePoint lonely_end = kNever;  // at the earliest, if no service is there
   int answers = 0;
   bool is_awaited = false;                    // by a coroutine
   std::vector<std::weak_ptr<Part>> services;  // that answer at once, when it was sent
@@ -101,6 +102,8 @@ struct Goal {
   int responses = 0, results = 0;
   bool is_rejected = false;
   std::optional<GoalState> ended;  // on the server's side
+
+  bool is_without_server() const;  // which aborts it when it goes
 };
 
 /// A goal that its server holds: dropping it aborts it.
