@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/regular_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 
 #include <fcntl.h>
@@ -62,6 +63,29 @@ std::size_t RegularFile::read(std::uint64_t offset, std::span<std::byte> to) con
     done += static_cast<std::size_t>(now);
   }
   return done;
+}
+
+std::string RegularFile::text(std::size_t most) const {
+  std::string content;
+  // Files of /proc report size 0, and a file may grow.
+  for (std::size_t room = std::min(size_, std::uint64_t{most}) + 1;;) {
+    const std::size_t begin = content.size();
+    content.resize(std::min(begin + room, most + 1));
+    content.resize(begin + read(begin, std::as_writable_bytes(std::span(content).subspan(begin))));
+    if (content.size() > most) {
+      throw Error(fmt::format("the file is larger than {} MiB", most >> 20U), "name another file");
+    }
+    if (content.size() < begin + room) return content;
+    room = std::max<std::size_t>(content.size(), 4096);
+  }
+}
+
+std::string read_text(const FilePlace& place, std::size_t most) {
+  try {
+    return RegularFile(place).text(most);
+  } catch (const Error& error) {
+    throw Error(error.what(), "", place.path());
+  }
 }
 
 }  // namespace takt

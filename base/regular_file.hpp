@@ -1,4 +1,4 @@
-// A file that is read by position.
+// The reader of all files that a user or another process names.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_REGULAR_FILE_HPP_
 #define TAKT_BASE_REGULAR_FILE_HPP_
@@ -14,6 +14,7 @@
 namespace TAKT_INTERNAL takt {
 
 /// Opens only regular files: opening or reading a FIFO or a device can block forever.
+/// `tools/check` refuses other ways to read a file.
 /// Thread safety: all functions are const, and may be called from any thread.
 /// Real-time: no.
 class RegularFile {
@@ -29,11 +30,16 @@ class RegularFile {
   /// Reads from `offset` into `to`. Returns the number of bytes, which is smaller than that of `to`
   /// only at the end of the file. Throws Error if the file cannot be read.
   std::size_t read(std::uint64_t offset, std::span<std::byte> to) const;
+  /// The whole content. Throws Error if it is more than `most` bytes.
+  std::string text(std::size_t most) const;
 
  private:
   int fd_ = -1;
   std::uint64_t size_ = 0;
 };
+
+/// The content of a file, of at most `most` bytes. Throws Error, which names the path.
+std::string read_text(const FilePlace& place, std::size_t most);
 
 }  // namespace takt
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <sstream>
 
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/library.hpp"
+#include "takt/base/regular_file.hpp"
 #include "takt/messages/message_types.hpp"
 
 namespace takt {
@@ -53,9 +53,11 @@ std::vector<IndexFolder> index_folders() {
   return result;
 }
 
+constexpr std::size_t kMostIndexBytes = 1 << 20;
+
 void read_index(const fs::path& file, const fs::path& prefix,
                 std::vector<IndexedComponent>& index) {
-  std::ifstream lines(file);
+  std::istringstream lines(read_text(file.string(), kMostIndexBytes));
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;

@@ -12,7 +12,7 @@ namespace {
 
 namespace wire = type_description_interfaces::msg;
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 30, kMostTypes = 1000;
+constexpr std::size_t kMostBytes = std::size_t{1} << 26, kMostTypes = 1000;
 
 bool is_known(const FieldShape& shape) {
   if (shape.id / FieldShape::kArray > FieldShape::kSequence / FieldShape::kArray) return false;

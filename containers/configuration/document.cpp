@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 
 namespace takt::document {
@@ -17,9 +18,8 @@ constexpr std::size_t kMaxDepth = 64;
 constexpr std::size_t kMaxErrors = 100;
 
 // Error messages quote text of the file; each must stay one line and must not control the terminal.
-std::string printable(std::string message) {
-  std::replace_if(
-      message.begin(), message.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+std::string shown(const std::string& text) {
+  std::string message = printable(text);
   constexpr std::size_t kMaxLength = 2000;
   if (message.size() <= kMaxLength) return message;
   // Cut the middle: an error begins with the place and ends with the advice. Do not split a UTF-8
@@ -66,15 +66,7 @@ void check_text(std::string_view text, const Errors& errors) {
 
 std::string load(const std::string& path, const Errors& errors) {
   try {
-    const RegularFile file(path);
-    // Count while reading: files in /proc report size 0.
-    std::string text(kMaxBytes + 1, '\0');
-    text.resize(file.read(0, std::as_writable_bytes(std::span(text))));
-    if (text.size() > kMaxBytes) {
-      throw Error(fmt::format("the file is larger than {} MiB", kMaxBytes >> 20U),
-                  "describe a smaller system, or name another file");
-    }
-    return text;
+    return RegularFile(path).text(kMaxBytes);
   } catch (const Error& error) {
     errors.fail(1, error.what(), "");
   }
@@ -90,7 +82,7 @@ const std::vector<Value>* values_in(const Value& container) {
 // ---- Errors ----
 
 void Errors::add(int line, const std::string& what, const std::string& what_to_do) {
-  errors_.emplace_back(line, printable(Error(what, what_to_do, where(line)).what()));
+  errors_.emplace_back(line, shown(Error(what, what_to_do, where(line)).what()));
   if (errors_.size() < kMaxErrors) return;
   errors_.emplace_back(line, where(line) + ": more errors follow; fix these first");
   throw_if_any();
@@ -107,7 +99,7 @@ bool Errors::passes(int line, const std::function<void()>& check) {
 }
 
 void Errors::fail(int line, const std::string& what, const std::string& what_to_do) const {
-  throw ConfigurationError({printable(Error(what, what_to_do, where(line)).what())});
+  throw ConfigurationError({shown(Error(what, what_to_do, where(line)).what())});
 }
 
 void Errors::throw_if_any() const {

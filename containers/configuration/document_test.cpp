@@ -64,8 +64,7 @@ TEST(Document, ThatIsEmptyIsAnError) {
 
 TEST(Document, ThatIsTooLargeIsRefusedBeforeItIsParsed) {
   EXPECT_EQ(yaml_errors("a: &x [*x]\n" + std::string(5 << 20, '#')),
-            "robot.yaml:1: the file is larger than 4 MiB; describe a smaller system, or name "
-            "another file\n");
+            "robot.yaml:1: the file is larger than 4 MiB; name another file\n");
 }
 
 // To open a FIFO would wait until somebody writes to it.
@@ -190,7 +189,7 @@ TEST(YamlDocument, IsNotDeep) {
 TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
   EXPECT_EQ(
       yaml_errors("\"a\\e[31m\\nb\": 1\ncontainer: {}\n"),
-      "robot.yaml:1: 'a?[31m?b' is no key of the file; valid: realtime, memory, "
+      "robot.yaml:1: 'a\\u001b[31m\\nb' is no key of the file; valid: realtime, memory, "
       "cpu_dma_latency_us, threads, dds, topics, schedulers, executors, container, containers, "
       "lifecycle, machine, model, chains\n"
       "robot.yaml:2: a container needs the key 'components'; add it\n");

@@ -50,8 +50,22 @@ ANNOTATIONS = """#ifndef TAKT_ANNOTATIONS
 """
 
 
+MOST_BYTES = 1 << 20  # of an interface file
+
+
 class Wrong(Exception):
     """What is wrong, where, what to do."""
+
+
+def read_interface(file):
+    """A FIFO would hold us up, and /dev/zero never ends."""
+    if not file.is_file():
+        raise Wrong(f"{file}: is no regular file")
+    with open(file, encoding="utf-8") as opened:
+        text = opened.read(MOST_BYTES + 1)
+    if len(text) > MOST_BYTES:
+        raise Wrong(f"{file}: is larger than 1 MiB")
+    return text
 
 
 def snake_case(name):
@@ -112,7 +126,7 @@ class RosInterface:
                              "like LaserScan, of letters and digits")
         endings = SECTIONS[self.kind]
         sections = [([], [])]  # constants and fields
-        for self.line, text in enumerate(self.file.read_text().splitlines(), 1):
+        for self.line, text in enumerate(read_interface(self.file).splitlines(), 1):
             text = self.without_comment(text).strip()
             if text == "---":
                 sections.append(([], []))
@@ -246,7 +260,7 @@ def link_others(options, ours):
 def stage(options, file, idl):
     """Step 1."""
     if file.suffix == ".idl":
-        text = "// line 1\n" + file.read_text()
+        text = "// line 1\n" + read_interface(file)
     else:
         text = ANNOTATIONS + RosInterface(options.package, file, options.tree).translate()
     guard = guard_of(idl.relative_to(options.tree))
@@ -361,6 +375,9 @@ def main():
     parser.add_argument("files", type=pathlib.Path, nargs="+")
     options = parser.parse_args()
     options.tree = pathlib.Path(os.path.abspath(options.tree))
+    if not re.fullmatch(r"\w[\w.+-]*", options.package):
+        print(f"'{options.package}' cannot be a package: it is one name, of letters, digits and '_'", file=sys.stderr)
+        return 1
     wrong = []
 
     def each(step, work):
@@ -371,6 +388,8 @@ def main():
                 wrong.append(str(error))
             except OSError as error:
                 wrong.append(f"{error.filename}: {error.strerror}")
+            except UnicodeDecodeError:
+                wrong.append(f"{item[0]}: is no UTF-8 text")
 
     work = []
     each(lambda file: work.append((file, options.tree / place(options.package, file))),

@@ -21,7 +21,8 @@ renew = sys.argv[4:] == ["--renew"]
 
 def make(tree, file, *options):
     command = [HERE / "takt_messages.py", "--package", "pkg", "--tree", tree, *options, file]
-    return subprocess.run(command, cwd=BAD, capture_output=True, text=True, check=False)
+    return subprocess.run(command, cwd=BAD, capture_output=True, text=True, check=False,
+                          timeout=60)
 
 
 def test_bad_files(work):
@@ -51,6 +52,24 @@ def test_missing_plugin(work):
           done.returncode, done.stderr)
 
 
+# They held the program up, filled the memory, and left folders outside of the tree.
+def test_files_of_others(work):
+    folder = work / "msg"
+    folder.mkdir()
+    os.mkfifo(folder / "Fifo.msg")
+    (folder / "Zero.msg").symlink_to("/dev/zero")
+    (folder / "Large.msg").write_text("int32 a\n" * (1 << 18))
+    (folder / "Latin.msg").write_bytes(b"string a # \xe4\n")
+    for name, message in (("Fifo", "is no regular file"), ("Zero", "is no regular file"),
+                          ("Large", "is larger than 1 MiB"), ("Latin", "is no UTF-8 text")):
+        done = make(work / name, folder / f"{name}.msg", "--idlc", idlc, "--plugin", plugin)
+        check(f"{name}: {message}", done.returncode == 1 and message in done.stderr, done.stderr)
+    point = HERE / "testdata" / "msg" / "Point.msg"
+    done = make(work / "deep" / "tree", point, "--package", "../../outside")
+    check("a package is a name", done.returncode == 1 and "cannot be a package" in done.stderr
+          and not (work / "outside").exists(), done.stderr)
+
+
 def configure(work, call):
     source = work / "project"
     source.mkdir(exist_ok=True)
@@ -76,6 +95,6 @@ def test_cmake(work):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for test in (test_bad_files, test_missing_plugin, test_cmake):
+    for test in (test_bad_files, test_missing_plugin, test_files_of_others, test_cmake):
         test(pathlib.Path(folder))
 finish()

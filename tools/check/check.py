@@ -36,6 +36,7 @@ RULES = {
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
+    "reader": "files are read by one reader",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
 }
@@ -149,6 +150,11 @@ def check_temporary(file, _):
 def check_output(file, _):
     for line, what in file_rules.raw_output(file.path, file.lines):
         yield Finding(file.path, line, "output", what)
+
+
+def check_readers(file, _):
+    for line, what in file_rules.readers(file.path, file.lines):
+        yield Finding(file.path, line, "reader", what)
 
 
 def anchor_of(heading):
@@ -306,7 +312,8 @@ def main():
     findings = list(check_format(files, root))
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
-                     check_contract, check_temporary, check_output, check_links, check_phrases):
+                     check_contract, check_temporary, check_output, check_readers,
+                     check_links, check_phrases):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -154,6 +154,9 @@ def test_rules():
              "tools/takt/b.cpp": SPDX + 'auto a = fmt::print(file, "{}", 1);\n'},
             "tools/takt/a.cpp:2: use rt::print(), which escapes what other processes say",
             "tools/takt/a.cpp:3: use json_text(), which takes every text")
+    refused("readers of their own",
+            {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
+            "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},

@@ -1,4 +1,5 @@
-"""How the product may open files and print: see base/temporary.hpp, measuring/output.hpp.
+"""How the product may open files and print: see base/temporary.hpp, base/regular_file.hpp and
+measuring/output.hpp.
 SPDX-License-Identifier: Apache-2.0
 """
 import pathlib
@@ -13,6 +14,15 @@ NAMES_OF_ROUDI = re.compile(r'"/tmp/(?:roudi|iox-|\.takt_roudi_)')
 # Both would pass on what another process says as it is; the second also throws.
 PRINTS = re.compile(r"\bfmt::print\((?!file\b)")
 DUMPS = re.compile(r"\.dump\(")
+
+# A FIFO would hold it up, and /dev/zero fill the memory.
+READS = re.compile(r'std::ifstream\b|\bfopen\([^;]*"r|\bBIO_new_file\(')
+READS_OF_THE_KERNEL = re.compile(r'ifstream[^;]*"/(?:proc|sys)/')
+# These read what the kernel, or takt itself, has written; the last one is given checked files.
+READERS = {"containers/container_result.cpp", "containers/process_usage.cpp", "measuring/machine.cpp",
+           "tools/takt/bench/measure.cpp", "tools/takt/commands/selftest.cpp",
+           "transport/shared_memory/roudi_process.cpp", "transport/shared_memory/shared_memory.cpp",
+           "transport/dds/dds_security.cpp"}
 
 
 def is_product(path):
@@ -40,3 +50,12 @@ def raw_output(path, lines):
             yield number, "use rt::print(), which escapes what other processes say"
         if DUMPS.search(line):
             yield number, "use json_text(), which takes every text"
+
+
+def readers(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or path in READERS:
+        return
+    for number, line in enumerate(lines, 1):
+        if READS.search(line) and not READS_OF_THE_KERNEL.search(line):
+            yield number, "use RegularFile or read_text(), which end whatever the file is"

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
@@ -18,6 +19,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "takt/base/error.hpp"
+#include "takt/base/regular_file.hpp"
 #include "takt/transport/shared_memory/roudi_probe.hpp"
 
 namespace takt {
@@ -33,6 +36,8 @@ constexpr std::size_t kQueuedSmall = 100;            // messages, while they are
 constexpr std::size_t kQueuedBytes = 1024UL * 1024;  // … all of them together
 constexpr std::size_t kInCallbacks = 8;
 
+constexpr std::size_t kMostConfigurationBytes = 1 << 20;
+
 std::string read_file(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -41,7 +46,12 @@ std::string read_file(const fs::path& path) {
 /// The largest `size` of a configuration file; nullopt: there is none, or it gives its memory to
 /// groups of users.
 std::optional<std::size_t> largest_chunk(const fs::path& configuration) {
-  std::ifstream file(configuration);
+  std::istringstream file;
+  try {  // another process names it
+    file.str(read_text(configuration.string(), kMostConfigurationBytes));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
   std::optional<std::size_t> largest;
   for (std::string line; std::getline(file, line);) {
     std::size_t size = 0;

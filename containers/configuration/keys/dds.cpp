@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
-#include <fstream>
+#include <span>
 
 #include <fmt/format.h>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/regular_file.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
 namespace takt {
@@ -98,15 +99,13 @@ void ConfigurationReader::read_security(const Value& value, DdsSecurity& securit
 SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wanted) {
   return into_checked(path, [this, &path, wanted] {
     const std::string file = beside(path);
-    std::error_code none;
-    std::ifstream stream;
-    if (std::filesystem::is_regular_file(file, none)) stream.open(file, std::ios::binary);
-    if (!stream.is_open()) {
+    std::string begin(1 << 16, '\0');
+    try {
+      RegularFile(file).read(0, std::as_writable_bytes(std::span(begin)));
+    } catch (const Error&) {
       throw Error(fmt::format("'{}' is no readable file", path),
                   fmt::format("name {}", wanted.kind));
     }
-    std::string begin(1 << 16, '\0');
-    stream.read(begin.data(), static_cast<std::streamsize>(begin.size()));
     if (begin.find(wanted.mark) == std::string::npos) {
       throw Error(fmt::format("there is no '{}' in '{}'", wanted.mark, path),
                   fmt::format("name {}", wanted.kind));

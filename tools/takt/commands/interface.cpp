@@ -95,6 +95,7 @@ json to_json(const std::string& type) {
 
 void show(const Options& options) {
   for (const std::string& library : options.libraries) load_message_types(library);
+  check_definition(options.type);
   if (options.json_path != "-") print(options.type, 0);
   if (!options.json_path.empty()) write_json(to_json(options.type), options.json_path);
 }

@@ -4,16 +4,17 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
+#include <optional>
+#include <regex>
 #include <sstream>
 #include <utility>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/regular_file.hpp"
 
 #include "embedded.hpp"
 
@@ -21,6 +22,11 @@ namespace takt::tools {
 namespace {
 
 namespace wire = type_description_interfaces::msg;
+
+constexpr std::size_t kMostDefinitionBytes = 1 << 20, kMostName = 255;
+// Of an interface with all that it refers to, each field's type as often as it occurs.
+constexpr std::size_t kMostLines = 100'000, kMostElements = std::size_t{1} << 26;
+constexpr std::size_t kMostDepth = 64;
 
 std::string without_comment(const std::string& text) {
   char quote = 0;
@@ -39,14 +45,16 @@ std::string without_comment(const std::string& text) {
 }
 
 std::optional<std::string> installed_text(const std::string& type) {
+  static const std::regex kName("[A-Za-z][A-Za-z0-9_]*/(msg|srv|action)/[A-Za-z][A-Za-z0-9_]*");
   const char* prefixes = std::getenv("AMENT_PREFIX_PATH");
-  const std::size_t slash = type.find('/'), last = type.rfind('/');
-  if (prefixes == nullptr || slash == last || type.find("..") != std::string::npos) return {};
-  const std::string kind = type.substr(slash + 1, last - slash - 1);
+  std::smatch parts;
+  if (prefixes == nullptr || type.size() > kMostName || !std::regex_match(type, parts, kName)) {
+    return {};
+  }
   std::istringstream list(prefixes);
   for (std::string prefix; std::getline(list, prefix, ':');) {
-    std::ifstream file(fmt::format("{}/share/{}.{}", prefix, type, kind));
-    if (file) return std::string(std::istreambuf_iterator<char>(file), {});
+    const std::string path = fmt::format("{}/share/{}.{}", prefix, type, parts[1].str());
+    if (access(path.c_str(), F_OK) == 0) return read_text(path, kMostDefinitionBytes);
   }
   return {};
 }
@@ -67,8 +75,12 @@ std::vector<std::string> parts_of(const std::string& type) {
 std::size_t number(std::string_view& text) {
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || value == 0) {
+    throw Error(fmt::format("a definition has a type with the size '{}'", text),
+                "write a number from 1, such as uint8[3] or string<=10");
+  }
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return error == std::errc() ? value : 0;
+  return value;
 }
 
 /// "string<=10[<=3]", or "Point[4]", whose nested type is given.
@@ -96,13 +108,61 @@ wire::FieldType field_type(std::string_view text, const std::string& nested) {
     text.remove_prefix(1);
     const bool is_bounded = text.starts_with("<=");
     if (is_bounded) text.remove_prefix(2);
-    type.capacity = number(text);
+    if (!text.starts_with(']')) type.capacity = number(text);
     id = static_cast<std::uint8_t>(id + (is_bounded           ? FieldShape::kBoundedSequence
                                          : type.capacity != 0 ? FieldShape::kArray
                                                               : FieldShape::kSequence));
   }
   return type.set__type_id(id).set__nested_type_name(nested);
 }
+
+/// Computes how large interfaces are, each once.
+class Sizes {
+ public:
+  struct Size {
+    std::size_t lines = 0, elements = 0;
+  };
+
+  Size of(const std::string& type, std::size_t depth = 0) {
+    const auto [entry, is_new] = sizes_.try_emplace(type);
+    if (!is_new) {
+      if (!entry->second) refuse(type, "contains itself");
+      return *entry->second;
+    }
+    if (depth > kMostDepth) refuse(type, "contains others too deeply");
+    Size size{1, 1};
+    for (const std::string& text : definition_lines(type).value_or(std::vector<std::string>())) {
+      ++size.lines;
+      if (text.empty() || text == kSeparator) continue;
+      const DefinitionLine line(text, type);
+      if (line.is_constant) continue;
+      const Size nested = line.nested.empty() ? Size{1, 1} : of(line.nested, depth + 1);
+      const wire::FieldType field = checked_type(line, type);
+      const bool is_array = FieldShape{field.type_id, field.capacity, 0}.is_array();
+      const std::size_t count = is_array ? field.capacity : 1;
+      if (count > kMostElements / nested.elements) refuse(type, "is too large");
+      size.lines += nested.lines;
+      size.elements += count * nested.elements;
+      if (size.lines > kMostLines || size.elements > kMostElements) refuse(type, "is too large");
+    }
+    sizes_[type] = size;
+    return size;
+  }
+
+ private:
+  static wire::FieldType checked_type(const DefinitionLine& line, const std::string& type) {
+    try {
+      return field_type(line.field_type, line.nested);
+    } catch (const Error& error) {
+      throw Error(error.what(), "", type);
+    }
+  }
+  [[noreturn]] static void refuse(const std::string& type, const char* why) {
+    throw Error(fmt::format("the definition of {} {}", type, why), "change its file");
+  }
+
+  std::map<std::string, std::optional<Size>> sizes_;  // nullopt: under way
+};
 
 /// Collects the messages of interfaces.
 class Collection {
@@ -180,7 +240,12 @@ DefinitionLine::DefinitionLine(const std::string& text, const std::string& type)
   }
 }
 
+void check_definition(const std::string& type) {
+  Sizes().of(type);
+}
+
 std::optional<TypeDescription> defined(const std::string& type) {
+  check_definition(type);
   Collection collection;
   if (!collection.add(type)) return {};
   TypeDescription description;

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/regular_file.hpp"
 #include "takt/measuring/machine.hpp"
 
 #include "json_text.hpp"
@@ -279,12 +279,12 @@ void write_trace(const Trace& trace, const std::string& path) {
   write_text(json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
 }
 
+constexpr std::size_t kMostTraceBytes = std::size_t{1} << 30;
+
 Trace read_trace(const std::string& path) {
-  std::ifstream file(path);
-  if (!file)
-    throw Error("there is no such trace", "give a file that `takt run --trace` wrote", path);
+  const std::string text = read_text(path, kMostTraceBytes);
   try {
-    return trace_of(json::parse(file));
+    return trace_of(json::parse(text));
   } catch (const std::exception& error) {  // of the JSON, or no such process or thread
     throw Error(fmt::format("this is no trace of this version of Takt ({})", error.what()),
                 "give a file that `takt run --trace` wrote", path);

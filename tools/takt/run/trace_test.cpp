@@ -152,8 +152,8 @@ TEST(TraceFile, ThatCannotBeWrittenIsAnError) {
 
 TEST(TraceFile, ThatIsNoneIsAnError) {
   EXPECT_THAT([] { read_trace("/nowhere/trace.json"); },
-              ThrowsMessage<Error>("/nowhere/trace.json: there is no such trace; give a file that "
-                                   "`takt run --trace` wrote"));
+              ThrowsMessage<Error>("/nowhere/trace.json: the file cannot be read: No such file or "
+                                   "directory; check its name and its permissions"));
   for (const char* text : {"", "[1]", "{}", R"({"traceEvents": [], "otherData": {}})",
                            R"({"traceEvents": [{"ph": "X", "pid": 1}], "otherData": {}})"}) {
     std::ofstream(path_of_file()) << text;
