@@ -209,6 +209,15 @@ void ParameterStore::call_post_set() {
   };
   Lock lock(change_mutex_);
   if (std::exchange(calls_post_set_, true)) return;
+  const struct End {  // whatever throws
+    ParameterStore& parameters;
+    Lock& lock;
+    ~End() {
+      if (!lock.owns_lock()) lock.lock();
+      parameters.calls_post_set_ = false;
+      lock.unlock();
+    }
+  } end{*this, lock};
   while (!finished_.empty()) {
     const Change change = std::move(finished_.front());
     finished_.pop_front();
@@ -218,8 +227,6 @@ void ParameterStore::call_post_set() {
     lock.lock();
     each(lock, post_set_, [&](const auto& callback) { return call(callback, change.values); });
   }
-  calls_post_set_ = false;
-  lock.unlock();
   if (exception != nullptr) std::rethrow_exception(exception);
 }
 
