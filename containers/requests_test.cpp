@@ -105,6 +105,7 @@ class Requests : public testing::Test {
       system.components.push_back(
           {.type = "takt::requests_test::Slow", .name = name, .on_exception = on_exception});
     }
+    system.loads[system.components.front().container] = {.is_given = true};  // tests run as root
     system.threads.push_back({.attributes = {.name = "container"}});
     if (has_dds) {
       system.dds.emplace();
