@@ -76,7 +76,7 @@ class PendingCalls {
     if (free_ == end_) return std::nullopt;
     Call& call = calls_[free_];
     const std::size_t place = std::exchange(free_, call.after);
-    call.sequence = static_cast<std::int64_t>(++begun_ * end_ + place);
+    call.sequence = static_cast<std::int64_t>(begun_++ * end_ + place + 1);
     call.deadline = call.timeout = timeout_ == Nanoseconds::zero() ? kNever : later(now, timeout_);
     call.callback = std::move(callback);
     call.awaited = awaited;
@@ -173,7 +173,7 @@ class PendingCalls {
   // With the mutex held, as all that follows. A peer may send any number.
   Call* find(std::int64_t sequence) noexcept {
     if (sequence <= kNoCall || end_ == 0) return nullptr;
-    Call& call = calls_[static_cast<std::uint64_t>(sequence) % end_];
+    Call& call = calls_[static_cast<std::uint64_t>(sequence - 1) % end_];
     return call.sequence == sequence ? &call : nullptr;
   }
   Call& first() noexcept { return calls_[calls_[end_].after]; }
