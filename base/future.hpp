@@ -5,11 +5,12 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
 #include "takt/base/error.hpp"
-#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -28,27 +29,49 @@ class Wakeable {
 /// The part of a future that an executor uses. std::future cannot notify when it becomes ready, so
 /// an executor would have to poll it (rclcpp issue 1916).
 /// Thread safety: every method may be called from any thread.
-/// Real-time: nothing blocks or allocates, except watch(nullptr), which waits for wakers.
+/// Real-time: nothing allocates; a lock with priority inheritance, held while all that wait are
+/// woken.
 class FutureState {
  public:
-  bool ready() const noexcept { return ready_.load(); }
+  /// While it lives, `waiter` is woken when the value arrives; afterwards no thread uses `waiter`.
+  /// Any number may wait: each lies on the stack of its spin, which another spin may be nested in.
+  class Waiter {
+   public:
+    Waiter(FutureState& future, Wakeable& waiter) noexcept : future_(future), waiter_(waiter) {
+      const std::lock_guard lock(future_.mutex_);
+      next_ = std::exchange(future_.waiters_, this);
+    }
+    ~Waiter() {
+      const std::lock_guard lock(future_.mutex_);
+      Waiter** link = &future_.waiters_;
+      while (*link != this) link = &(*link)->next_;
+      *link = next_;
+    }
+    Waiter(const Waiter&) = delete;
+    Waiter& operator=(const Waiter&) = delete;
 
-  /// `waiter` is woken when the value arrives. After watch(nullptr) no thread uses the old one.
-  void watch(Wakeable* waiter) noexcept {
-    waiter_.store(waiter);
-    if (waiter == nullptr) wait_for_readers();
-  }
+   private:
+    friend class FutureState;
+    FutureState& future_;
+    Wakeable& waiter_;
+    Waiter* next_;
+  };
+
+  bool ready() const noexcept { return ready_.load(); }
 
  protected:
   void complete() noexcept {
+    const std::lock_guard lock(mutex_);
     ready_.store(true);
-    const ReadSection section;
-    if (Wakeable* waiter = waiter_.load()) waiter->wake();
+    for (Waiter* waiter = waiters_; waiter != nullptr; waiter = waiter->next_) {
+      waiter->waiter_.wake();
+    }
   }
 
  private:
   std::atomic<bool> ready_{false};
-  std::atomic<Wakeable*> waiter_{nullptr};
+  PiMutex mutex_;
+  Waiter* waiters_ = nullptr;  // guarded by mutex_
 };
 
 template <class T>
@@ -80,7 +103,7 @@ class Future {
 
 /// The sending side.
 /// Thread safety: set_value once, from any thread.
-/// Real-time: construction allocates; set_value neither blocks nor allocates unless moving T does.
+/// Real-time: construction allocates; set_value is as FutureState, unless moving T allocates.
 template <class T>
 class Promise {
  public:

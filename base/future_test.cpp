@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/base/future.hpp"
 
+#include <array>
 #include <atomic>
 #include <latch>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -54,11 +56,11 @@ TEST(Future, KeepsItsValueWhenThePromiseIsGone) {
   EXPECT_EQ(*future.get(), 7);
 }
 
-TEST(Future, WakesWhoWatchesWhenTheValueArrives) {
+TEST(Future, WakesWhoWaitsWhenTheValueArrives) {
   Promise<int> promise;
   const Future<int> future = promise.get_future();
   Sleeper sleeper;
-  future.state().watch(&sleeper);
+  const FutureState::Waiter waiter(future.state(), sleeper);
   EXPECT_EQ(sleeper.wake_count, 0);
   promise.set_value(1);
   EXPECT_EQ(sleeper.wake_count, 1);
@@ -68,7 +70,7 @@ TEST(Future, WakesASleepingThreadThatThenSeesTheValue) {
   Promise<int> promise;
   const Future<int> future = promise.get_future();
   Sleeper sleeper;
-  future.state().watch(&sleeper);
+  const FutureState::Waiter waiter(future.state(), sleeper);
   std::thread giver([&] { promise.set_value(42); });
   sleeper.wake_count.wait(0);
   EXPECT_TRUE(future.ready());
@@ -76,31 +78,37 @@ TEST(Future, WakesASleepingThreadThatThenSeesTheValue) {
   giver.join();
 }
 
-TEST(Future, LeavesAloneWhoDoesNotWatchAnyMore) {
+// A future knew one waiter: the second one took the first one's place, and left none when it went.
+TEST(Future, WakesAllThatWait) {
   Promise<int> promise;
   const Future<int> future = promise.get_future();
-  Sleeper first, second;
-  future.state().watch(&first);
-  future.state().watch(&second);
+  std::array<Sleeper, 4> sleepers;
+  std::array<std::optional<FutureState::Waiter>, 4> waiters;
+  for (std::size_t i = 0; i < 4; ++i) waiters[i].emplace(future.state(), sleepers[i]);
+  waiters[2].reset();  // from the middle of the list, and its end
+  waiters[0].reset();
   promise.set_value(1);
-  EXPECT_EQ(first.wake_count, 0);
-  EXPECT_EQ(second.wake_count, 1);
+  EXPECT_EQ(sleepers[0].wake_count, 0);
+  EXPECT_EQ(sleepers[1].wake_count, 1);
+  EXPECT_EQ(sleepers[2].wake_count, 0);
+  EXPECT_EQ(sleepers[3].wake_count, 1);
 }
 
-// With address or thread sanitizer a wake-up that comes after watch(nullptr) would be reported.
-TEST(Future, NeverTouchesAWaiterAfterWatchNullptrReturned) {
+// With address or thread sanitizer a wake-up that comes after the waiter's end would be reported.
+TEST(Future, NeverTouchesAWaiterThatHasGone) {
   for (int round = 0; round < 300; ++round) {
     Promise<int> promise;
     const Future<int> future = promise.get_future();
     auto sleeper = std::make_unique<Sleeper>();
-    future.state().watch(sleeper.get());
+    std::optional<FutureState::Waiter> waiter;
+    waiter.emplace(future.state(), *sleeper);
     std::latch start(2);
     std::thread giver([&] {
       start.arrive_and_wait();
       promise.set_value(round);
     });
     start.arrive_and_wait();
-    future.state().watch(nullptr);
+    waiter.reset();
     EXPECT_LE(sleeper->wake_count, 1);
     sleeper.reset();
     giver.join();
@@ -110,11 +118,10 @@ TEST(Future, NeverTouchesAWaiterAfterWatchNullptrReturned) {
 
 TEST(Promise, SetsAValueWithoutAllocating) {
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
-  { const ReadSection registers_this_thread; }
   Promise<int> promise;
   const Future<int> future = promise.get_future();
   Sleeper sleeper;
-  future.state().watch(&sleeper);
+  const FutureState::Waiter waiter(future.state(), sleeper);
   const RealtimeScope scope;
   promise.set_value(1);
   EXPECT_EQ(scope.so_far().allocations, 0u);

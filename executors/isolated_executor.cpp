@@ -3,35 +3,7 @@
 
 #include <algorithm>
 
-#include <poll.h>
-
 namespace takt {
-
-/// Lives as long as a spin, of any kind: there is only one at a time.
-class IsolatedExecutor::Spin {
- public:
-  /// `handler`: for children on threads of their own; nullptr: the children run on the caller.
-  explicit Spin(IsolatedExecutor& executor, const ExceptionHandler* handler = nullptr)
-      : executor_(executor) {
-    const std::lock_guard lock(executor_.mutex_);
-    if (executor_.spinning_.exchange(true)) {
-      throw Error("executor '" + executor_.options_.name + "' is spinning already");
-    }
-    executor_.runs_children_ = handler != nullptr;
-    if (handler != nullptr) executor_.handler_ = *handler;
-  }
-  ~Spin() {
-    executor_.finish_removals();
-    executor_.backend_->leave(0);
-    executor_.cancelled_.store(false);
-    executor_.spinning_.store(false);
-  }
-  Spin(const Spin&) = delete;
-  Spin& operator=(const Spin&) = delete;
-
- private:
-  IsolatedExecutor& executor_;
-};
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)
     : options_(options),
@@ -293,23 +265,30 @@ void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup
 // Called with the mutex held. Starts the child's thread, if children have threads now and this one
 // has none; a thread that waits for the end of the last one starts it itself.
 void IsolatedExecutor::start(Child& child) {
-  if (!runs_children_ || !child.may_spin || child.is_gone || child.is_joined ||
+  if (handler_ == nullptr || !child.may_spin || child.is_gone || child.is_joined ||
       child.thread.joinable())
     return;
   child.runs.store(true);
-  child.thread = std::thread([this, &child, handler = handler_] {
-    try {
-      child.executor.spin(handler);
-    } catch (...) {
-      {
-        const std::lock_guard exception_lock(mutex_);
-        if (exception_ == nullptr) exception_ = std::current_exception();
-      }
-      cancel();
-    }
+  try {
+    child.thread = std::thread([this, &child, handler = handler_] { run(child, *handler); });
+  } catch (...) {
     child.runs.store(false);
-    wake();
-  });
+    throw;
+  }
+}
+
+void IsolatedExecutor::run(Child& child, const ExceptionHandler& handler) noexcept {
+  try {
+    child.executor.spin(handler);
+  } catch (...) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (exception_ == nullptr) exception_ = std::current_exception();
+    }
+    cancel();
+  }
+  child.runs.store(false);
+  wake();
 }
 
 // Called with the mutex held, which it releases meanwhile. A second caller waits for the same end.
@@ -328,139 +307,15 @@ void IsolatedExecutor::join(Child& child, std::unique_lock<std::mutex>& lock) {
   child.executor.forget_cancel();  // the end of spin may have cancelled it meanwhile
 }
 
-// ---- Spinning ----
-
-void IsolatedExecutor::wake() noexcept {
-  if (!notified_.exchange(true)) backend_->post();
-}
-
-void IsolatedExecutor::cancel() noexcept {
-  cancelled_.store(true);
-  wake();
-}
-
-void IsolatedExecutor::spin(const ExceptionHandler& handler) {
-  const Spin spin(*this, &handler);
-  if (!cancelled_.load()) {
-    const std::lock_guard lock(mutex_);
-    for (const auto& child : children_) start(*child);
-  }
-  while (!cancelled_.load()) {
-    backend_->wait(0, kNever);
-    notified_.store(false);
-    finish_removals();
-  }
-  {
-    const std::lock_guard lock(mutex_);
-    runs_children_ = false;
-  }
-  // Cancels all before it waits for any. Under a manual clock, it gives way to those that must end.
-  for (const auto& child : children()) {
-    if (child->runs.load()) child->executor.cancel();
-  }
-  backend_->leave(0);
-  const auto all = children();  // destroyed after the lock
-  std::unique_lock lock(mutex_);
-  for (const auto& child : all) join(*child, lock);
-  if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
-}
-
-// Begins with the child after the one that has run last, so that none waits for ever.
-bool IsolatedExecutor::run_one() {
-  const auto all = children_to_spin();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const std::size_t turn = (next_turn_ + i) % all.size();
-    if (!all[turn]->executor.run_one()) continue;
-    next_turn_ = turn + 1;
-    return true;
-  }
-  return false;
-}
-
-/// Runs the children in turn on the calling thread until done() or the limit, or one callback;
-/// done() is called before every callback, and after each wake-up.
-template <class Done>
-void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
-  std::vector<std::shared_ptr<Child>> observed;  // kept as long as the back end watches them
-  const auto observe = [&](std::vector<std::shared_ptr<Child>> all) {
-    for (const auto& child : all) child->executor.set_observer(this);
-    for (const auto& child : observed) {
-      if (std::find(all.begin(), all.end(), child) != all.end()) continue;
-      child->executor.set_observer(nullptr);
-      backend_->unwatch(&child->waker);
-    }
-    observed = std::move(all);
-  };
-  const auto stop_observing = [&](void*) {
-    observe({});
-    wait_for_readers();
-  };
-  const std::unique_ptr<void, decltype(stop_observing)> guard(this, stop_observing);
-  observe(children_to_spin());
-  while (!cancelled_.load() && !done()) {
-    notified_.store(false);
-    if (run_one()) {
-      if (once || (limit != kNever && options_.clock->now() >= limit)) return;
-      continue;
-    }
-    TimePoint deadline = limit;
-    observe(children_to_spin());
-    for (const auto& child : observed) {
-      if (const int fd = child->executor.wait_fd(); fd >= 0) {
-        backend_->watch({.fd = fd, .events = POLLIN, .listener = &child->waker});
-      }
-      deadline = std::min(deadline, child->executor.next_release());
-    }
-    if (cancelled_.load() || done()) return;
-    if (!backend_->wait(0, deadline) && options_.clock->now() >= limit) return;
-  }
-}
-
-void IsolatedExecutor::spin_once(Nanoseconds timeout) {
-  const Spin spin(*this);
-  const TimePoint limit = end_of(timeout, options_.clock->now());
-  run_on_caller(limit, /*once=*/true, [] { return false; });
-}
-
-void IsolatedExecutor::spin_some(Nanoseconds max_duration) {
-  const Spin spin(*this);
-  const TimePoint start = options_.clock->now();
-  for (const auto& child : children_to_spin()) {
-    if (cancelled_.load()) return;
-    const Nanoseconds used = options_.clock->now() - start;
-    if (max_duration != Nanoseconds::zero() && used >= max_duration) return;
-    child->executor.spin_some(max_duration == Nanoseconds::zero() ? max_duration
-                                                                  : max_duration - used);
-  }
-}
-
-void IsolatedExecutor::spin_all(Nanoseconds max_duration) {
-  const Spin spin(*this);
-  const TimePoint start = options_.clock->now();
-  while (!cancelled_.load() && run_one()) {
-    if (max_duration != Nanoseconds::zero() && options_.clock->now() - start >= max_duration)
-      return;
-  }
-}
-
-FutureReturnCode IsolatedExecutor::spin_until_complete(FutureState& future, Nanoseconds timeout) {
-  const Spin spin(*this);
-  const TimePoint limit = end_of(timeout, options_.clock->now());
-  future.watch(this);
-  run_on_caller(limit, /*once=*/false, [&] { return future.ready(); });
-  future.watch(nullptr);
-  if (future.ready()) return FutureReturnCode::SUCCESS;
-  return cancelled_.load() ? FutureReturnCode::INTERRUPTED : FutureReturnCode::TIMEOUT;
-}
-
 // ---- Observing ----
 
 bool IsolatedExecutor::is_spinning() const noexcept {
   const std::lock_guard lock(mutex_);
   return spinning_.load() &&
-         (!runs_children_ || std::all_of(children_.begin(), children_.end(), [](const auto& child) {
-           return child->may_go || child->executor.is_spinning();
-         }));
+         (handler_ == nullptr ||
+          std::all_of(children_.begin(), children_.end(), [](const auto& child) {
+            return child->may_go || child->executor.is_spinning();
+          }));
 }
 
 void IsolatedExecutor::release_timers(bool released) noexcept {

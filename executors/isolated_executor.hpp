@@ -113,9 +113,14 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
            std::unique_lock<std::mutex>& lock);
   void join(Child& child, std::unique_lock<std::mutex>& lock);
   void start(Child& child);
+  void run(Child& child, const ExceptionHandler& handler) noexcept;
+  void end_children() noexcept;
   bool run_one();
   template <class Done>
   void run_on_caller(TimePoint limit, bool once, Done&& done);
+  bool is_over(TimePoint limit) const noexcept {
+    return limit != kNever && options_.clock->now() >= limit;
+  }
   void wake() noexcept override;
 
   const ExecutorOptions options_;
@@ -130,10 +135,9 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
   detail::PastStatistics past_;             // of the children that were removed
   std::vector<ThreadStatistics>
-      past_threads_;            // one for each name, as many as PastStatistics keeps
-  bool runs_children_ = false;  // each on its thread
+      past_threads_;  // one for each name, as many as PastStatistics keeps
   bool releases_timers_ = true;
-  ExceptionHandler handler_;
+  const ExceptionHandler* handler_ = nullptr;  // of the spin that runs children on their threads
   std::exception_ptr exception_;
 };
 

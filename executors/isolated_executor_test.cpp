@@ -114,5 +114,27 @@ INSTANTIATE_TEST_SUITE_P(Per, IsolatedThreads, testing::Values(Isolation::node, 
                            return per.param == Isolation::node ? "node" : "group";
                          });
 
+// The handler was copied after the executor counted as spinning: one whose copy threw left it so.
+TEST(IsolatedExecutor, SpinsAgainAfterAHandlerThatCannotBeCopied) {
+  struct Fragile {
+    Fragile() = default;
+    Fragile(const Fragile& other) : copies(other.copies + 1) {
+      if (copies > 1) throw std::runtime_error("mine");
+    }
+    bool operator()(const FailedCallback&) const { return true; }
+    int copies = 0;
+  };
+  const auto executor = executors().make("isolated", {});
+  const auto node = std::make_shared<Node>("node");
+  const auto guard = node->create_guard_condition("guard", [&] { executor->cancel(); });
+  executor->add_node(node);
+  guard->trigger();
+  try {
+    executor->spin(Fragile());
+  } catch (const std::runtime_error&) {
+  }
+  executor->spin_some();
+}
+
 }  // namespace
 }  // namespace takt::conformance

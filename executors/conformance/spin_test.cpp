@@ -171,6 +171,52 @@ TEST_P(ConformanceSpin, AFutureWakesFromAnyThread) {
             FutureReturnCode::INTERRUPTED);
 }
 
+// A future knew one waiter: a second one, and its end, left the first one to sleep to its time-out.
+TEST_P(ConformanceSpin, AFutureWakesEverySpinThatWaitsForIt) {
+  const auto executor = make(Clock::steady()), other = make(Clock::steady());
+  const auto inner = executors().make("events", {});
+  const auto node = make_node(Clock::steady());
+  Promise<int> promise;
+  const auto future = promise.get_future();
+  std::atomic<bool> has_nested{false};
+  const auto guard = node->create_guard_condition("guard", [&] {
+    EXPECT_EQ(inner->spin_until_future_complete(future, 1ms), FutureReturnCode::TIMEOUT);
+    has_nested.store(true);
+  });
+  executor->add_node(node);
+  guard->trigger();
+  std::atomic<int> returned{0};
+  const auto wait_in = [&](Executor& spun) {
+    EXPECT_EQ(spun.spin_until_future_complete(future), FutureReturnCode::SUCCESS);
+    ++returned;
+  };
+  std::thread first(wait_in, std::ref(*executor));
+  EXPECT_TRUE(eventually([&] { return has_nested.load(); }));
+  std::thread second(wait_in, std::ref(*other));
+  EXPECT_TRUE(eventually([&] { return other->is_spinning(); }));
+  std::this_thread::sleep_for(2ms);  // likely both sleep
+  promise.set_value(7);
+  EXPECT_TRUE(eventually([&] { return returned == 2; }));
+  executor->cancel();
+  other->cancel();
+  first.join();
+  second.join();
+}
+
+// `isolated`: the exception of a callback left the executor among those that the future wakes.
+TEST_P(ConformanceSpin, AFutureForgetsASpinThatAnExceptionHasEnded) {
+  Promise<int> promise;
+  {
+    const auto executor = make(Clock::steady());
+    const auto node = make_node(Clock::steady());
+    const auto bad = node->create_guard_condition("bad", [] { throw std::runtime_error("mine"); });
+    executor->add_node(node);
+    bad->trigger();
+    EXPECT_THROW(executor->spin_until_future_complete(promise.get_future()), std::runtime_error);
+  }
+  promise.set_value(7);  // the address sanitizer would report a use of the executor
+}
+
 // ---- Exceptions ----
 
 TEST_P(ConformanceSpin, AnExceptionLeavesSpinAndTheExecutorCanSpinAgain) {

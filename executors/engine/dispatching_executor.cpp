@@ -439,13 +439,12 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
                                                           Nanoseconds timeout) {
   Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
-  future.watch(this);
+  const FutureState::Waiter waiter(future, *this);
   lock();
   while (!stopping() && !future.ready() &&
          (run_next({}) ? has_time_left(limit) : sleep(0, limit, &future))) {
   }
   unlock_and_leave();
-  future.watch(nullptr);
   const bool was_cancelled = spin.take_cancel();
   rethrow();
   if (future.ready()) return FutureReturnCode::SUCCESS;
