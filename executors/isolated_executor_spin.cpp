@@ -122,7 +122,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
       }
       deadline = std::min(deadline, child->executor.next_release());
     }
-    if (cancelled_.load() || done()) return;
+    if (cancelled_.load() || done() || is_over(limit)) return;
     if (!backend_->wait(0, deadline) && is_over(limit)) return;
   }
 }

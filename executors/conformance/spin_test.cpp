@@ -1,6 +1,8 @@
 // What the ways of spinning, cancelling and throwing mean. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
 // whose defect is tested. SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+
 #include "takt/executors/conformance/conformance.hpp"
 
 namespace takt::conformance {
@@ -215,6 +217,28 @@ TEST_P(ConformanceSpin, AFutureForgetsASpinThatAnExceptionHasEnded) {
     EXPECT_THROW(executor->spin_until_future_complete(promise.get_future()), std::runtime_error);
   }
   promise.set_value(7);  // the address sanitizer would report a use of the executor
+}
+
+// With a limit that had passed it slept all the same, 70 us, until the kernel's timer said so.
+TEST_P(ConformanceSpin, DoesNotSleepWhenItsTimeHasPassed) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto guard = node->create_guard_condition("guard", [] {});
+  executor->add_node(node);
+  const auto future = Promise<int>().get_future();
+  executor->spin_once(0ns);
+  const auto sleeps = [] {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+  };
+  constexpr int kCalls = 200;
+  const auto before = sleeps();
+  for (int i = 0; i < kCalls; ++i) {
+    executor->spin_once(0ns);
+    EXPECT_EQ(executor->spin_until_future_complete(future, 0ns), FutureReturnCode::TIMEOUT);
+  }
+  EXPECT_LT(sleeps() - before, kCalls / 2);
 }
 
 // ---- Exceptions ----

@@ -379,7 +379,7 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
   lock();
-  while (!stopping() && !run_next({}) && sleep(0, limit)) {
+  while (!stopping() && !run_next({}) && has_time_left(limit) && sleep(0, limit)) {
   }
   unlock_and_leave();
   spin.take_cancel();
@@ -441,8 +441,9 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   const TimePoint limit = end_of(timeout, options_.clock->now());
   const FutureState::Waiter waiter(future, *this);
   lock();
-  while (!stopping() && !future.ready() &&
-         (run_next({}) ? has_time_left(limit) : sleep(0, limit, &future))) {
+  while (!stopping() && !future.ready()) {
+    const bool has_run = run_next({});
+    if (!has_time_left(limit) || (!has_run && !sleep(0, limit, &future))) break;
   }
   unlock_and_leave();
   const bool was_cancelled = spin.take_cancel();
