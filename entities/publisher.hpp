@@ -135,7 +135,8 @@ class PublisherBase {
     if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
       return dispatch->outputs->add(writer_, remote_.get(), block);
     }
-    takt::send(writer_, remote_.get(), block);
+    ReleasedMessages released;
+    takt::send(writer_, remote_.get(), block, released);
   }
   /// For a message that the user made.
   OwnedBlock& wrapper();

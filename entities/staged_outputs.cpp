@@ -55,8 +55,9 @@ void StagedOutputs::add(IntraProcessWriter& writer, RemoteWriter* remote,
 
 // With the mutex held, so that no publisher goes meanwhile.
 void StagedOutputs::publish() noexcept {
+  ReleasedMessages released;
   const std::lock_guard lock(mutex_);
-  for (const auto& [writer, remote, message] : outputs_) send(*writer, remote, *message);
+  for (const auto& [writer, remote, message] : outputs_) send(*writer, remote, *message, released);
   outputs_.clear();
 }
 
@@ -72,20 +73,16 @@ std::uint64_t StagedOutputs::dropped() const noexcept {
 
 void StagedOutputs::forget(const IntraProcessWriter& writer) noexcept {
   if (all_outputs().count.load() == 0) return;
-  std::vector<MessageBlock*> left;
-  {
-    const std::lock_guard lock(all_outputs().mutex);
-    for (StagedOutputs* staged : all_outputs().all) {
-      const std::lock_guard staged_lock(staged->mutex_);
-      std::erase_if(staged->outputs_, [&](const Output& output) {
-        if (output.writer != &writer) return false;
-        left.push_back(output.message);
-        return true;
-      });
-    }
+  ReleasedMessages released;
+  const std::lock_guard lock(all_outputs().mutex);
+  for (StagedOutputs* staged : all_outputs().all) {
+    const std::lock_guard staged_lock(staged->mutex_);
+    std::erase_if(staged->outputs_, [&](const Output& output) {
+      if (output.writer != &writer) return false;
+      released.add(*output.message);
+      return true;
+    });
   }
-  // After the locks: a message is the user's, and may own another publisher.
-  for (MessageBlock* message : left) message->release();
 }
 
 }  // namespace takt

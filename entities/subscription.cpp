@@ -131,8 +131,8 @@ std::uint64_t SubscriptionBase::lost() const noexcept {
   return dropped() + malformed_;
 }
 
-MessageBlock* SubscriptionBase::take_message(bool& more) noexcept {
-  MessageBlock* message = IntraProcessReader::take(more);
+MessageBlock* SubscriptionBase::take_message(bool& more, ReleasedMessages& released) noexcept {
+  MessageBlock* message = IntraProcessReader::take(more, released);
   if (message == nullptr || message->payload() != nullptr) return message;
   return decode_received(*message);
 }

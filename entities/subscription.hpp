@@ -60,7 +60,12 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
  protected:
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
-  MessageBlock* take_message(bool& more) noexcept;
+  MessageBlock* take_message(bool& more) noexcept {
+    ReleasedMessages released;
+    return take_message(more, released);
+  }
+  /// For a caller with a lock, which `released` outlives.
+  MessageBlock* take_message(bool& more, ReleasedMessages& released) noexcept;
   /// The message as a shared_ptr, which takes the caller's hold of it over.
   std::shared_ptr<const void> share(MessageBlock& message);
   /// For a taker that may take again, after it might not.

@@ -124,8 +124,8 @@ void WaitSet::expel(Member& member) noexcept {
 }
 
 void WaitSet::collect() {
+  ready_.clear();  // before the lock: with the last pointer to an entity goes what its user owns
   const std::lock_guard lock(mutex_);
-  ready_.clear();
   if (ready_.capacity() < members_.size()) ready_.swap(larger_);
   for (const auto& member : members_) {
     if (member->entity->ready_count() != 0) ready_.push_back(member->entity);

@@ -150,5 +150,27 @@ TEST(WaitSet, GoesWhileItsEntitiesAreDropped) {
   }
 }
 
+// What the last result destroyed went under the set's lock, which removing a member takes.
+TEST(WaitSet, MayBeUsedByWhatGoesWithItsLastResult) {
+  const auto node = std::make_shared<Node>("node");
+  const auto group =
+      node->create_callback_group("group", CallbackGroupType::MutuallyExclusive, false);
+  WaitSet set;
+  const auto stays = node->create_guard_condition("stays", {}, group);
+  set.add(stays);
+  std::shared_ptr<void> removes(nullptr, [&](void*) { set.remove(stays); });
+  const std::weak_ptr<void> is_owned = removes;
+  auto goes = node->create_guard_condition(
+      "goes", [owned = std::move(removes)] {}, group);
+  set.add(goes);
+  goes->trigger();
+  EXPECT_THAT(names(set.wait()), ElementsAre("goes"));
+  set.remove(goes);
+  goes.reset();
+  EXPECT_FALSE(is_owned.expired());  // the result has the last pointer to it
+  EXPECT_THAT(set.wait(0ns), IsEmpty());
+  EXPECT_TRUE(is_owned.expired());
+}
+
 }  // namespace
 }  // namespace takt

@@ -36,6 +36,7 @@ class Topics {
   }
 
   void add(IntraProcessReader& reader) {
+    ReleasedMessages released;
     const std::lock_guard lock(mutex_);
     Topic& topic = find(reader.endpoint());
     topic.readers.push_back(&reader);
@@ -44,7 +45,11 @@ class Topics {
       if (!link(table, *writer, reader)) continue;
       const bool comes_late = writer->history_ != nullptr &&
                               reader.endpoint().qos.durability == Durability::transient_local;
-      replace(*writer, std::move(table), comes_late ? &reader : nullptr);
+      if (comes_late) {
+        hand_over(*writer, std::move(table), reader, released);
+      } else {
+        replace(*writer, std::move(table));
+      }
     }
   }
 
@@ -134,22 +139,28 @@ class Topics {
     reader.events()->liveliness_changed(change, 0);
   }
 
-  /// `late`: gets what the writer has kept, before anything that is sent from then on.
-  static void replace(IntraProcessWriter& writer, IntraProcessWriter::Table table,
-                      IntraProcessReader* late = nullptr) {
-    const auto* now = new IntraProcessWriter::Table(std::move(table));
-    std::unique_lock<PiMutex> lock;
-    if (late != nullptr) {
-      lock = std::unique_lock(writer.history_->mutex);
-      hand_over(*writer.history_, *late);
-    }
-    const std::unique_ptr<const IntraProcessWriter::Table> old(writer.table_.exchange(now));
-    if (lock) lock.unlock();
+  static void replace(IntraProcessWriter& writer, IntraProcessWriter::Table table) {
+    const std::unique_ptr<const IntraProcessWriter::Table> old(
+        writer.table_.exchange(new IntraProcessWriter::Table(std::move(table))));
     wait_for_readers();
   }
 
-  // No more than fit, so that none is dropped.
-  static void hand_over(const IntraProcessWriter::History& history, IntraProcessReader& late) {
+  /// As replace; `late` gets what the writer has kept, before anything that is sent from then on.
+  static void hand_over(IntraProcessWriter& writer, IntraProcessWriter::Table table,
+                        IntraProcessReader& late, ReleasedMessages& released) {
+    std::unique_ptr<const IntraProcessWriter::Table> old(
+        new IntraProcessWriter::Table(std::move(table)));
+    {
+      const std::lock_guard lock(writer.history_->mutex);
+      hand_over(*writer.history_, late, released);
+      old.reset(writer.table_.exchange(old.release()));
+    }
+    wait_for_readers();
+  }
+
+  // No more than fit, so that none of these is dropped.
+  static void hand_over(const IntraProcessWriter::History& history, IntraProcessReader& late,
+                        ReleasedMessages& released) {
     const ReadSection section;
     const std::size_t depth = history.messages.size();
     const std::size_t count = std::min(depth, late.endpoint().qos.depth);
@@ -157,7 +168,7 @@ class Topics {
       MessageBlock* message = history.messages[(history.next + i) % depth];
       if (message == nullptr) continue;  // fewer were sent
       message->retain();
-      late.deliver(*message, {message->envelope.sequence, message->envelope.ready_time});
+      late.deliver(*message, {message->envelope.sequence, message->envelope.ready_time}, released);
     }
   }
 
@@ -195,18 +206,19 @@ void IntraProcessReader::leave() noexcept {
   if (std::exchange(joined_, false)) Topics::instance().remove(*this);
 }
 
-MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more) noexcept {
+MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more,
+                                               ReleasedMessages& released) noexcept {
   while (message != nullptr && message->is_expired()) {
-    drop(*message);
-    message = ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
+    drop(*message, released);
+    message = ring_.pop([&](MessageBlock* old) { drop(*old, released); }, more);
   }
   return message;
 }
 
 // Not inline: it would cost callers that drop nothing their registers.
-void IntraProcessReader::drop(MessageBlock& message) noexcept {
+void IntraProcessReader::drop(MessageBlock& message, ReleasedMessages& released) noexcept {
   dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
-  message.release();
+  released.add(message);
   events_->lost(1);
 }
 
@@ -236,38 +248,39 @@ IntraProcessWriter::~IntraProcessWriter() {
   }
 }
 
-void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept) noexcept {
+void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept,
+                               ReleasedMessages& released) noexcept {
   if (has_policies_) [[unlikely]]
-    return send_by_policies(message, kept);
-  send(message, kept);
+    return send_by_policies(message, kept, released);
+  send(message, kept, released);
 }
 
-void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t kept) noexcept {
+void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t kept,
+                                          ReleasedMessages& released) noexcept {
   const TimePoint now = clock_.now();
   events_->set_last_message(now);
   if (endpoint_.qos.lifespan_duration != Nanoseconds::zero()) {
-    message.expire_at(now + endpoint_.qos.lifespan_duration, clock_);
+    message.expire_at(later(now, endpoint_.qos.lifespan_duration), clock_);
   }
-  if (history_ == nullptr) return send(message, kept);
-  MessageBlock* oldest;
-  {
-    const std::lock_guard lock(history_->mutex);
-    message.envelope.sequence = next_sequence();  // there may be no reader yet
-    message.envelope.ready_time = now;
-    oldest = std::exchange(history_->messages[history_->next], &message);
-    history_->next = (history_->next + 1) % history_->messages.size();
-    send(message, kept + 1);
+  if (history_ == nullptr) return send(message, kept, released);
+  const std::lock_guard lock(history_->mutex);
+  message.envelope.sequence = next_sequence();  // there may be no reader yet
+  message.envelope.ready_time = now;
+  if (MessageBlock* oldest = std::exchange(history_->messages[history_->next], &message)) {
+    released.add(*oldest);
   }
-  if (oldest != nullptr) oldest->release();
+  history_->next = (history_->next + 1) % history_->messages.size();
+  send(message, kept + 1, released);
 }
 
 [[gnu::always_inline]] inline void IntraProcessWriter::send(MessageBlock& message,
-                                                            std::uint32_t kept) noexcept {
+                                                            std::uint32_t kept,
+                                                            ReleasedMessages& released) noexcept {
   const ReadSection section;
   const std::span readers(*table_.load());
   if (readers.empty()) {
     message.set_references(kept + 1);
-    return message.release();
+    return released.add(message);
   }
   Arrival arrival{next_sequence(), {}};
   for (const IntraProcessReader* reader : readers) {
@@ -280,7 +293,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t k
   message.envelope.ready_time = arrival.ready_time;
   message.set_references(kept + static_cast<std::uint32_t>(readers.size()));
   // Each reader owns one reference; after the last delivery the message may be gone.
-  for (IntraProcessReader* reader : readers) reader->deliver(message, arrival);
+  for (IntraProcessReader* reader : readers) reader->deliver(message, arrival, released);
 }
 
 std::size_t IntraProcessWriter::reader_count() const noexcept {

@@ -52,16 +52,18 @@ class IntraProcessReader {
   /// When it returns, no message is being delivered any more. Joining again is possible.
   void leave() noexcept;
 
-  /// `arrival` repeats the envelope: the message may be gone once it is in the ring.
-  [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival) noexcept {
+  /// `arrival` repeats the envelope: the message may be gone once it is in the ring. In a read
+  /// section, which `released` outlives.
+  [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival,
+                                      ReleasedMessages& released) noexcept {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
-      return message.release();
+      return released.add(message);
     ArrivalListener* listener = listener_.load();
     const bool is_here = listener != nullptr && listener->announce_here(arrival);
     const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
     MessageBlock* old = is_here ? ring_.push_here(&message, arrival.sequence, time_ns)
                                 : ring_.push(&message, arrival.sequence, time_ns);
-    if (old != nullptr) drop(*old);
+    if (old != nullptr) drop(*old, released);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
     if (is_here) return;
@@ -80,9 +82,14 @@ class IntraProcessReader {
   /// The oldest message, which the caller must release; nullptr when there is none.
   /// `more`: whether more were there.
   MessageBlock* take(bool& more) noexcept {
-    MessageBlock* message = ring_.pop([this](MessageBlock* old) { drop(*old); }, more);
+    ReleasedMessages released;
+    return take(more, released);
+  }
+  /// For a caller with a lock, which `released` outlives.
+  MessageBlock* take(bool& more, ReleasedMessages& released) noexcept {
+    MessageBlock* message = ring_.pop([&](MessageBlock* old) { drop(*old, released); }, more);
     if (message != nullptr && message->can_expire()) [[unlikely]]
-      return skip_expired(message, more);
+      return skip_expired(message, more, released);
     return message;
   }
 
@@ -112,8 +119,9 @@ class IntraProcessReader {
 
  private:
   bool is_for_us(const MessageBlock& message) const noexcept;
-  MessageBlock* skip_expired(MessageBlock* message, bool& more) noexcept;
-  void drop(MessageBlock& message) noexcept;
+  MessageBlock* skip_expired(MessageBlock* message, bool& more,
+                             ReleasedMessages& released) noexcept;
+  void drop(MessageBlock& message, ReleasedMessages& released) noexcept;
 
   const Endpoint endpoint_;
   KeepLastRing<MessageBlock> ring_;
@@ -143,7 +151,12 @@ class IntraProcessWriter {
   const Endpoint& endpoint() const noexcept { return endpoint_; }
   /// Sends the message to every matched reader and gives up the caller's hold of it, but for
   /// `kept` of them.
-  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept;
+  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept {
+    ReleasedMessages released;
+    write(message, kept, released);
+  }
+  /// For a caller with a lock, which `released` outlives.
+  void write(MessageBlock& message, std::uint32_t kept, ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
@@ -157,9 +170,9 @@ class IntraProcessWriter {
     std::size_t next = 0;                 // where the oldest is, once it is full
   };
 
-  void send(MessageBlock& message, std::uint32_t kept) noexcept;
-  [[gnu::cold, gnu::noinline]] void send_by_policies(MessageBlock& message,
-                                                     std::uint32_t kept) noexcept;
+  void send(MessageBlock& message, std::uint32_t kept, ReleasedMessages& released) noexcept;
+  [[gnu::cold, gnu::noinline]] void send_by_policies(MessageBlock& message, std::uint32_t kept,
+                                                     ReleasedMessages& released) noexcept;
 
   const Endpoint endpoint_;
   Clock& clock_;

@@ -386,5 +386,51 @@ TEST_F(IntraProcessTest, LosesNoMessageWhileReadersComeAndGo) {
   EXPECT_EQ(static_cast<std::uint64_t>(stays.arrivals), written);
 }
 
+/// A message of this process may own what its publisher likes.
+struct Letter {
+  int value = 0;
+  std::shared_ptr<void> owned;
+};
+TAKT_MESSAGE(Letter, "test_msgs/msg/Letter", value);
+
+void write_letter(IntraProcessWriter& writer, std::shared_ptr<void> owned) {
+  auto block = std::make_unique<OwnedBlock>();
+  block->from_heap = true;
+  block->own(std::make_unique<Letter>(Letter{0, std::move(owned)}));
+  writer.write(*block.release());
+}
+
+// A message that was overwritten, or had no reader, was destroyed within the read section of its
+// publication: a reader that it owns waited there for the end of this very section.
+TEST(Messages, MayOwnReadersWhenTheyAreOverwritten) {
+  ManualClock clock(TimePoint(1h));
+  IntraProcessWriter writer(on<Letter>("/letters"), clock), lonely(on<Letter>("/nobody"), clock);
+  Reader reader(on<Letter>("/letters", 1));
+  auto other = std::make_shared<Reader>(on<Letter>("/other"));
+  const std::weak_ptr<Reader> of_first = other;
+  write_letter(writer, std::move(other));
+  write_letter(writer, nullptr);
+  EXPECT_TRUE(of_first.expired());
+  write_letter(lonely, std::make_shared<Reader>(on<Letter>("/letters")));
+  EXPECT_EQ(writer.reader_count(), 1u);
+}
+
+// The same under the lock of the messages that a publisher keeps for late readers.
+TEST(Messages, MayOwnReadersWhenTheyAreNotKeptAnyMore) {
+  ManualClock clock(TimePoint(1h));
+  IntraProcessWriter writer(on<Letter>("/kept", QoS(1).transient_local()), clock);
+  auto other = std::make_shared<Reader>(on<Letter>("/kept", QoS(1).transient_local()));
+  const std::weak_ptr<Reader> of_first = other;
+  write_letter(writer, nullptr);
+  other->take()->release();
+  write_letter(writer, nullptr);
+  write_letter(writer, std::move(other));  // overwrites one in the ring that it owns
+  EXPECT_FALSE(of_first.expired());
+  of_first.lock()->take()->release();
+  write_letter(writer, nullptr);  // takes the place of that letter, whose reader keeps this one
+  EXPECT_TRUE(of_first.expired());
+  EXPECT_EQ(writer.reader_count(), 0u);
+}
+
 }  // namespace
 }  // namespace takt

@@ -88,11 +88,7 @@ class alignas(64) MessageBlock {
   /// One more hold, for a caller that has one.
   void retain() noexcept { references_.fetch_add(1, std::memory_order_relaxed); }
   void release() noexcept {
-    // Acquire and release: pair with each other; all uses end before the payload goes.
-    if (references_.load(std::memory_order_acquire) == 1 ||
-        references_.fetch_sub(1, std::memory_order_acq_rel) == 1) {
-      recycle();
-    }
+    if (is_last_release()) recycle();
   }
   /// The payload for a receiver that wants to own it: moved out when no other holds it and it
   /// came from the heap, else nullptr (the receiver copies).
@@ -111,9 +107,41 @@ class alignas(64) MessageBlock {
   const void* payload_ = nullptr;
 
  private:
+  friend class ReleasedMessages;
+  bool is_last_release() noexcept {
+    // Acquire and release: pair with each other; all uses end before the payload goes.
+    return references_.load(std::memory_order_acquire) == 1 ||
+           references_.fetch_sub(1, std::memory_order_acq_rel) == 1;
+  }
+
   std::atomic<std::uint32_t> references_{0};
   const Clock* expiry_clock_ = nullptr;  // nullptr: it is delivered however old
   TimePoint expiry_{};
+  MessageBlock* next_released_ = nullptr;
+};
+
+/// Messages that are released under a lock, or in a read section, and go when this object does: a
+/// user's message may own what takes that lock, or waits for the section. Declare it before.
+/// Thread safety: belongs to one thread.
+/// Real-time: as MessageBlock::release.
+class ReleasedMessages {
+ public:
+  ReleasedMessages() = default;
+  ~ReleasedMessages() {
+    if (first_ != nullptr) [[unlikely]]
+      recycle();
+  }
+  ReleasedMessages(const ReleasedMessages&) = delete;
+  ReleasedMessages& operator=(const ReleasedMessages&) = delete;
+
+  void add(MessageBlock& message) noexcept {
+    if (message.is_last_release()) message.next_released_ = std::exchange(first_, &message);
+  }
+
+ private:
+  [[gnu::noinline]] void recycle() noexcept;
+
+  MessageBlock* first_ = nullptr;
 };
 
 /// Gives back a hold of a message.

@@ -13,13 +13,17 @@ void PoolBase::sweep(PoolBase* closed) noexcept {
   };
   // Leaked on purpose: pools may be closed after static objects were destroyed.
   static auto* waiting = new Waiting;
-  const std::lock_guard lock(waiting->mutex);
-  if (closed != nullptr) waiting->pools.push_back(closed);
-  std::erase_if(waiting->pools, [](PoolBase* pool) {
-    if (!pool->all_home()) return false;
-    delete pool;
-    return true;
-  });
+  std::vector<PoolBase*> home;
+  {
+    const std::lock_guard lock(waiting->mutex);
+    if (closed != nullptr) waiting->pools.push_back(closed);
+    std::erase_if(waiting->pools, [&](PoolBase* pool) {
+      if (!pool->all_home()) return false;
+      home.push_back(pool);
+      return true;
+    });
+  }
+  for (PoolBase* pool : home) delete pool;  // after the lock: its objects may own other pools
 }
 
 }  // namespace takt

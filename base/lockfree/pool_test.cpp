@@ -238,5 +238,21 @@ TEST_F(PoolTest, IsFreedOnceWhenObjectsComeHomeWhileTheOwnerCloses) {
   }
 }
 
+struct Box : PoolNode<Box> {
+  PoolPtr<Tool> tools;
+};
+
+// Pools were freed under the lock that closing a pool takes: one whose objects own another hung.
+TEST_F(PoolTest, MayHaveObjectsThatOwnPools) {
+  PoolPtr<Box> boxes(Pool<Box>::create(2, [this](std::uint32_t) {
+    auto box = std::make_unique<Box>();
+    box->tools = make_pool(3);
+    return box;
+  }));
+  EXPECT_EQ(alive_, 6);
+  boxes.reset();
+  EXPECT_EQ(alive_, 0);
+}
+
 }  // namespace
 }  // namespace takt

@@ -134,11 +134,13 @@ void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>
 }
 
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
+  // They go after the lock, as they hold functions of the user.
   Records gone;
+  const auto record = std::make_shared<Record>(*this);
+  const CallbackParameters parameters = node.callback_parameters(*entity);
   const std::lock_guard lock(control_mutex_);
   if (leaving_.contains(entity->group().get())) return;  // as if created after the removal
   gone = take_unused_records();
-  auto record = std::make_shared<Record>(*this);
   record->entity = entity;
   record->takes_briefly = entity->takes_briefly();
   record->group = entity->group();
@@ -155,7 +157,6 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
     record->exclusion = std::make_shared<Exclusion>(record->group->type());
     group.exclusion = record->exclusion;
   }
-  const CallbackParameters parameters = node.callback_parameters(*entity);
   record->supervision = std::make_shared<detail::Supervision>(threads_.size());
   record->supervision->node = record->node;
   record->supervision->callback = entity->name();
@@ -182,7 +183,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   }
   Record& added = *record;
   of_entity_.emplace(entity.get(), &added);
-  records_.emplace(added.key(), std::move(record));
+  records_.emplace(added.key(), record);
   try {
     watch(added);
     has_changes_ = true;

@@ -106,13 +106,14 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
       block->set_references(1);
       messages_.fetch_add(1, std::memory_order_relaxed);
       const TimePoint sent_at = clocks_.sent_at(handle, info);
+      ReleasedMessages released;
       const ReadSection section;
       const Arrival arrival{next_sequence(), sent_at};
       block->origin = {.source_time = std::chrono::system_clock::time_point(
                            std::chrono::nanoseconds(info.source_timestamp)),
                        .writer = info.publication_handle};
       block->envelope = {.sequence = arrival.sequence, .ready_time = arrival.ready_time};
-      reader_.deliver(*block, arrival);
+      reader_.deliver(*block, arrival, released);
     }
   }
 
