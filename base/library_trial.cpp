@@ -202,7 +202,7 @@ void try_library(const std::string& path, Nanoseconds limit) {
     return;
   }
   Trial trial(program, takt, path);
-  if (!trial.wait(Clock::steady().now() + limit)) {
+  if (!trial.wait(later(Clock::steady().now(), limit))) {
     throw Error(fmt::format("a process that tried it was not done after {} s",
                             std::chrono::duration<double>(limit).count()),
                 "its static initialisers must return");

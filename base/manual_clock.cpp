@@ -139,7 +139,7 @@ void ManualClock::wake(Participant& self) noexcept {
 void ManualClock::work(Nanoseconds duration) {
   std::unique_lock lock(mutex_);
   if (this_participant == nullptr) {
-    now_ += duration;
+    now_ = later(now_, duration);
     return;
   }
   this_participant->wake_time_ = later(now_, duration);

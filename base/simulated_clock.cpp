@@ -15,7 +15,8 @@ std::shared_ptr<SimulatedClock> SimulatedClock::as_simulated() noexcept {
 TimePoint SimulatedClock::on_timeline(TimePoint time) const noexcept {
   if (time == kNever) return kNever;
   const std::lock_guard lock(mutex_);  // so that all is of one moment
-  return simulates_.load() ? later(stands_.load(), time - now_.load()) : later(time, ahead_.load());
+  return simulates_.load() ? later(stands_.load(), between(now_.load(), time))
+                           : later(time, ahead_.load());
 }
 
 void SimulatedClock::set(TimePoint now) noexcept {
@@ -24,7 +25,7 @@ void SimulatedClock::set(TimePoint now) noexcept {
   const bool is_first = !std::exchange(has_time_, true);
   if (!simulates_.load()) return;
   last_set_.store(real_.now());
-  if (now > before && !is_first) stands_.store(stands_.load() + (now - before));
+  if (now > before && !is_first) stands_.store(later(stands_.load(), between(before, now)));
   notify(false);
 }
 
@@ -36,7 +37,7 @@ void SimulatedClock::simulate(bool simulates) noexcept {
     now_.store(TimePoint{});
     has_time_ = false;
     last_set_.store(real);
-    stands_.store(real + ahead_.load());
+    stands_.store(later(real, ahead_.load()));
   } else {
     ahead_.store(stands_.load() - real);
   }
@@ -47,11 +48,11 @@ void SimulatedClock::simulate(bool simulates) noexcept {
 TimePoint SimulatedClock::real_time_of(TimePoint release) const noexcept {
   if (release == kNever) return kNever;
   if (simulates_.load()) return release <= stands_.load() ? last_set_.load() : kNever;
-  return release - ahead_.load();
+  return later(release, -ahead_.load());
 }
 
 TimePoint SimulatedClock::timeline_at(TimePoint real) const noexcept {
-  return simulates_.load() ? stands_.load() : real + ahead_.load();
+  return simulates_.load() ? stands_.load() : later(real, ahead_.load());
 }
 
 void SimulatedClock::notify(bool is_switched) noexcept {

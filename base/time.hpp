@@ -3,7 +3,6 @@
 #ifndef TAKT_BASE_TIME_HPP_
 #define TAKT_BASE_TIME_HPP_
 
-#include <algorithm>
 #include <chrono>
 #include <string>
 #include <string_view>
@@ -19,9 +18,23 @@ using TimePoint = std::chrono::time_point<std::chrono::steady_clock, Nanoseconds
 /// "Never": a wait until here only ends by a wake-up.
 inline constexpr TimePoint kNever = TimePoint::max();
 
-/// `time` + `duration`, at most kNever: a duration may be as long as "for ever".
+/// `time` + `duration`. A sum that no TimePoint can hold is the last one, kNever, or the first one:
+/// a duration may be as long as "for ever". `./dev check` refuses the plain sum.
 constexpr TimePoint later(TimePoint time, Nanoseconds duration) noexcept {
-  return duration > kNever - std::max(time, TimePoint{}) ? kNever : time + duration;
+  Nanoseconds::rep sum = 0;
+  if (!__builtin_add_overflow(time.time_since_epoch().count(), duration.count(), &sum)) {
+    return TimePoint(Nanoseconds(sum));
+  }
+  return duration < Nanoseconds::zero() ? TimePoint::min() : kNever;
+}
+/// `to` - `from`, or the longest duration of that sign.
+constexpr Nanoseconds between(TimePoint from, TimePoint to) noexcept {
+  Nanoseconds::rep difference = 0;
+  if (!__builtin_sub_overflow(to.time_since_epoch().count(), from.time_since_epoch().count(),
+                              &difference)) {
+    return Nanoseconds(difference);
+  }
+  return from < to ? Nanoseconds::max() : Nanoseconds::min();
 }
 /// The end of a time-out that begins at `now`; a negative one never ends.
 constexpr TimePoint end_of(Nanoseconds timeout, TimePoint now) noexcept {

@@ -68,5 +68,25 @@ TEST(Duration, IsNotLongerThanTheClockCounts) {
             std::string("'2600000h' is longer than 292 years, the maximum") + kAdvice);
 }
 
+// A sum that overflowed was a time long ago: what was to last for ever was over at once.
+TEST(Later, IsAtMostNeverAndAtLeastTheFirstTime) {
+  const TimePoint now(1h);
+  EXPECT_EQ(later(now, 1s), TimePoint(3601s));
+  EXPECT_EQ(later(now, -1s), TimePoint(3599s));
+  EXPECT_EQ(later(now, Nanoseconds::max()), kNever);
+  EXPECT_EQ(later(kNever, 1ns), kNever);
+  EXPECT_EQ(later(TimePoint(-1h), Nanoseconds::min()), TimePoint::min());
+  EXPECT_EQ(later(TimePoint{}, Nanoseconds::min()), TimePoint::min());
+  EXPECT_EQ(later(TimePoint::min(), Nanoseconds::max()), TimePoint(-1ns));
+}
+
+TEST(Between, IsAtMostTheLongestDuration) {
+  EXPECT_EQ(between(TimePoint(1s), TimePoint(3s)), 2s);
+  EXPECT_EQ(between(TimePoint(3s), TimePoint(1s)), -2s);
+  EXPECT_EQ(between(TimePoint::min(), TimePoint(1s)), Nanoseconds::max());
+  EXPECT_EQ(between(TimePoint(1s), TimePoint::min()), Nanoseconds::min());
+  EXPECT_EQ(between(kNever, TimePoint::min()), Nanoseconds::min());
+}
+
 }  // namespace
 }  // namespace takt

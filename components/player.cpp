@@ -90,7 +90,7 @@ void Player::play() {
   if (loops_ && first_ < messages.size()) {
     next_ = first_;
     begin_ = {};
-    return timer_->release_at(now + kPauseOfLoop);
+    return timer_->release_at(later(now, kPauseOfLoop));
   }
   timer_->cancel();
   log(LogLevel::info, "{} messages of {} topics were played", played_, reader_.topics().size());

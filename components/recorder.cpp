@@ -54,9 +54,10 @@ Recorder::Recorder(const NodeOptions& options, Definitions definitions)
           declare_parameter("depth", 100, at_least("Messages of a topic that may wait", 1)))),
       flush_period_(
           milliseconds(declare_parameter("flush_ms", 1000, at_least("Until it is written", 1)))),
-      discovered_by_(clock().timeline().now() +
-                     milliseconds(declare_parameter("discover_ms", 5000,
-                                                    at_least("How long all topics are found", 0)))),
+      discovered_by_(
+          later(clock().timeline().now(),
+                milliseconds(declare_parameter("discover_ms", 5000,
+                                               at_least("How long all topics are found", 0))))),
       writer_(place_,
               static_cast<std::size_t>(declare_parameter("buffer_bytes", std::int64_t{1} << 20,
                                                          at_least("A message must fit in", 4096))),
@@ -210,7 +211,7 @@ void Recorder::flush_later() {
   if (!writer_.is_pending()) {
     flush_->cancel();
   } else if (flush_->is_canceled()) {
-    flush_->release_at(flush_->clock().now() + flush_period_);
+    flush_->release_at(later(flush_->clock().now(), flush_period_));
   }
 }
 

@@ -353,7 +353,7 @@ std::size_t Container::pending() const noexcept {
 // Waits until several polls in a row find nothing pending: one poll can miss a message that moves
 // from one executor to the next.
 bool Container::drain() {
-  const TimePoint limit = Clock::steady().now() + kDrainLimit;
+  const TimePoint limit = later(Clock::steady().now(), kDrainLimit);
   for (int quiet = 0; quiet < 5; ++quiet) {
     if (pending() != 0) quiet = -1;
     if (Clock::steady().now() > limit) return false;

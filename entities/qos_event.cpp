@@ -7,14 +7,14 @@ void DeadlineEvent::look() {
   const TimePoint last = events_->last_message();
   if (last == TimePoint{}) return;
   const TimePoint now = clock().now();
-  TimePoint due = std::max(last, missed_) + period();
+  TimePoint due = later(std::max(last, missed_), period());
   if (due <= now) {
     const auto further = (now - due) / period();
     missed_ = due + further * period();
     events_->missed_deadlines(static_cast<std::uint64_t>(further) + 1);
     reported_ = events_->status(reported_);
     callback_(reported_);
-    due = missed_ + period();
+    due = later(missed_, period());
   }
   release_at(due);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/timer.hpp"
 
+#include <algorithm>
+
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
@@ -41,7 +43,7 @@ void Timer::notify_release_changed() noexcept {
 
 void Timer::release_at(TimePoint release) noexcept {
   is_given_.store(true);
-  next_release_.store(release);
+  next_release_.store(std::max(release, TimePoint{}));  // all clocks begin then
   notify_release_changed();
 }
 

@@ -26,9 +26,9 @@ class BareLoop final : public CyclicVariant {
       const RealtimeScope scope;
       const Nanoseconds cpu_time = thread_cpu_time();
       const TimePoint start = Clock::steady().now();
-      TimePoint due = start + options_.interval;
+      TimePoint due = later(start, options_.interval);
       for (std::uint64_t cycle = 0; cycle < cycles && !stop.load(); ++cycle) {
-        if (options_.relative) due = Clock::steady().now() + options_.interval;
+        if (options_.relative) due = later(Clock::steady().now(), options_.interval);
         const Nanoseconds sleep = options_.relative ? options_.interval : due.time_since_epoch();
         const auto seconds = std::chrono::floor<std::chrono::seconds>(sleep);
         const timespec time{seconds.count(), (sleep - seconds).count()};
@@ -37,7 +37,7 @@ class BareLoop final : public CyclicVariant {
         }
         const TimePoint now = Clock::steady().now();
         if (!record(now - due)) break;
-        for (due += options_.interval; due <= now; due += options_.interval) ++result_.missed;
+        while ((due = later(due, options_.interval)) <= now) ++result_.missed;
       }
       result_.counters += scope.so_far();
       result_.cpu_time += thread_cpu_time() - cpu_time;

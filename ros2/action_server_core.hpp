@@ -275,13 +275,14 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     if (timer == nullptr) return;
     const TimePoint now = timer->clock().now();
     const auto first = std::stable_partition(goals_.begin(), goals_.end(), [&](const Goal& goal) {
-      return !is_terminal(goal.state) || now < goal.ended + options_.result_timeout;
+      return !is_terminal(goal.state) || now < later(goal.ended, options_.result_timeout);
     });
     gone.assign(std::make_move_iterator(first), std::make_move_iterator(goals_.end()));
     goals_.erase(first, goals_.end());
     TimePoint next = kNever;
     for (const Goal& goal : goals_) {
-      if (is_terminal(goal.state)) next = std::min(next, goal.ended + options_.result_timeout);
+      if (is_terminal(goal.state))
+        next = std::min(next, later(goal.ended, options_.result_timeout));
     }
     timer->release_at(next);
     publish_status();
@@ -322,7 +323,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     publish_status();
     if (const auto timer = expiry_.lock()) {
       goal.ended = timer->clock().now();
-      if (timer->is_canceled()) timer->release_at(goal.ended + options_.result_timeout);
+      if (timer->is_canceled()) timer->release_at(later(goal.ended, options_.result_timeout));
     }
     answer(std::exchange(goal.asking, {}), goal.response, lock);
   }

@@ -43,7 +43,7 @@ void TypeDescriptionClient::ask(std::string type, Callback callback) {
   auto question = std::make_unique<Question>();
   question->type = std::move(type);
   question->callback = std::move(callback);
-  question->limit = timer_->clock().now() + kPatience;
+  question->limit = later(timer_->clock().now(), kPatience);
   if (!goes_on(*question, host_.participant()->graph())) return question->callback(nullptr);
   questions_.push_back(std::move(question));
   if (timer_->is_canceled()) timer_->reset();
@@ -91,7 +91,7 @@ bool TypeDescriptionClient::ask_next(Question& question, const Graph& graph) {
       if (!is_served || !is_topic_name(service) || !question.asked.insert(service).second) continue;
       question.client = host_.create_client<GetTypeDescription>(service);
       question.is_sent = question.is_answered = false;
-      question.limit = timer_->clock().now() + kPatience;
+      question.limit = later(timer_->clock().now(), kPatience);
       return true;
     }
   }

@@ -29,10 +29,8 @@ const std::array<std::pair<std::string_view, QoS>, 7>& profiles() {
   return all;
 }
 
-// None is for ever.
 bool is_longer(Nanoseconds offered, Nanoseconds requested) noexcept {
-  return requested != Nanoseconds::zero() &&
-         (offered == Nanoseconds::zero() || offered > requested);
+  return !QoS::is_for_ever(requested) && (QoS::is_for_ever(offered) || offered > requested);
 }
 
 }  // namespace

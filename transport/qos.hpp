@@ -26,6 +26,7 @@ enum class Liveliness {
 };
 
 /// The policies of DDS, as far as ROS 2 has them. A duration of 0 is none: no deadline, for ever.
+/// So is one above 68 years, for which DDS has no number.
 ///
 /// Every history is bounded: a full one loses its oldest message, which is counted.
 struct QoS {
@@ -49,6 +50,9 @@ struct QoS {
     return lease_duration = lease, *this;
   }
 
+  static constexpr bool is_for_ever(Nanoseconds duration) noexcept {
+    return duration == Nanoseconds::zero() || duration > std::chrono::seconds(INT32_MAX);
+  }
   /// Throws Error when the depth is 0 or beyond what a subscription's ring can hold, or a duration
   /// is negative.
   void check() const;

@@ -83,5 +83,16 @@ TEST(QoS, RefusesADepthThatARingCannotHold) {
   EXPECT_NO_THROW(QoS(KeepLastRing<int>::kMaxDepth).check());
 }
 
+// "For ever" as the longest duration was less than none at all, and did not match it.
+TEST(QoS, OfTheLongestDurationIsOfNone) {
+  constexpr Nanoseconds kHundredYears = std::chrono::hours(24 * 36525);
+  for (const Nanoseconds endless : {Nanoseconds::max(), kHundredYears}) {
+    EXPECT_EQ(QoS().refuses(QoS().deadline(endless)), "");
+    EXPECT_EQ(QoS().deadline(endless).refuses(QoS()), "");
+    EXPECT_EQ(QoS().refuses(QoS().liveliness_lease_duration(endless)), "");
+    EXPECT_EQ(QoS().deadline(endless).refuses(QoS().deadline(std::chrono::seconds(1))), "deadline");
+  }
+}
+
 }  // namespace
 }  // namespace takt

@@ -37,7 +37,7 @@ inline int stress_rounds() {
 
 /// Waits, in real time, until the condition holds; false after half a minute.
 inline bool eventually(const std::function<bool()>& condition) {
-  const TimePoint limit = Clock::steady().now() + 30s;
+  const TimePoint limit = later(Clock::steady().now(), 30s);
   while (!condition()) {
     if (Clock::steady().now() > limit) return false;
     std::this_thread::sleep_for(100us);

@@ -175,7 +175,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   bool is_fast = false;
   int fast_looks = 0;
   for (;;) {
-    const TimePoint look = start + (is_fast ? kPatience : kLook);
+    const TimePoint look = later(start, is_fast ? kPatience : kLook);
     for (; now < look; now = clock.now()) {
       for (int i = 0; i < (is_fast ? kPauses : 1); ++i) spin_pause();
     }

@@ -39,6 +39,7 @@ RULES = {
     "reader": "files are read by one reader",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
+    "time-sum": "no plain sum of a time and a duration: later()",
 }
 
 
@@ -219,6 +220,25 @@ def check_phrases(file, _):
         yield Finding(file.path, file.line_at(found.start()), "phrase", f"'{phrase}': {better}")
 
 
+# A sum with a time of now, or with what is called as durations are that users give. A plain one
+# overflows where a user says "for ever".
+TIME_SUM = re.compile(r"""(?<!steady_clock::)\bnow_?(?:\(\))?\s*\+(?!\+)
+                        | (?<!\+)\+=?\s*(?:[\w.>()-]*[.>])?\w*
+                          (?:timeout|duration|lifespan|lease|(?<!with_)period|interval|delay|patience|limit)
+                          (?:_duration|_period)?_?(?:\(\))?\s*[;,)&|<>]""", re.VERBOSE)
+# Numbers that are no times, or times that end within a test or a simulation.
+NO_TIMES = ("analysis/", "bench/", "testing/", "rt_tests/", "executors/sequences/")
+
+
+def check_time_sums(file, _):
+    if (file.suffix not in CPP or file.path.startswith(NO_TIMES) or "_test." in file.name
+            or file.path == "base/time.hpp"):
+        return
+    for found in TIME_SUM.finditer(cpp_source.without_comments(file.text)):
+        yield Finding(file.path, file.line_at(found.start()), "time-sum",
+                      f"'{' '.join(found[0].split())}': later(time, duration) cannot overflow")
+
+
 def check_format(files, root):
     """One finding for each file that clang-format would change."""
     paths = [file.path for file in files if file.suffix in CPP]
@@ -313,7 +333,7 @@ def main():
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_temporary, check_output, check_readers,
-                     check_links, check_phrases):
+                     check_links, check_phrases, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -165,6 +165,22 @@ def test_rules():
             "a.md:5: there is no heading for c.md#no")
 
 
+def test_time_sums():
+    refused("plain sums of a time and a duration",
+            {"base/a.cpp": SPDX + "auto a = clock.now() + kLimit;\n"
+                                  "auto b = now + 1s;\n"
+                                  "auto c = goal.ended + options.result_timeout;\n"
+                                  "auto d = later(clock.now(), options.timeout);\n"
+                                  "auto e = kLimit + std::chrono::steady_clock::now() + kLimit;\n"
+                                  "// now() + timeout\n"
+                                  "next += period_;\n",
+             "analysis/a.cpp": SPDX + "auto a = start + period;\n"},
+            "base/a.cpp:2: 'now() +': later(time, duration) cannot overflow",
+            "base/a.cpp:3: 'now +': later(time, duration) cannot overflow",
+            "base/a.cpp:4: '+ options.result_timeout;': later(time, duration) cannot overflow",
+            "base/a.cpp:8: '+= period_;': later(time, duration) cannot overflow")
+
+
 def test_phrases():
     refused("retired phrases, also over the end of a line",
             {"a.cpp": SPDX + "// The listener is\n// told of it.\n"
@@ -209,6 +225,7 @@ def test_exceptions():
 if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
+test_time_sums()
 test_phrases()
 test_format()
 test_exceptions()

@@ -12,7 +12,7 @@ namespace takt {
 namespace {
 
 dds_duration_t duration(Nanoseconds of) {
-  return of == Nanoseconds::zero() ? DDS_INFINITY : of.count();
+  return QoS::is_for_ever(of) ? DDS_INFINITY : of.count();
 }
 Nanoseconds nanoseconds(dds_duration_t of) {
   return of == DDS_INFINITY ? Nanoseconds::zero() : Nanoseconds(of);

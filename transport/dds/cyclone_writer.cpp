@@ -61,7 +61,7 @@ class CycloneWriter final : public CycloneEndpoint {
               policy_name(status.last_policy_id));
         });
     make(&dds_create_writer, endpoint_.qos.depth, listener);
-    if (is_shared()) is_known_at_ = Clock::steady().now() + kHearsayTime;
+    if (is_shared()) is_known_at_ = later(Clock::steady().now(), kHearsayTime);
   }
 
   ~CycloneWriter() override {

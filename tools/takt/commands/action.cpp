@@ -251,7 +251,7 @@ class GoalRun {
   template <class Done, class GivesUp>
   bool serve(Done is_done, double limit_s, GivesUp gives_up) {
     const TimePoint end =
-        Clock::steady().now() + Nanoseconds(static_cast<std::int64_t>(limit_s * 1e9));
+        later(Clock::steady().now(), Nanoseconds(static_cast<std::int64_t>(limit_s * 1e9)));
     while (!is_done()) {
       for (const auto& entity : wait_set_.wait(std::chrono::milliseconds(20))) {
         for (Slot slot; entity->take(slot); slot = {}) entity->execute(slot);

@@ -213,7 +213,7 @@ void list(const Options& options) {
       silent.push_back(whose);
     }
   }
-  const TimePoint end = Clock::steady().now() + options.limit();
+  const TimePoint end = later(Clock::steady().now(), options.limit());
   json rows = json::array();
   for (const auto& [node, call] : calls) {
     auto answer = caller.receive(call, std::max(end - Clock::steady().now(), Nanoseconds::zero()));

@@ -62,7 +62,7 @@ void call(const Options& options) {
                        });
   const ByteBuffer message = write_message(request, options.request, client.header());
   const Nanoseconds limit(static_cast<std::int64_t>(options.timeout_s * 1e9));
-  const TimePoint end = Clock::steady().now() + limit;
+  const TimePoint end = later(Clock::steady().now(), limit);
   while (!client.service_is_ready()) {
     if (Clock::steady().now() > end) {
       throw Error(fmt::format("service '{}' has no server", name),

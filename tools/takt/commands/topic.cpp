@@ -301,7 +301,7 @@ void pub(const Options& options) {
       write_message(TypeFinder(observer).require(options.type), options.message);
   const auto publisher =
       observer.node().create_generic_publisher(absolute(options.topic), options.type, QoS(10));
-  const TimePoint end = Clock::steady().now() + std::chrono::seconds(3);
+  const TimePoint end = later(Clock::steady().now(), std::chrono::seconds(3));
   while (publisher->subscription_count() == 0) {
     if (Clock::steady().now() > end) {
       if (options.rate_hz != 0) break;  // a subscription may appear later

@@ -12,7 +12,7 @@ std::vector<std::string> Caller::find(const std::string& ending) {
 }
 
 bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limit) {
-  const TimePoint end = Clock::steady().now() + limit;
+  const TimePoint end = later(Clock::steady().now(), limit);
   while (!condition()) {
     if (Clock::steady().now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -64,7 +64,7 @@ class Caller {
   /// Returns an empty answer if there is none in time, or the server goes.
   template <class S>
   typename Client<S>::Answer receive(const Call<S>& call, Nanoseconds limit) {
-    const TimePoint end = Clock::steady().now() + limit;
+    const TimePoint end = later(Clock::steady().now(), limit);
     while (!call.answer.ready() && Clock::steady().now() < end) {
       executor_->spin_until_future_complete(call.answer, std::chrono::milliseconds(100));
       if (!call.client->service_is_ready()) break;
@@ -92,7 +92,7 @@ class Caller {
   [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
 
   const std::chrono::steady_clock::time_point discovered_ =
-      std::chrono::steady_clock::now() + std::chrono::milliseconds(500);
+      later(std::chrono::steady_clock::now(), std::chrono::milliseconds(500));
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Node> node_;
   std::unique_ptr<Executor> executor_ = executors().make("events", {.name = "call"});

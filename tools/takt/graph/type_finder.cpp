@@ -97,7 +97,7 @@ const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::str
 std::optional<TypeDescription> TypeFinder::ask(const std::string& service, const std::string& type,
                                                const std::string& hash) {
   const auto client = observer_.node().create_client<GetTypeDescription>(service);
-  const TimePoint end = Clock::steady().now() + kPatience;
+  const TimePoint end = later(Clock::steady().now(), kPatience);
   while (!client->service_is_ready()) {
     if (Clock::steady().now() > end) return {};
     std::this_thread::sleep_for(5ms);

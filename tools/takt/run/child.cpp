@@ -34,7 +34,7 @@ constexpr auto kMatchLimit = 10s;
 /// Waits until each publisher and subscription has discovered as many matching endpoints as the
 /// parent has counted.
 void wait_for_matches(const Container& container, const json& wanted) {
-  const TimePoint limit = Clock::steady().now() + kMatchLimit;
+  const TimePoint limit = later(Clock::steady().now(), kMatchLimit);
   for (;;) {
     const std::vector<EndpointState> endpoints = container.endpoints();
     const EndpointState* lonely = nullptr;
@@ -112,7 +112,7 @@ class Child {
       container_.start([failed = failed_] { eventfd_write(failed, 1); });
     } else if (word == "release") {
       container_.release();
-      check_ = Clock::steady().now() + kDiscoveryTime;
+      check_ = later(Clock::steady().now(), kDiscoveryTime);
     } else if (word == "hold") {
       check_ = kNever;
       guard_.ends(0);

@@ -140,7 +140,7 @@ void EndGuard::watch(const EndSignals* signals) {
     if (!waits) {
       limit = kNever;
     } else if (limit == kNever) {
-      limit = now + kConstructorLimit;
+      limit = later(now, kConstructorLimit);
       rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
                     signal_ != 0 ? name_of_signal(signal_) : "the run is over",
                     constructor_of(component), kConstructorLimit.count());

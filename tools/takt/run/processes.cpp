@@ -39,7 +39,7 @@ constexpr auto kDrainLimit = 5s;
 /// Waits for this time and returns 0, or returns a signal when it arrives.
 int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
   const Progress progress(duration);
-  TimePoint check = Clock::steady().now() + kDiscoveryTime;
+  TimePoint check = later(Clock::steady().now(), kDiscoveryTime);
   pollfd events{signals.fd(), POLLIN, 0};
   for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
     if (now >= check) {
@@ -84,7 +84,7 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
 
 /// Waits until all messages are served, or the time is over; returns the state of all processes.
 std::vector<json> drain(Supervisor& supervisor, const Countable& is_countable) {
-  const TimePoint limit = Clock::steady().now() + kDrainLimit;
+  const TimePoint limit = later(Clock::steady().now(), kDrainLimit);
   std::vector<json> before;
   for (;;) {
     std::vector<json> now = supervisor.ask("status");

@@ -32,7 +32,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  TimePoint end() const { return duration_ == Nanoseconds::zero() ? kNever : start_ + duration_; }
+  TimePoint end() const {
+    return duration_ == Nanoseconds::zero() ? kNever : later(start_, duration_);
+  }
   /// Prints the progress; returns the time until the next call.
   Nanoseconds show(TimePoint now) const {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;

@@ -108,7 +108,7 @@ Supervisor::~Supervisor() {
   for (const auto& child : children_) {
     if (child->channel) child->channel->finish();  // a child that still runs sees this end
   }
-  const TimePoint limit = Clock::steady().now() + kConstructorLimit;
+  const TimePoint limit = later(Clock::steady().now(), kConstructorLimit);
   bool has_said = false;
   while (end_some()) {
     const TimePoint now = Clock::steady().now();
@@ -126,7 +126,7 @@ Supervisor::~Supervisor() {
     } else if (const int signal = signals_.take(); signal != 0) {
       end_now([](const Child&) { return true; }, "a second " + name_of_signal(signal) + " arrived");
     }
-    const TimePoint next = std::min({now + 1h, limit_, unmade.empty() ? kNever : limit});
+    const TimePoint next = std::min({later(now, 1h), limit_, unmade.empty() ? kNever : limit});
     pump(next - now);
   }
 }
@@ -166,7 +166,7 @@ void Supervisor::release() {
 }
 
 void Supervisor::bound_end() {
-  limit_ = Clock::steady().now() + kSharedMemoryEndLimit;
+  limit_ = later(Clock::steady().now(), kSharedMemoryEndLimit);
 }
 
 void Supervisor::watch(Nanoseconds duration) {
@@ -373,7 +373,7 @@ void Supervisor::handle_end(Child& child) {
                          (child.restart.policy == RestartOptions::Policy::on_failure && has_failed);
   std::string then = "the others continue";
   if (is_wanted && child.restarts < child.restart.most) {
-    child.restart_at = Clock::steady().now() + child.restart.delay;
+    child.restart_at = later(Clock::steady().now(), child.restart.delay);
     then = fmt::format("restart {} of {} in {}", child.restarts + 1, child.restart.most,
                        to_string(child.restart.delay));
   } else if (is_wanted) {
