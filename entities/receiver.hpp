@@ -17,7 +17,8 @@ namespace TAKT_PUBLIC takt {
 
 /// A subscription without a callback: `auto message = co_await receiver->receive()` in a coroutine
 /// gets the oldest message, or waits for the next one. Of several waiting coroutines, the first one
-/// gets it. Messages that no task waits for stay, up to the depth.
+/// gets it. Messages that no task waits for stay, up to the depth. When the receiver is dropped,
+/// the coroutines that wait get none: a TakenMessage that is false.
 ///
 /// Thread safety: every method from any thread.
 /// Real-time: as Subscription, and a lock with priority inheritance, held for a few instructions.
@@ -38,27 +39,38 @@ class Receiver : public Subscription<T> {
   using Subscription<T>::take;
   /// Hands the message over, so that nothing is left to execute.
   bool take(Slot& slot) noexcept override {
+    ReleasedMessages released;
     const std::lock_guard lock(awaited_->mutex);
-    if (awaited_->waiting.empty() || !Subscription<T>::take(slot)) return false;
-    auto& next = static_cast<typename Next::Waits&>(*awaited_->pop());
-    next.message = slot.message;
-    next.runner->resume_later(next);
+    if (awaited_->waiting.empty()) return false;
+    slot.message = this->take_message(slot.more, released);
+    if (slot.message == nullptr) return false;
+    static_cast<Envelope&>(slot) = slot.message->envelope;
+    awaited_->resume_first(slot.message);
     slot.more = slot.more && !awaited_->waiting.empty();
     return true;
   }
   void execute(Slot&) override {}
   void discard(Slot&) noexcept override {}
+  void retire() noexcept override {
+    Subscription<T>::retire();
+    const std::lock_guard lock(awaited_->mutex);
+    awaited_->is_over = true;
+    while (!awaited_->waiting.empty()) awaited_->resume_first(nullptr);
+  }
 
  private:
   // Lives as long as a task waits.
   struct Awaited {
     PiMutex mutex;
     WaitingList waiting;
+    bool is_over = false;  // no more messages come
     std::atomic<std::size_t> count{0};
 
-    Waiting* pop() noexcept {
+    void resume_first(MessageBlock* message) noexcept {
       count.fetch_sub(1);
-      return waiting.pop();
+      auto& next = static_cast<typename Next::Waits&>(*waiting.pop());
+      next.message = message;
+      next.runner->resume_later(next);
     }
   };
   const std::shared_ptr<Awaited> awaited_;
@@ -84,11 +96,14 @@ class Receiver<T>::Next {
   bool await_suspend(std::coroutine_handle<Promise> coroutine) noexcept {
     awaited_ = receiver_.awaited_;
     const std::shared_ptr<Awaited> awaited = awaited_;  // `this` may be gone after the lock
+    ReleasedMessages released;
     const std::lock_guard lock(awaited->mutex);
     bool more;
-    if (awaited->waiting.empty() && (waits_.message = receiver_.take_message(more)) != nullptr) {
+    if (awaited->waiting.empty() &&
+        (waits_.message = receiver_.take_message(more, released)) != nullptr) {
       return false;
     }
+    if (awaited->is_over) return false;
     waits_.suspend(coroutine);
     awaited->waiting.push(waits_);
     awaited->count.fetch_add(1);
@@ -97,6 +112,7 @@ class Receiver<T>::Next {
   }
   TakenMessage<T> await_resume() noexcept {
     MessageBlock* block = std::exchange(waits_.message, nullptr);
+    if (block == nullptr) return {};
     return {block, static_cast<const T*>(block->payload())};
   }
 

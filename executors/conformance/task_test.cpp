@@ -347,6 +347,36 @@ TEST_P(ConformanceTask, TheSteadyStateAllocatesNothing) {
   }
 }
 
+// The coroutine waited for ever, and its timer or service was dead.
+TEST_P(ConformanceTask, AReceiverThatIsDroppedEndsTheWait) {
+  if (is_frozen()) GTEST_SKIP() << "a static executor lets nothing go";
+  auto receiver = node_->create_receiver<Number>("numbers", 5);
+  Receiver<Number>* const as_long_as_it_lives = receiver.get();
+  const auto group = node_->create_callback_group("other", CallbackGroupType::MutuallyExclusive);
+  const auto timer = node_->create_timer("timer", 10ms, [&]() -> Task<> {
+    if (receiver == nullptr) co_return note("runs again");
+    const auto message = co_await as_long_as_it_lives->receive();
+    note(message ? "message" : "none");
+  });
+  const auto second = node_->create_timer(
+      "second", 10ms,
+      [&]() -> Task<> {
+        if (receiver == nullptr) co_return;
+        const auto message = co_await as_long_as_it_lives->receive();
+        note(message ? "message" : "none");
+      },
+      group);
+  executor_->add_node(node_);
+  clock_.advance(10ms);
+  executor_->spin_all();
+  receiver.reset();
+  executor_->spin_all();
+  EXPECT_THAT(trace_, ElementsAre("none", "none"));
+  clock_.advance(10ms);
+  executor_->spin_all();
+  EXPECT_THAT(trace_, ElementsAre("none", "none", "runs again"));
+}
+
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceTask);
 
 }  // namespace
