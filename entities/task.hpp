@@ -3,6 +3,7 @@
 #ifndef TAKT_ENTITIES_TASK_HPP_
 #define TAKT_ENTITIES_TASK_HPP_
 
+#include <atomic>
 #include <concepts>
 #include <coroutine>
 #include <cstddef>
@@ -65,12 +66,18 @@ class [[nodiscard]] Task;
 struct TaskPromiseBase : TaskContext {
   std::coroutine_handle<> continuation;
   std::exception_ptr failure;
+  // The task ends, or the one that awaits it begins to wait: the second one sees that the first one
+  // has come, and goes on with the one that awaits. If the task has ended at once, that has not
+  // even waited, so a loop of such tasks needs no more stack than one of them.
+  std::atomic<bool> has_met{false};
 
   struct Continue {
     bool await_ready() const noexcept { return false; }
     template <class Promise>
     std::coroutine_handle<> await_suspend(std::coroutine_handle<Promise> ended) const noexcept {
-      return ended.promise().continuation;
+      TaskPromiseBase& promise = ended.promise();
+      if (promise.has_met.exchange(true)) return promise.continuation;
+      return std::noop_coroutine();
     }
     void await_resume() const noexcept {}
   };
@@ -123,11 +130,15 @@ class [[nodiscard]] Task {
     explicit Awaiter(std::coroutine_handle<promise_type> coroutine) noexcept
         : coroutine_(coroutine) {}
     bool await_ready() const noexcept { return false; }
+    // Not inline, as a compiler may keep local variables of the inlined one in the frame, which
+    // another thread may free when both have met.
     template <class Promise>
-    std::coroutine_handle<> await_suspend(std::coroutine_handle<Promise> awaiting) noexcept {
-      coroutine_.promise().continuation = awaiting;
-      coroutine_.promise().runner = awaiting.promise().runner;
-      return coroutine_;
+    [[gnu::noinline]] bool await_suspend(std::coroutine_handle<Promise> awaiting) noexcept {
+      promise_type& promise = coroutine_.promise();
+      promise.continuation = awaiting;
+      promise.runner = awaiting.promise().runner;
+      coroutine_.resume();
+      return !promise.has_met.exchange(true);
     }
     T await_resume() { return coroutine_.promise().result(); }
 

@@ -377,6 +377,27 @@ TEST_P(ConformanceTask, AReceiverThatIsDroppedEndsTheWait) {
   EXPECT_THAT(trace_, ElementsAre("none", "none", "runs again"));
 }
 
+Task<std::uintptr_t> where_it_runs() {
+  co_return reinterpret_cast<std::uintptr_t>(__builtin_frame_address(0));
+}
+
+// Each task that ended at once went on with the one that awaited it on top of its own frame, where
+// the compiler made no tail calls: a loop of them overflowed the stack.
+TEST_P(ConformanceTask, ALoopOfTasksThatEndAtOnceNeedsNoMoreStack) {
+  std::uintptr_t lowest = UINTPTR_MAX, highest = 0;
+  const auto timer = node_->create_timer("timer", 10ms, [&]() -> Task<> {
+    for (int i = 0; i < 100'000; ++i) {
+      const std::uintptr_t frame = co_await where_it_runs();
+      lowest = std::min(lowest, frame);
+      highest = std::max(highest, frame);
+    }
+  });
+  executor_->add_node(node_);
+  clock_.advance(10ms);
+  executor_->spin_all();
+  EXPECT_LT(highest - lowest, 10'000u);
+}
+
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceTask);
 
 }  // namespace
