@@ -5,10 +5,12 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 
 #include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/guard_condition.hpp"
 #include "takt/entities/timer.hpp"
@@ -45,9 +47,13 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
  private:
   void happened() noexcept override { trigger(); }
   void report_status() {
-    const Status status = events_->status(reported_);
-    if (!differs(status)) return;
-    reported_ = status;
+    Status status;
+    {
+      const std::lock_guard lock(mutex_);
+      status = events_->status(reported_);
+      if (!differs(status)) return;
+      reported_ = status;
+    }
     callback_(status);
   }
   static bool differs(const MatchedStatus& status) noexcept {
@@ -63,7 +69,8 @@ class QosEvent final : public GuardCondition, EndpointEvents::Listener {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
-  Status reported_;  // in the last callback
+  PiMutex mutex_;    // in a reentrant group it runs on several threads
+  Status reported_;  // in the last callback; guarded by mutex_
 };
 
 /// A timer that is due when the next message should have passed; each time that none has, the
@@ -84,6 +91,7 @@ class DeadlineEvent final : public Timer {
 
   const std::shared_ptr<EndpointEvents> events_;
   const Callback callback_;
+  PiMutex mutex_;       // guards all below: in a reentrant group it runs on several threads
   TimePoint missed_{};  // the deadline that was missed last
   DeadlineMissedStatus reported_;
 };

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/qos_event.hpp"
 
+#include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -193,6 +195,52 @@ TEST_F(QosEvents, CostThePublisherNoAllocation) {
     from->publish(from->borrow_loaned_message());
   }
   EXPECT_EQ(scope.so_far().allocations, 0u);
+}
+
+// In a reentrant group two workers read and wrote at once what was reported last: changes were
+// reported twice, or never.
+TEST_F(QosEvents, ReportEachChangeOnceOnSeveralThreads) {
+  const auto group = here_->create_callback_group("reentrant", CallbackGroupType::Reentrant);
+  const auto from = publisher();
+  std::atomic<std::uint64_t> sum{0};
+  const auto event = here_->create_qos_event<MatchedStatus>(
+      *from, [&](const MatchedStatus& status) { sum += status.total_count_change; }, group);
+  constexpr std::uint64_t kMatches = 20'000;
+  std::atomic<bool> is_over{false};
+  std::vector<std::thread> workers;
+  for (int i = 0; i < 2; ++i) {
+    workers.emplace_back([&] {
+      while (!is_over) run(*event);
+    });
+  }
+  for (std::uint64_t i = 0; i < kMatches; ++i) from->events()->matched(1);
+  is_over = true;
+  for (std::thread& worker : workers) worker.join();
+  run(*event);
+  EXPECT_EQ(sum, kMatches);
+}
+
+TEST_F(QosEvents, ReportEachMissedDeadlineOnceOnSeveralThreads) {
+  const auto group = here_->create_callback_group("reentrant", CallbackGroupType::Reentrant);
+  const auto scan = subscription(QoS(10).deadline(1ms));
+  const auto from = publisher(QoS(10).deadline(1ms));
+  std::atomic<std::uint64_t> sum{0};
+  const auto event = here_->create_qos_event<DeadlineMissedStatus>(
+      *scan, [&](const DeadlineMissedStatus& status) { sum += status.total_count_change; }, group);
+  from->publish(Scan{});
+  std::atomic<bool> is_over{false};
+  std::vector<std::thread> workers;
+  for (int i = 0; i < 2; ++i) {
+    workers.emplace_back([&] {
+      while (!is_over) run(*event);
+    });
+  }
+  for (int i = 0; i < 2000; ++i) clock_.advance(1ms);
+  is_over = true;
+  for (std::thread& worker : workers) worker.join();
+  clock_.advance(1ms);
+  run(*event);
+  EXPECT_EQ(sum, 2001u);
 }
 
 }  // namespace
