@@ -127,6 +127,10 @@ void FileDescriptor::execute(Slot& slot) {
   if (callback_) callback_(static_cast<Events>(slot.events));
 }
 
+void FileDescriptor::discard(Slot&) noexcept {
+  look_again();
+}
+
 // The back end reports only new events. Only this entity knows what the callback has left unread.
 void FileDescriptor::look_again() noexcept {
   if (is_reentrant_) is_executing_.store(false);

@@ -58,6 +58,7 @@ class FileDescriptor final : public Entity, private ArrivalListener {
   Watch watch() noexcept override { return {fd_, poll_events_, this}; }
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
+  void discard(Slot& slot) noexcept override;
 
  private:
   /// From the wait back end: edges, among them some for what was read long ago.

@@ -249,5 +249,21 @@ TEST_F(FileDescriptorTest, IsTakenAndExecutedWithoutAllocating) {
   entity_->detach();
 }
 
+// An executor that takes all inputs of a period discards those that a callback has removed. In a
+// reentrant group the entity then counted as executing, and was not taken again.
+TEST_F(FileDescriptorTest, IsReadyAgainAfterWhatWasTakenIsDiscarded) {
+  group_ = std::make_shared<CallbackGroup>("reentrant", CallbackGroupType::Reentrant);
+  make(ends_[0], Events::readable);
+  entity_->attach(sink_);
+  send("abc");
+  EXPECT_EQ(taken(), Events::readable);
+  const int before = sink_.announcements;
+  entity_->discard(slot_);
+  EXPECT_EQ(sink_.announcements, before + 1);
+  EXPECT_EQ(taken(), Events::readable);
+  entity_->execute(slot_);
+  entity_->detach();
+}
+
 }  // namespace
 }  // namespace takt

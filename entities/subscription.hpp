@@ -130,10 +130,9 @@ class Subscription : public SubscriptionBase {
   /// Takes the oldest message by copy, without an executor (WaitSet). False when there is none.
   virtual bool take(T& message) {
     bool more;
-    MessageBlock* block = take_message(more);
-    if (block == nullptr) return false;
-    message = *static_cast<const T*>(block->payload());
-    block->release();
+    const HeldMessage held(take_message(more));
+    if (held == nullptr) return false;
+    message = *static_cast<const T*>(held->payload());
     return true;
   }
 };

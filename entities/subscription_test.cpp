@@ -434,5 +434,30 @@ TEST_F(SubscriptionTest, IsNotMatchedWithAPublisherThatOffersLess) {
   EXPECT_EQ(asks_same->ready_count(), 1u);
 }
 
+struct Fragile {
+  int id = 0;
+  Fragile() = default;
+  Fragile(const Fragile&) = default;
+  Fragile& operator=(const Fragile& other) {
+    if (other.id == 13) throw std::runtime_error("mine");
+    id = other.id;
+    return *this;
+  }
+};
+TAKT_MESSAGE(Fragile, "test_msgs/msg/Fragile", id);
+
+// The message was never given back when its copy threw.
+TEST(SubscriptionTakes, GivesAMessageBackWhoseCopyThrows) {
+  Node node("node");
+  const auto subscription = node.create_subscription<Fragile>("t", 1, [](const Fragile&) {});
+  const auto publisher = node.create_publisher<Fragile>("t", 1, {.loans = 1});
+  auto loan = publisher->borrow_loaned_message();
+  loan->id = 13;
+  publisher->publish(std::move(loan));
+  Fragile message;
+  EXPECT_THROW(subscription->take(message), std::runtime_error);
+  EXPECT_TRUE(publisher->borrow_loaned_message());
+}
+
 }  // namespace
 }  // namespace takt::subscription_test

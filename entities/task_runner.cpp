@@ -85,30 +85,26 @@ void Waiting::remember_chain() noexcept {
   path = dispatch->path;
 }
 
-/// The outermost coroutine of a task. At its end it destroys itself, and with it all of the task.
-struct TaskRunner::Root {
-  struct promise_type : TaskContext {
-    std::size_t place = 0;
+struct TaskRunner::Root::promise_type : TaskContext {
+  std::size_t place = 0;
 
-    struct End {
-      bool await_ready() const noexcept { return false; }
-      void await_suspend(std::coroutine_handle<promise_type> root) const noexcept {
-        TaskRunner& runner = *root.promise().runner;
-        const std::size_t ended = root.promise().place;
-        root.destroy();
-        runner.ended(ended);
-      }
-      void await_resume() const noexcept {}
-    };
-    Root get_return_object() noexcept {
-      return {std::coroutine_handle<promise_type>::from_promise(*this)};
+  struct End {
+    bool await_ready() const noexcept { return false; }
+    void await_suspend(std::coroutine_handle<promise_type> root) const noexcept {
+      TaskRunner& runner = *root.promise().runner;
+      const std::size_t ended = root.promise().place;
+      root.destroy();
+      runner.ended(ended);
     }
-    std::suspend_always initial_suspend() const noexcept { return {}; }
-    End final_suspend() const noexcept { return {}; }
-    void return_void() const noexcept {}
-    void unhandled_exception() const noexcept { *failure_ = std::current_exception(); }
+    void await_resume() const noexcept {}
   };
-  std::coroutine_handle<promise_type> coroutine;
+  Root get_return_object() noexcept {
+    return {std::coroutine_handle<promise_type>::from_promise(*this)};
+  }
+  std::suspend_always initial_suspend() const noexcept { return {}; }
+  End final_suspend() const noexcept { return {}; }
+  void return_void() const noexcept {}
+  void unhandled_exception() const noexcept { *failure_ = std::current_exception(); }
 };
 
 TaskRunner::Root TaskRunner::run(Task<> task) {
@@ -152,8 +148,7 @@ void TaskRunner::give_back() noexcept {
   if (task_owner_ != nullptr && !is_retired_) task_owner_->task_ended();
 }
 
-void TaskRunner::begin(Task<> task) {
-  const Root root = run(std::move(task));
+void TaskRunner::begin(Root root) {
   {
     const std::lock_guard lock(mutex_);
     const auto place = std::find(tasks_.begin(), tasks_.end(), nullptr);

@@ -66,9 +66,9 @@ class TaskRunner : public Entity {
   /// Begins the task that `make` returns, for which a place is reserved. Throws what they throw.
   template <std::invocable Make>
   void start(Make&& make) {
-    begin([&]() -> Task<> {
+    begin([&] {
       try {
-        return make();
+        return run(make());
       } catch (...) {
         give_back();
         throw;
@@ -98,9 +98,13 @@ class TaskRunner : public Entity {
   void keep(std::shared_ptr<Entity> owner) noexcept;
 
  private:
-  struct Root;
-  void begin(Task<> task);
+  /// The outermost coroutine of a task. At its end it destroys itself, and with it all of the task.
+  struct Root {
+    struct promise_type;
+    std::coroutine_handle<promise_type> coroutine;
+  };
   static Root run(Task<> task);
+  void begin(Root root);
   void go_on(std::coroutine_handle<> coroutine);
   void ended(std::size_t place) noexcept;
   void leave() noexcept;

@@ -157,13 +157,13 @@ std::string Node::timeout_name(std::string_view service) {
 }
 
 std::shared_ptr<Entity> Node::adopt_entity(std::shared_ptr<Entity> entity) {
-  add(entity);
-  Entity* const address = entity.get();
-  return std::shared_ptr<Entity>(address, [entity = std::move(entity)](Entity*) mutable {
+  std::shared_ptr<Entity> handle(entity.get(), [entity](Entity*) mutable {
     Entity& retiring = *entity;
     retiring.retire();
     retiring.retired(std::move(entity));
   });
+  add(entity);  // when an executor refuses it, it leaves those that have taken it
+  return handle;
 }
 
 void Node::add(const std::shared_ptr<Entity>& entity) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -363,6 +364,38 @@ TEST(NodeListeners, OwnANodeOneAtATime) {
   EXPECT_TRUE(node->belongs_to(&first));
   node->release(&first);
   EXPECT_TRUE(node->claim(&second));
+}
+
+/// An executor that takes entities, or one that refuses them.
+class TakingListener final : public NodeListener {
+ public:
+  explicit TakingListener(bool refuses) : refuses_(refuses) {}
+  void entity_added(Node&, const std::shared_ptr<Entity>& entity) override {
+    if (refuses_) throw Error("refused");
+    sink.emplace(entity);
+  }
+  void group_added(Node&, const std::shared_ptr<CallbackGroup>&) override {}
+  void parameters_changed(Node&) override {}
+
+  std::optional<OwningSink> sink;
+
+ private:
+  const bool refuses_;
+};
+
+// An entity that a second executor refuses stayed with the first one, which kept its callback.
+TEST(Node, TakesAnEntityBackThatOneOfItsExecutorsRefuses) {
+  const auto node = make_node("node");
+  TakingListener first(false), second(true);
+  node->add_listener(first);
+  node->add_listener(second);
+  const auto owned = std::make_shared<int>(1);
+  EXPECT_THROW(node->create_guard_condition("guard", [owned] {}), Error);
+  EXPECT_THAT(first.sink->trace, ElementsAre("expect remove", "remove"));
+  EXPECT_EQ(owned.use_count(), 1);
+  EXPECT_THAT(node->entities(), IsEmpty());
+  node->remove_listener(first);
+  node->remove_listener(second);
 }
 
 }  // namespace
