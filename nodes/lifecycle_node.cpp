@@ -56,7 +56,10 @@ TransitionResult LifecycleNode::request(Request which, const std::string& name) 
   }
   const struct End {  // whatever throws
     std::atomic<bool>& is_changing;
-    ~End() { is_changing.store(false); }
+    ~End() {
+      is_changing.store(false);
+      is_changing.notify_all();
+    }
   } end{is_changing_};
   const LifecycleState before = get_current_state();
   const LifecycleTransition* transition = find_transition(before, which);
@@ -74,6 +77,22 @@ TransitionResult LifecycleNode::request(Request which, const std::string& name) 
                     label(result.state), describe_transitions(result.state));
   }
   return result;
+}
+
+void LifecycleNode::bring_down() {
+  bool has_failed = false, is_over = false;
+  while (!is_over) {
+    is_changing_.wait(true);
+    const LifecycleState state = get_current_state();
+    if (state == LifecycleState::finalized) return;
+    const std::string_view next = has_failed                          ? "shutdown"
+                                  : state == LifecycleState::active   ? "deactivate"
+                                  : state == LifecycleState::inactive ? "cleanup"
+                                                                      : "shutdown";
+    const TransitionResult result = trigger_transition(next);
+    has_failed |= result.returned && !result;
+    is_over = result.returned && next == "shutdown";  // its on_error may not finalize the node
+  }
 }
 
 // 1. The node leaves its state. If that was `active`, the managed entities come to rest.

@@ -76,6 +76,10 @@ class LifecycleNode : public Node {
   TransitionResult trigger_transition(std::string_view label);
   TransitionResult trigger_transition(TransitionId id);
 
+  /// Leads the node to `finalized`, as a manager does at the end: deactivate, cleanup, shutdown; or
+  /// shutdown at once where one of these fails. Waits for the transition of another thread.
+  void bring_down();
+
   /// During a transition: its transition state.
   LifecycleState get_current_state() const noexcept { return state_.load(); }
 

@@ -43,6 +43,21 @@ const std::map<std::string, TestNode::Action> kActions{
     {"exception", []() -> CallbackReturn { throw std::runtime_error("no such device"); }},
     {"exception of another type", []() -> CallbackReturn { throw 1; }}};
 
+TEST(LifecycleNode, IsBroughtDownFromEveryStateWhateverItsCallbacksReturn) {
+  for (const LifecycleState state : {unconfigured, inactive, active, finalized}) {
+    for (const auto& [outcome, action] : kActions) {
+      for (const LifecycleState fails : {deactivating, cleaningup, shuttingdown}) {
+        const auto node = std::make_shared<TestNode>();
+        node->go_to(state);
+        node->actions[fails] = action;
+        node->bring_down();
+        EXPECT_EQ(node->get_current_state(), finalized)
+            << label(state) << ", " << label(fails) << ": " << outcome;
+      }
+    }
+  }
+}
+
 TEST(LifecycleNode, GoesThroughEveryRowOfTheTableWithEveryOutcome) {
   for (const Row& row : kTable) {
     for (const auto& [outcome, action] : kActions) {
