@@ -1,6 +1,8 @@
 // takt lifecycle: shows and changes the state of lifecycle nodes.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <memory>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,6 +12,7 @@
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_available_transitions.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
+#include "takt/nodes/lifecycle_state_machine.hpp"
 
 #include "commands.hpp"
 #include "graph/service_call.hpp"
@@ -36,16 +39,25 @@ std::string state_of(Caller& caller, const std::string& node) {
       .current_state.label;
 }
 
-std::vector<std::string> transitions_of(Caller& caller, const std::string& node) {
+auto transitions_of(Caller& caller, const std::string& node) {
+  return caller
+      .call<lm::GetAvailableTransitions>(service_of(node, "/get_available_transitions"), {},
+                                         called(node))
+      .available_transitions;
+}
+
+std::vector<std::string> labels_of(const auto& transitions) {
   std::vector<std::string> labels;
-  for (const auto& description :
-       caller
-           .call<lm::GetAvailableTransitions>(service_of(node, "/get_available_transitions"), {},
-                                              called(node))
-           .available_transitions) {
-    labels.push_back(description.transition.label);
-  }
+  for (const auto& description : transitions) labels.push_back(description.transition.label);
   return labels;
+}
+
+// Where it leads when it succeeds.
+std::string_view state_after(const lifecycle_msgs::msg::TransitionDescription& transition) {
+  const LifecycleTransition* known = find_transition(
+      static_cast<LifecycleState>(transition.start_state.id), transition.transition.label);
+  return known != nullptr ? label(find_result(known->goal, CallbackReturn::SUCCESS).goal)
+                          : std::string_view(transition.goal_state.label);
 }
 
 void list(const Options& options) {
@@ -54,7 +66,7 @@ void list(const Options& options) {
   Table table({"node", "state", "can"});
   for (const std::string& node : caller.find("/change_state")) {
     const std::string state = state_of(caller, node);
-    const std::vector<std::string> can = transitions_of(caller, node);
+    const std::vector<std::string> can = labels_of(transitions_of(caller, node));
     table.add({"/" + node, state, fmt::format("{}", fmt::join(can, ", "))});
     rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can}});
   }
@@ -70,23 +82,27 @@ void get(const Options& options) {
 
 void set(const Options& options) {
   Caller caller(options.domain);
-  const std::vector<std::string> can = transitions_of(caller, options.node);
+  const auto transitions = transitions_of(caller, options.node);
+  const std::vector<std::string> can = labels_of(transitions);
   lm::ChangeState::Request request;
   request.transition.label = options.transition;
-  if (std::find(can.begin(), can.end(), options.transition) == can.end()) {
+  const auto possible = std::find_if(
+      transitions.begin(), transitions.end(),
+      [&](const auto& description) { return description.transition.label == options.transition; });
+  if (possible == transitions.end()) {
     throw Error(fmt::format("'{}' is '{}' and cannot {}", options.node,
                             state_of(caller, options.node), options.transition),
                 suggest(options.transition, can));
   }
   const auto answer = caller.call<lm::ChangeState>(service_of(options.node, "/change_state"),
                                                    request, called(options.node));
-  const std::string state = state_of(caller, options.node);
   if (!answer.success) {
-    throw Error(
-        fmt::format("'{}' failed to {}; it is '{}'", options.node, options.transition, state),
-        "see its log for the reason");
+    throw Error(fmt::format("'{}' failed to {}", options.node, options.transition),
+                "see its log for the reason");
   }
-  rt::print("{}\n", printable(state));
+  // Not by another request: the answer tells that the transition has succeeded, and the node may
+  // have been unloaded since.
+  rt::print("{}\n", printable(state_after(*possible)));
 }
 
 void set_up(CLI::App* command) {
