@@ -18,20 +18,22 @@ constexpr const char* kServiceThread = "container";
 constexpr const char* kLifecycleThread = "lifecycle";
 constexpr const char* kRequestThreads = "requests";
 constexpr std::size_t kMostRequests = 3;  // that run code of users at the same time
+constexpr const char* kUnloadingThread = "loader";
 constexpr auto kDrainLimit = std::chrono::seconds(5);
 constexpr auto kShutDownLimit = std::chrono::seconds(10);
 
 }  // namespace
 
 Container::Container(const SystemDescription& description, const ContainerOverrides& overrides)
-    : description_(description), overrides_(overrides), notes_(description.notes) {
+    : description_(description), overrides_(overrides) {
+  shared_.lock()->notes = description.notes;
   if (description_.dds) {
     DdsOptions options = *description_.dds;
     options.realtime = description_.realtime;
     participant_ =
         overrides_.participant != nullptr ? overrides_.participant : Participant::create(options);
     for (const ThreadState& thread : participant_->threads()) {
-      if (!thread.refused.empty()) notes_.push_back(thread.refused);
+      note(thread.refused);
       dds_threads_.push_back({.asked = options.threads, .in_force = thread});
     }
   }
@@ -43,7 +45,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
   if (has_thread("watchdog")) {
     watchdog_ =
         std::make_shared<Watchdog>(thread("watchdog"), description_.realtime, *overrides_.clock);
-    if (!watchdog_->state().refused.empty()) notes_.push_back(watchdog_->state().refused);
+    note(watchdog_->state().refused);
   }
   make_executors();
   place_components();
@@ -53,7 +55,11 @@ Container::Container(const SystemDescription& description, const ContainerOverri
     make_manager();
     if (lifecycle_node_ != nullptr) lifecycle_services_ = manager_->serve(lifecycle_node_);
   }
-  for (const auto& loaded : components_) serve(*loaded);
+  for (const auto& loaded : loaded_components()) serve(*loaded);
+  unloading_threads_ = std::make_unique<UnloadingThreads>(
+      thread(kUnloadingThread), has_thread(kUnloadingThread)
+                                    ? description_.realtime
+                                    : std::min(description_.realtime, Realtime::prefer));
 }
 
 Container::~Container() {
@@ -64,7 +70,9 @@ Container::~Container() {
   }
   unloading_threads_.reset();
   // Destroy components before their executors, in reverse order of construction.
-  while (!components_.empty()) components_.pop_back();
+  std::vector<std::shared_ptr<Loaded>> components;
+  components.swap(shared_.lock()->components);
+  while (!components.empty()) components.pop_back();
   // Executors and users may hold nodes, and so their time source.
   if (time_source_ != nullptr) time_source_->set_host(nullptr);
 }
@@ -150,9 +158,11 @@ std::vector<std::string> Container::executor_names() const {
 }
 
 void Container::place_components() {
-  for (const auto& loaded : components_) place(*loaded);
+  for (const auto& loaded : loaded_components()) place(*loaded);
   if (!overrides_.executor.empty()) return;
-  for (std::string& error : too_much_for_executors()) errors_.push_back(std::move(error));
+  for (std::string& error : too_much_for_executors(*shared_.lock())) {
+    errors_.push_back(std::move(error));
+  }
   check_listed_callbacks();
 }
 
@@ -219,7 +229,7 @@ void Container::make_lifecycle() {
   if (lifecycle.manager.empty() || lifecycle.manager == description_.name) {
     lifecycle_ = std::make_unique<LifecycleManager>(*lifecycle_node_, lifecycle);
   }
-  for (const auto& loaded : components_) {
+  for (const auto& loaded : loaded_components()) {
     const std::string& name = loaded->node()->fully_qualified_name();
     const bool is_managed = std::any_of(lifecycle.bring_up.begin(), lifecycle.bring_up.end(),
                                         [&](const auto& managed) { return managed.name == name; });
@@ -251,8 +261,8 @@ bool Container::handle(const FailedCallback& failed) {
     }
   }
   {
-    const std::lock_guard lock(mutex_);
-    if (const auto loaded = find(node)) {
+    const auto shared = shared_.lock();
+    if (const auto loaded = shared->find(node)) {
       policy = loaded->description.on_exception;
       loaded->has_failed = policy == OnException::remove_node;
     }
@@ -271,8 +281,8 @@ bool Container::handle(const FailedCallback& failed) {
 void Container::displace_failed() {
   std::vector<std::shared_ptr<Loaded>> failed;
   {
-    const std::lock_guard lock(mutex_);
-    for (const auto& loaded : components_) {
+    const auto shared = shared_.lock();
+    for (const auto& loaded : shared->components) {
       if (std::exchange(loaded->has_failed, false)) failed.push_back(loaded);
     }
   }
@@ -290,9 +300,6 @@ void Container::displace_failed() {
 // ---- Life ----
 
 void Container::start(std::function<void()> on_failure) {
-  const auto note = [this](const std::string& refused) {
-    if (!refused.empty()) notes_.push_back(refused);
-  };
   if (description_.lock_memory) note(lock_memory(description_.realtime));
   if (description_.cpu_dma_latency_us) {
     dma_latency_.emplace(*description_.cpu_dma_latency_us, description_.realtime);
@@ -328,17 +335,18 @@ void Container::start(std::function<void()> on_failure) {
 
 void Container::release() {
   // The constructors created the timers at different times; now all start together.
-  {
-    const std::lock_guard lock(mutex_);
-    for (const auto& loaded : components_) {
-      for (const auto& entity : loaded->node()->entities()) {
-        if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
-      }
+  for (const auto& loaded : loaded_components()) {
+    for (const auto& entity : loaded->node()->entities()) {
+      if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
     }
   }
   for (const auto& running : executors_) running->executor->release_timers(true);
   if (lifecycle_ != nullptr) lifecycle_->bring_up();
   begin_counting();
+}
+
+void Container::note(std::string text) {
+  if (!text.empty()) shared_.lock()->notes.push_back(std::move(text));
 }
 
 std::size_t Container::pending() const noexcept {
@@ -389,8 +397,7 @@ void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
     std::string error =
         Error(fmt::format("topic '{}' must match: {}", name, reason), "", where).what();
     log(LogLevel::error, "{}", error);
-    const std::lock_guard lock(mutex_);
-    failures_.push_back(std::move(error));
+    shared_.lock()->failures.push_back(std::move(error));
   }
 }
 
@@ -404,23 +411,46 @@ void Container::hold() {
   }
 }
 
+// Which no manager has led there: they are not under `bring_up`, or it could not reach them. In the
+// reverse order of construction, as the manager does.
+void Container::bring_down_rest() {
+  std::vector<std::shared_ptr<Loaded>> left = loaded_components();
+  std::erase_if(left, [](const auto& loaded) {
+    const LifecycleNode* node = loaded->lifecycle();
+    return node == nullptr || node->get_current_state() == LifecycleState::finalized;
+  });
+  if (left.empty()) return;
+  const auto done = unloading_threads_->run([left] {
+    for (auto loaded = left.rbegin(); loaded != left.rend(); ++loaded) {
+      (*loaded)->lifecycle()->bring_down();
+    }
+  });
+  done.wait_for(kShutDownLimit);
+  for (const auto& loaded : left) {
+    if (loaded->lifecycle()->get_current_state() == LifecycleState::finalized) continue;
+    note(fmt::format("lifecycle: {} was not shut down", loaded->node()->fully_qualified_name()));
+  }
+}
+
 void Container::shut_down() {
   if (lifecycle_ == nullptr) return;
   for (const std::string& name : lifecycle_->shut_down(kShutDownLimit)) {
-    notes_.push_back(fmt::format("lifecycle: {} was not shut down", name));
+    note(fmt::format("lifecycle: {} was not shut down", name));
   }
 }
 
 void Container::stop() {
   if (!drain()) {
-    notes_.push_back(fmt::format("messages were still in transit {} s after the last timer",
-                                 kDrainLimit.count()));
+    note(fmt::format("messages were still in transit {} s after the last timer",
+                     kDrainLimit.count()));
   }
+  bring_down_rest();
   for (const auto& running : executors_) running->executor->cancel();
   for (const auto& running : executors_) {
     if (running->thread.joinable()) running->thread.join();
   }
-  for (const auto& loaded : components_) complete(*loaded);
+  // One that is being unloaded may complete and leave the list meanwhile.
+  for (const auto& loaded : loaded_components()) complete(*loaded);
   for (const auto& running : executors_) {
     if (running->exception != nullptr) std::rethrow_exception(running->exception);
   }

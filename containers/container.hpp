@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "takt/base/pi_mutex.hpp"
+#include "takt/base/guarded.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
@@ -54,7 +54,7 @@ struct ContainerOverrides {
 /// - `watchdog`: reports a missed deadline at the moment it is missed
 /// - `container`, and three `requests`: serve requests, see ComponentManager
 /// - `lifecycle`: brings up and monitors lifecycle nodes, see LifecycleManager
-/// - `loader`: waits for the running callbacks of an unloaded component
+/// - `loader`: brings down an unloaded component, and waits for its running callbacks
 ///
 /// A component that is part of a chain and names no executor goes to the executor that Takt assigns
 /// to the chain. A thread or an executor in the file with the name of a chain replaces the assigned
@@ -90,10 +90,10 @@ class Container {
   /// Number of callbacks that are ready or running.
   std::size_t pending() const noexcept;
   /// Shuts down the lifecycle nodes that this process manages, which may be in any process of the
-  /// system: so call it before any container stops. If it is not called, stop() leaves their state
-  /// as it is.
+  /// system: so call it before any container stops.
   void shut_down();
-  /// Serves pending callbacks, then stops the executors. Rethrows the exception of a callback.
+  /// Serves pending callbacks, brings down the lifecycle nodes that are not finalized, within 10 s,
+  /// then stops the executors. Rethrows the exception of a callback.
   void stop();
 
   /// Constructs a component and adds it to the executor that it names, else to `default`, else to
@@ -103,9 +103,9 @@ class Container {
   /// components keep running, however long the constructor takes.
   /// Thread safety: from one thread at a time, not necessarily the control thread.
   LoadedComponent load(ComponentDescription component);
-  /// Removes a component from its executors, waits for its running callbacks, and destroys it.
-  /// Throws Error if the id is unknown, or if a callback still runs after `limit`; then the
-  /// component is destroyed when that callback returns.
+  /// Brings a lifecycle node down, removes the component from its executors, waits for its running
+  /// callbacks, and destroys it. Throws Error if the id is unknown, or if a callback still runs
+  /// after `limit`; then the component is destroyed when that callback returns.
   /// Thread safety: as load; not from one of the component's own callbacks.
   void unload(std::uint64_t id, Nanoseconds limit = std::chrono::seconds(5));
   /// Thread safety: from any thread.
@@ -120,7 +120,7 @@ class Container {
   std::vector<EndpointState> endpoints() const;
 
   /// The chains of this process, and the executors and priorities assigned to them.
-  const Plan& plan() const noexcept { return plan_; }
+  Plan plan() const { return shared_.lock()->plan; }
   /// The description from the file, completed with the assigned executors and threads.
   const SystemDescription& description() const noexcept { return description_; }
   /// The name of the executor that runs the group.
@@ -137,6 +137,17 @@ class Container {
   struct RunningExecutor;
   struct Loaded;
   using Errors = std::vector<std::string>;
+  /// What requests and other threads change, also during and after stop().
+  struct Shared {
+    std::vector<std::shared_ptr<Loaded>> components;
+    Plan plan;
+    std::uint64_t last_id = 0;
+    std::vector<std::string> notes, failures;
+
+    std::shared_ptr<Loaded> find(std::string_view name) const;  // nullptr: there is none
+    /// Returns what must be destroyed without the lock.
+    [[nodiscard]] std::vector<Plan::Callback> forget(const Loaded& loaded);
+  };
 
   void make_components();
   std::unique_ptr<Component> construct(const ComponentDescription& component,
@@ -158,15 +169,20 @@ class Container {
   Executor& make_own_executor(const char* name, std::size_t threads = 1);
   std::string own_name(const char* ending) const;
   void serve(Loaded& loaded);
-  Errors too_much_for_executors() const;
+  std::string executor_of(const Shared& shared, const Node& node, const CallbackGroup& group) const;
+  double utilisation_of(const Shared& shared, const std::string& executor) const;
+  Errors too_much_for_executors(const Shared& shared) const;
   void add_callbacks(const Loaded& loaded, ModelledProcess& process) const;
   Errors lost_guarantees(const Loaded& loaded) const;
   void check_listed_callbacks();
   void place(const Loaded& loaded);
   void displace(Loaded& loaded);
-  std::shared_ptr<Loaded> find(std::string_view name) const;
-  void forget(const Loaded& loaded);
+  std::vector<std::shared_ptr<Loaded>> loaded_components() const;
+  void check_removable(const Loaded& loaded) const;
+  void remove(const std::shared_ptr<Loaded>& loaded);
+  void bring_down_rest();
   void complete(Loaded& loaded);
+  void note(std::string text);
   void displace_failed();
   RunningExecutor& add(const std::string& name, std::unique_ptr<Executor> executor);
   Executor& executor_for(const std::string& name);
@@ -181,18 +197,13 @@ class Container {
   SystemDescription description_;  // completed with what Takt assigns
   const ContainerOverrides overrides_;
   Errors errors_;  // of the set-up, before start
-  std::vector<std::string> notes_;
-  std::vector<std::string> failures_;  // guarded by mutex_
   bool has_checked_matches_ = false;
   std::shared_ptr<Participant> participant_;
   std::vector<ThreadStatistics> dds_threads_;
   std::shared_ptr<Watchdog> watchdog_;
   std::vector<std::unique_ptr<RunningExecutor>> executors_;
-  mutable PiMutex mutex_;  // guards the next three after start
-  std::vector<std::shared_ptr<Loaded>> components_;
-  Plan plan_;
-  std::uint64_t last_id_ = 0;
-  std::unique_ptr<UnloadingThreads> unloading_threads_;  // created by the first unload
+  detail::Guarded<Shared> shared_;
+  std::unique_ptr<UnloadingThreads> unloading_threads_;
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
   std::unique_ptr<Rosout> rosout_;

@@ -12,8 +12,6 @@
 namespace takt {
 namespace {
 
-constexpr const char* kUnloadingThread = "loader";
-
 // Checks names against the constructed node: only its constructor creates timers, parameters and
 // topics.
 void check_names(const ComponentDescription& component, const Node& node,
@@ -78,18 +76,19 @@ void set_parameters(const ComponentDescription& component, Node& node,
 void Container::make_components() {
   for (const ComponentDescription& component : description_.components) {
     if (auto loaded = make(component, errors_)) {
-      loaded->id = ++last_id_;
-      components_.push_back(std::move(loaded));
+      const auto shared = shared_.lock();
+      loaded->id = ++shared->last_id;
+      shared->components.push_back(std::move(loaded));
     }
   }
-  if (!components_.empty() && errors_.empty()) check_topics();
+  if (!loaded_components().empty() && errors_.empty()) check_topics();
   for (std::string& error : name_conflicts(components())) errors_.push_back(std::move(error));
 }
 
 // Checks that the topics of the file exist.
 void Container::check_topics() {
   std::vector<std::string> names;
-  for (const auto& loaded : components_) {
+  for (const auto& loaded : loaded_components()) {
     for (std::string& name : loaded->node()->topics()) names.push_back(std::move(name));
   }
   std::sort(names.begin(), names.end());
@@ -179,17 +178,18 @@ Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
   const auto has_deadline = [](const PlannedChain& chain) {
     return chain.options.deadline != Nanoseconds::zero();
   };
-  if (std::none_of(plan_.chains.begin(), plan_.chains.end(), has_deadline)) return {};
+  const std::vector<PlannedChain> chains = plan().chains;
+  if (std::none_of(chains.begin(), chains.end(), has_deadline)) return {};
   ModelledProcess process = modelled();
   const auto bounds = [&] {
-    return analyze(make_system_model(description_, plan_.chains, {&process, 1})).chains;
+    return analyze(make_system_model(description_, chains, {&process, 1})).chains;
   };
   const auto before = bounds();
   add_callbacks(loaded, process);
   const auto after = bounds();
   Errors errors;
-  for (std::size_t i = 0; i < plan_.chains.size(); ++i) {
-    const auto& [name, priority, deadline] = plan_.chains[i].options;
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    const auto& [name, priority, deadline] = chains[i].options;
     const auto is_kept = [&, limit = deadline](const ModelBounds::Chain& chain) {
       return chain.bound && *chain.bound <= limit;
     };
@@ -209,26 +209,27 @@ Container::Errors Container::lost_guarantees(const Loaded& loaded) const {
 void Container::admit(const std::shared_ptr<Loaded>& loaded) {
   const std::shared_ptr<Node>& node = loaded->node();
   Errors errors = lost_guarantees(*loaded);  // without the mutex, as it may take its time
-  const std::lock_guard lock(mutex_);
-  if (const auto other = find(node->fully_qualified_name())) {
+  std::vector<Plan::Callback> refused;       // destroyed without the lock
+  const auto shared = shared_.lock();
+  if (const auto other = shared->find(node->fully_qualified_name())) {
     throw Error(
         fmt::format("component {} is called '{}' already", other->id, node->fully_qualified_name()),
         other->is_leaving ? "it is being unloaded; wait" : "give each its own name");
   }
-  components_.push_back(loaded);
+  shared->components.push_back(loaded);
   for (const auto& entity : node->entities()) {
     Nanoseconds period = entity->period();
     if (period == Nanoseconds::zero()) {
       period = node->callback_parameters(*entity).period.value_or(period);
     }
-    plan_.callbacks.push_back({.node = node, .entity = entity, .period = period});
+    shared->plan.callbacks.push_back({.node = node, .entity = entity, .period = period});
   }
-  for (std::string& error : too_much_for_executors()) errors.push_back(std::move(error));
+  for (std::string& error : too_much_for_executors(*shared)) errors.push_back(std::move(error));
   if (!errors.empty()) {
-    forget(*loaded);
+    refused = shared->forget(*loaded);
     throw ConfigurationError(errors);
   }
-  loaded->id = ++last_id_;
+  loaded->id = ++shared->last_id;
 }
 
 LoadedComponent Container::load(ComponentDescription component) {
@@ -247,33 +248,40 @@ LoadedComponent Container::load(ComponentDescription component) {
     place(*loaded);
     serve(*loaded);
   } catch (...) {
-    const std::lock_guard lock(mutex_);
-    forget(*loaded);
+    const auto gone = shared_.lock()->forget(*loaded);
     throw;
   }
   return {loaded->id, node->fully_qualified_name(), component.type, component.where};
 }
 
-// Returns nullptr if there is none. Call with the mutex held.
-std::shared_ptr<Container::Loaded> Container::find(std::string_view name) const {
-  const auto found = std::find_if(components_.begin(), components_.end(), [&](const auto& loaded) {
+std::shared_ptr<Container::Loaded> Container::Shared::find(std::string_view name) const {
+  const auto found = std::find_if(components.begin(), components.end(), [&](const auto& loaded) {
     return loaded->node()->fully_qualified_name() == name;
   });
-  return found != components_.end() ? *found : nullptr;
+  return found != components.end() ? *found : nullptr;
 }
 
-// Call with the mutex held.
-void Container::forget(const Loaded& loaded) {
-  std::erase_if(plan_.callbacks, [&](const auto& entry) { return entry.node == loaded.node(); });
-  std::erase_if(components_, [&](const auto& entry) { return entry.get() == &loaded; });
+std::vector<Plan::Callback> Container::Shared::forget(const Loaded& loaded) {
+  const auto first =
+      std::stable_partition(plan.callbacks.begin(), plan.callbacks.end(),
+                            [&](const auto& entry) { return entry.node != loaded.node(); });
+  std::vector<Plan::Callback> gone(std::make_move_iterator(first),
+                                   std::make_move_iterator(plan.callbacks.end()));
+  plan.callbacks.erase(first, plan.callbacks.end());
+  std::erase_if(components, [&](const auto& entry) { return entry.get() == &loaded; });
+  return gone;
+}
+
+std::vector<std::shared_ptr<Container::Loaded>> Container::loaded_components() const {
+  return shared_.lock()->components;
 }
 
 void Container::unload(std::uint64_t id, Nanoseconds limit) {
   std::shared_ptr<Loaded> loaded;
   {
-    const std::lock_guard lock(mutex_);
+    const auto shared = shared_.lock();
     std::vector<std::string> ids;
-    for (const auto& candidate : components_) {
+    for (const auto& candidate : shared->components) {
       if (candidate->id == id) loaded = candidate;
       ids.push_back(std::to_string(candidate->id));
     }
@@ -281,38 +289,19 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
       throw Error(fmt::format("there is no component {}", id),
                   ids.empty() ? "none is loaded" : fmt::format("loaded: {}", fmt::join(ids, ", ")));
     }
-    if (std::exchange(loaded->is_leaving, true)) {
+    if (loaded->is_leaving) {
       throw Error(fmt::format("component {} is being unloaded already", id),
                   "it is destroyed when its callbacks have returned");
     }
+    check_removable(*loaded);
+    loaded->is_leaving = true;
   }
   const std::string name = loaded->node()->fully_qualified_name();
-  std::function<void()> work = [this, loaded]() mutable {
-    try {
-      displace(*loaded);
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      loaded->is_leaving = false;
-      throw;
-    }
-    // What has been asked for is answered, as dropping a service waits for its callback.
-    loaded->services.reset();
-    loaded->heartbeat.reset();
-    complete(*loaded);
-    {
-      const std::lock_guard lock(mutex_);
-      forget(*loaded);
-    }
+  std::future<void> done = unloading_threads_->run([this, loaded]() mutable {
+    remove(loaded);
     loaded.reset();  // the component goes
-  };
+  });
   loaded.reset();
-  if (unloading_threads_ == nullptr) {
-    const Realtime realtime = has_thread(kUnloadingThread)
-                                  ? description_.realtime
-                                  : std::min(description_.realtime, Realtime::prefer);
-    unloading_threads_ = std::make_unique<UnloadingThreads>(thread(kUnloadingThread), realtime);
-  }
-  std::future<void> done = unloading_threads_->run(std::move(work));
   if (done.wait_for(limit) == std::future_status::timeout) {
     throw Error(
         fmt::format("component {} '{}' still runs a callback after {}", id, name, to_string(limit)),
@@ -321,10 +310,45 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
   done.get();
 }
 
+// The executors would refuse as well, but only after its node was brought down.
+void Container::check_removable(const Loaded& loaded) const {
+  std::vector<std::string> used{overrides_.executor};
+  if (overrides_.executor.empty()) {
+    used = {loaded.description.executor.empty() ? kDefaultExecutor : loaded.description.executor};
+    for (const auto& group : loaded.node()->groups()) used.push_back(loaded.own_executor(*group));
+  }
+  for (const auto& running : executors_) {
+    if (running->is_own || std::find(used.begin(), used.end(), running->name) == used.end() ||
+        !executors().traits(running->description.type).frozen) {
+      continue;
+    }
+    throw Error(fmt::format("executor '{}' is static: nothing can be removed after its first spin",
+                            running->name),
+                "choose 'single_threaded'");
+  }
+}
+
+// On a thread of its own, as callbacks and transitions may take their time.
+void Container::remove(const std::shared_ptr<Loaded>& loaded) {
+  if (LifecycleNode* node = loaded->lifecycle()) node->bring_down();
+  try {
+    displace(*loaded);
+  } catch (...) {
+    const auto shared = shared_.lock();
+    loaded->is_leaving = false;
+    throw;
+  }
+  // What has been asked for is answered, as dropping a service waits for its callback.
+  loaded->services.reset();
+  loaded->heartbeat.reset();
+  complete(*loaded);
+  const auto gone = shared_.lock()->forget(*loaded);
+}
+
 std::vector<LoadedComponent> Container::components() const {
-  const std::lock_guard lock(mutex_);
+  const auto shared = shared_.lock();
   std::vector<LoadedComponent> result;
-  for (const auto& loaded : components_) {
+  for (const auto& loaded : shared->components) {
     if (loaded->is_leaving) continue;
     result.push_back({loaded->id, loaded->node()->fully_qualified_name(), loaded->description.type,
                       loaded->description.where});
@@ -344,8 +368,7 @@ void Container::change_parameters(const std::string& text) {
   for (const LoadedComponent& component : components()) names.push_back(component.name);
   for (auto& [name, of_node] : read_parameter_changes(text)) {
     const std::string full = name.starts_with('/') ? name : "/" + name;
-    const std::lock_guard lock(mutex_);
-    const auto loaded = find(full);
+    const std::shared_ptr<Loaded> loaded = shared_.lock()->find(full);
     if (loaded == nullptr) {
       throw Error(fmt::format("no component is called '{}'", full), suggest(full, names));
     }
@@ -366,9 +389,8 @@ void Container::place(const Loaded& loaded) {
     }
     const SourceLine& where = loaded.description.callback_groups.at(group->name()).where;
     if (where.empty()) continue;  // assigned, not asked for
-    notes_.push_back(
-        fmt::format("{}: callback group '{}' of '{}' is under --executor {}, not under '{}'", where,
-                    group->name(), node->name(), overrides_.executor, own));
+    note(fmt::format("{}: callback group '{}' of '{}' is under --executor {}, not under '{}'",
+                     where, group->name(), node->name(), overrides_.executor, own));
   }
   executor_for(loaded.description.executor).add_node(node);
 }
@@ -398,12 +420,13 @@ void Container::displace(Loaded& loaded) {
 
 // None of its callbacks runs now.
 void Container::complete(Loaded& loaded) {
-  if (std::exchange(loaded.is_complete, true)) return;
-  auto* const completing = dynamic_cast<Completing*>(loaded.node().get());
-  std::string failure = completing != nullptr ? completing->complete() : "";
-  if (failure.empty()) return;
-  const std::lock_guard lock(mutex_);
-  failures_.push_back(fmt::format("{}: {}", loaded.node()->fully_qualified_name(), failure));
+  std::call_once(loaded.completed, [&] {
+    auto* const completing = dynamic_cast<Completing*>(loaded.node().get());
+    const std::string failure = completing != nullptr ? completing->complete() : "";
+    if (failure.empty()) return;
+    shared_.lock()->failures.push_back(
+        fmt::format("{}: {}", loaded.node()->fully_qualified_name(), failure));
+  });
 }
 
 }  // namespace takt

@@ -32,14 +32,17 @@ struct Container::Loaded {
   ComponentDescription description;
   std::unique_ptr<Component> component;
   std::shared_ptr<void> services, heartbeat;  // of this component, on the container's own node
-  // Guarded by mutex_.
+  // Guarded as Shared is.
   bool is_leaving = false;
   bool has_failed = false;  // a callback threw: remove it from its executors
 
   std::mutex displacing;
   bool is_displaced = false;
-  bool is_complete = false;
+  std::once_flag completed;  // who finds it under way waits for it
 
+  LifecycleNode* lifecycle() const noexcept {
+    return dynamic_cast<LifecycleNode*>(component->node.get());
+  }
   const std::shared_ptr<Node>& node() const noexcept { return component->node; }
   /// The executor that the description gives this group; empty: the component's executor.
   std::string own_executor(const CallbackGroup& group) const {

@@ -13,23 +13,25 @@ namespace takt {
 void Container::make_chains() {
   if (!errors_.empty()) return;
   std::vector<std::shared_ptr<Node>> nodes;
-  for (const auto& loaded : components_) nodes.push_back(loaded->node());
-  plan_ = make_plan(find_chains(description_, nodes, errors_), nodes);
-  for (const PlannedChain& chain : plan_.chains) {
+  for (const auto& loaded : loaded_components()) nodes.push_back(loaded->node());
+  Plan plan = make_plan(find_chains(description_, nodes, errors_), nodes);
+  for (const PlannedChain& chain : plan.chains) {
     chains_.push_back(Chain::create(chain.options, chain.path));
   }
+  shared_.lock()->plan = std::move(plan);
 }
 
 // Applies Takt's assignments where the file gives no value.
 void Container::assign() {
-  for (const Plan::Callback& callback : plan_.callbacks) {
+  const Plan plan = this->plan();
+  for (const Plan::Callback& callback : plan.callbacks) {
     if (callback.priority == 0 || callback.node->callback_parameters(*callback.entity).priority) {
       continue;
     }
     callback.node->set_callback_parameters(
         {.callbacks = {{callback.entity->name(), {.priority = callback.priority}}}});
   }
-  for (const Plan::Executor& executor : plan_.executors) {
+  for (const Plan::Executor& executor : plan.executors) {
     if (!has_thread(executor.name)) description_.threads.push_back({executor.thread, {}});
     const auto is_namesake = [&](const auto& known) { return known.name == executor.name; };
     if (std::none_of(description_.executors.begin(), description_.executors.end(), is_namesake)) {
@@ -38,11 +40,11 @@ void Container::assign() {
     }
   }
   std::unordered_map<const Node*, ComponentDescription*> unassigned;
-  for (const auto& loaded : components_) {
+  for (const auto& loaded : loaded_components()) {
     if (loaded->description.executor.empty())
       unassigned[loaded->node().get()] = &loaded->description;
   }
-  for (const Plan::Callback& callback : plan_.callbacks) {
+  for (const Plan::Callback& callback : plan.callbacks) {
     const auto component = unassigned.find(callback.node.get());
     if (component == unassigned.end() || callback.executor.empty()) continue;
     std::string& executor =
@@ -58,7 +60,7 @@ void Container::check_listed_callbacks() {
     if (!executor.trigger.one.empty()) listed.push_back(executor.trigger.one);
     if (listed.empty()) continue;
     std::vector<std::string> names;
-    for (const Plan::Callback& callback : plan_.callbacks) {
+    for (const Plan::Callback& callback : plan().callbacks) {
       if (executor_of(*callback.node, *callback.entity->group()) != executor.name) continue;
       names.push_back(to_string(Chain::Step{callback.node, callback.entity->name()}).substr(1));
     }
@@ -72,8 +74,13 @@ void Container::check_listed_callbacks() {
 }
 
 std::string Container::executor_of(const Node& node, const CallbackGroup& group) const {
+  return executor_of(*shared_.lock(), node, group);
+}
+
+std::string Container::executor_of(const Shared& shared, const Node& node,
+                                   const CallbackGroup& group) const {
   if (!overrides_.executor.empty()) return overrides_.executor;
-  for (const auto& loaded : components_) {
+  for (const auto& loaded : shared.components) {
     if (loaded->node().get() != &node) continue;
     const std::string own = loaded->own_executor(group);
     if (!own.empty()) return own;
@@ -83,11 +90,15 @@ std::string Container::executor_of(const Node& node, const CallbackGroup& group)
 }
 
 double Container::utilisation_of(const std::string& executor) const {
+  return utilisation_of(*shared_.lock(), executor);
+}
+
+double Container::utilisation_of(const Shared& shared, const std::string& executor) const {
   double utilisation = 0;
-  for (const Plan::Callback& callback : plan_.callbacks) {
+  for (const Plan::Callback& callback : shared.plan.callbacks) {
     const auto budget = callback.node->callback_parameters(*callback.entity).budget;
     if (!budget || callback.period == Nanoseconds::zero() ||
-        executor_of(*callback.node, *callback.entity->group()) != executor) {
+        executor_of(shared, *callback.node, *callback.entity->group()) != executor) {
       continue;
     }
     utilisation +=
@@ -133,18 +144,17 @@ ModelledProcess Container::modelled() const {
   for (const ThreadDescription& entry : description_.threads) {
     process.threads.push_back(entry.attributes);
   }
-  const std::lock_guard lock(mutex_);
-  for (const auto& loaded : components_) add_callbacks(*loaded, process);
+  for (const auto& loaded : loaded_components()) add_callbacks(*loaded, process);
   return process;
 }
 
 // No scheduling order can serve callbacks that need more time than the executor's threads have.
-Container::Errors Container::too_much_for_executors() const {
+Container::Errors Container::too_much_for_executors(const Shared& shared) const {
   Errors errors;
   for (const ExecutorDescription& executor : description_.executors) {
     if (executors().traits(executor.type).isolates) continue;  // a thread each
     const double capacity = capacity_of(executor);
-    const double utilisation = utilisation_of(executor.name);
+    const double utilisation = utilisation_of(shared, executor.name);
     if (utilisation <= capacity) continue;
     errors.push_back(fmt::format(
         "{}: the budgets of the callbacks of executor '{}' are {:.0f} % of its {}; give some of "

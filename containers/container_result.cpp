@@ -60,10 +60,10 @@ std::vector<EndpointState> Container::endpoints() const {
 ProcessResult Container::result() const {
   ProcessResult result;
   result.name = description_.name;
-  result.notes = notes_;
   {
-    const std::lock_guard lock(mutex_);
-    result.failures = failures_;
+    const auto shared = shared_.lock();
+    result.notes = shared->notes;
+    result.failures = shared->failures;
   }
   for (const auto& chain : chains_) {
     result.chains.push_back(
