@@ -143,6 +143,7 @@ class ModelReader : private SystemReader {
               {"execution", "", into_execution(result)},
               {"arrival", "", into_arrival(result)},
               {"dropped", "", into_count(result.dropped)},
+              {"uncaused", "", into_uncaused(result)},
               {"causes", "", each_in_map([&](const Value& cause) {
                  caused_.emplace_back(cause.line, cause.name);
                  into_count(result.causes[cause.name])(cause);
@@ -171,6 +172,20 @@ class ModelReader : private SystemReader {
                 {"jitter", "", into_time(callback.jitter)},
                 {"distances", "", into_distances(callback.least_distances)}});
       if (errors_.size() == errors) complain(value, contradiction_of_arrivals(callback));
+    };
+  }
+
+  Read into_uncaused(MeasuredCallback& callback) {
+    return [this, &callback](const Value& value) {
+      read_map(value, "what no callback has caused",
+               {{"executions", "", into_count(callback.uncaused), /*is_required=*/true},
+                {"distances", "", into_distances(callback.uncaused_distances)}});
+      if (callback.uncaused > callback.executions) {
+        complain(value, "it has more executions than the callback");
+      } else if (!std::is_sorted(callback.uncaused_distances.begin(),
+                                 callback.uncaused_distances.end())) {
+        complain(value, "'distances' get shorter");
+      }
     };
   }
 

@@ -30,6 +30,10 @@ struct MeasuredCallback {
   Nanoseconds period{0}, jitter{0};
   /// Arrivals that were overwritten: the distances between them are not known.
   std::uint64_t dropped = 0;
+  /// Executions that no execution of another callback has caused, and how close their arrivals
+  /// were: of what threads of a component, other programs or services send. None for timers.
+  std::uint64_t uncaused = 0;
+  std::vector<Nanoseconds> uncaused_distances;
   /// The most executions of other callbacks, by name, that one execution has caused.
   std::map<std::string, std::uint64_t> causes;
 };

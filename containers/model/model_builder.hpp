@@ -50,6 +50,7 @@ class ModelBuilder {
       model_.system.overheads.wake = measured_->wake_overhead.count();
     }
     add_callbacks();
+    add_unknown_callbacks();
     place_threads();
     for (std::size_t i = 0; i < callbacks_.size(); ++i) set_execution(i);
     link();
@@ -65,6 +66,7 @@ class ModelBuilder {
 
  private:
   void add_callbacks();
+  void add_unknown_callbacks();
   std::size_t part_of(const ModelledProcess& process, const ModelledProcess::Callback& callback);
   void add_threads(const ModelledProcess& process, const ExecutorDescription& description,
                    const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
@@ -75,13 +77,20 @@ class ModelBuilder {
   void link(std::size_t from, std::size_t to);
   void cut_circles();
   void set_arrivals(std::size_t callback);
-  std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders) const;
+  bool is_step(std::size_t from, std::size_t to) const;
+  std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
+  std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
+  std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
   void choose_who_paces_joins();
   analysis::Time period_before(std::size_t callback) const;
   void set_order(const ModelledPart& part);
   void pass_on_what_is_unknown();
   void add_chains();
   void add_assumptions();
+  void add_what_was_not_seen();
+  const ModelledProcess* process_of(std::size_t callback) const {
+    return parts_[model_.system.callbacks[callback].executor].process;
+  }
   bool joins_dds() const { return description_.dds.has_value() || processes_.size() > 1; }
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
@@ -110,6 +119,8 @@ class ModelBuilder {
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
   std::set<std::size_t> in_circle_;  // callbacks
+  // What the run of the measured model has not shown, and so counts as not happening.
+  std::vector<std::string> not_seen_;
 };
 
 }  // namespace takt

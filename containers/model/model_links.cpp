@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "takt/containers/model/model_builder.hpp"
 
 namespace takt {
@@ -17,29 +19,51 @@ void ModelBuilder::link() {
   }
 }
 
+// Whether a chain of the file goes from one to the other: that is declared.
+bool ModelBuilder::is_step(std::size_t from, std::size_t to) const {
+  const auto is_at = [this](const Chain::Step& step, std::size_t callback) {
+    return step.first == callbacks_[callback]->node &&
+           step.second == callbacks_[callback]->entity->name();
+  };
+  return !description_.finds_chains &&
+         std::any_of(chains_.begin(), chains_.end(), [&](const PlannedChain& chain) {
+           for (std::size_t i = 1; i < chain.path.size(); ++i) {
+             if (is_at(chain.path[i - 1], from) && is_at(chain.path[i], to)) return true;
+           }
+           return false;
+         });
+}
+
+// What is declared or was seen counts. What a run has not shown is left out, but said.
 void ModelBuilder::link(std::size_t from, std::size_t to) {
   const std::string topic = callbacks_[to]->entity->report().topic;
   const std::string& name = callbacks_[from]->entity->name();
   const auto publishing = callbacks_[from]->node->publishing_callbacks(topic);
   if (!publishing) return;
   const auto& names = publishing->names;
+  const auto& callbacks = model_.system.callbacks;
   const MeasuredCallback* const seen = measured(from);
-  analysis::Output output{.to = to};
-  if (seen != nullptr) {
-    const auto caused = seen->causes.find(model_.system.callbacks[to].name);
-    if (caused != seen->causes.end()) {
-      output.messages = std::max<analysis::Count>(1, static_cast<analysis::Count>(caused->second));
-    } else if (names.empty() && seen->executions != 0) {
-      return;  // any callback of the node may publish, and this one has been seen not to
+  const bool is_seen = seen != nullptr && seen->causes.contains(callbacks[to].name);
+  const bool is_inside = process_of(from) == process_of(to);
+  if (!is_seen) {
+    if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) return;
+    // A trace sees no causes in other processes, and of a join only the last input.
+    const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside &&
+                               !publishing->joins && measured(to) != nullptr;
+    if (names.empty() && would_be_seen && !is_step(from, to)) {
+      not_seen_.push_back(
+          fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name));
+      return;
     }
   }
-  if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) return;
+  analysis::Output output{.to = to};
+  if (is_seen) {
+    output.messages = std::max<analysis::Count>(
+        1, static_cast<analysis::Count>(seen->causes.at(callbacks[to].name)));
+  }
   output.waits = publishing->joins;
   if (output.waits) output.messages = 0;  // one of the inputs gets one, see below
-  const auto process_of = [this](std::size_t callback) {
-    return parts_[model_.system.callbacks[callback].executor].process;
-  };
-  if (process_of(from) != process_of(to)) {
+  if (!is_inside) {
     const auto delay = description_.delays.find(topic);
     const bool is_known = delay != description_.delays.end();
     output.delay = is_known ? delay->second.longest.count() : kUnbounded;

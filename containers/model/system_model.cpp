@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/model/model_builder.hpp"
@@ -33,6 +32,12 @@ bool is_periodic(const Entity& entity) {
   const bool is_alarm = entity.name().find('/') != std::string::npos;
   const bool is_timeout = timer->is_canceled() && entity.name().ends_with("_timeout");
   return !is_alarm && !is_timeout;
+}
+
+std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) {
+  std::vector<analysis::Time> result;
+  for (const Nanoseconds distance : distances) result.push_back(distance.count());
+  return result;
 }
 
 }  // namespace
@@ -89,40 +94,73 @@ void ModelBuilder::set_execution(std::size_t index) {
   described.least_execution = std::min(described.execution, at_speed(least));
 }
 
-// What arrives from outside the system; nullopt: nothing.
-std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) const {
+// As a run has seen them, whatever caused them; nullopt: none.
+std::optional<ArrivalCurve> ModelBuilder::measured_arrivals(const MeasuredCallback& seen) const {
+  if (seen.dropped != 0) return ArrivalCurve::unknown();
+  if (!seen.least_distances.empty()) {
+    return ArrivalCurve::by_distances(times_of(seen.least_distances));
+  }
+  if (seen.period != Nanoseconds::zero()) {
+    return ArrivalCurve::periodic(seen.period.count(), seen.jitter.count());
+  }
+  if (seen.executions == 1 && measured_->duration != Nanoseconds::zero()) {
+    return ArrivalCurve::by_distances({measured_->duration.count()});
+  }
+  const bool has_run = seen.executions != 0 || seen.longest_execution != Nanoseconds::zero();
+  return has_run ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
+}
+
+// Of those, the ones that its senders in the system do not account for: a thread of a component
+// sends them, or a program outside, or a callback that the model knows nothing of.
+std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index) const {
+  const MeasuredCallback* const seen = measured(index);
+  if (seen == nullptr) return {};
+  std::uint64_t explained = 0;
+  bool are_senders_known = measured_->lost_executions == 0, has_senders_outside = false;
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    for (const analysis::Output& output : model_.system.callbacks[from].outputs) {
+      if (output.to != index) continue;
+      const MeasuredCallback* const sender = measured(from);
+      are_senders_known = are_senders_known && sender != nullptr;
+      has_senders_outside = has_senders_outside || process_of(from) != process_of(index);
+      if (sender == nullptr) continue;
+      explained += sender->executions *
+                   static_cast<std::uint64_t>(std::max<analysis::Count>(1, output.messages));
+    }
+  }
+  // A trace sees no causes in other processes: all that these send is without one.
+  const std::uint64_t uncaused = has_senders_outside ? 0 : seen->uncaused;
+  if (are_senders_known && seen->executions - uncaused + seen->dropped > explained) {
+    return measured_arrivals(*seen);
+  }
+  MeasuredCallback rest{.executions = uncaused, .least_distances = seen->uncaused_distances};
+  if (uncaused != 0) rest.dropped = seen->dropped;
+  return measured_arrivals(rest);
+}
+
+// What arrives, beside what callbacks of the system send; nullopt: nothing.
+std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   if (callback.described.arrival) {
     const ArrivalDescription& arrival = *callback.described.arrival;
-    if (arrival.distances.empty()) {
-      return ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
-                                    arrival.least_distance.count());
-    }
-    std::vector<analysis::Time> distances;
-    for (const Nanoseconds distance : arrival.distances) distances.push_back(distance.count());
-    return ArrivalCurve::by_distances(distances);
+    if (!arrival.distances.empty()) return ArrivalCurve::by_distances(times_of(arrival.distances));
+    return ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
+                                  arrival.least_distance.count());
   }
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
   if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
     return ArrivalCurve::periodic(callback.entity->period().count());
   }
-  if (has_senders || (kind == EntityKind::subscription && !joins_dds())) return {};
+  if (has_senders) return unexplained_arrivals(index);
   const MeasuredCallback* const seen = measured(index);
-  if (seen == nullptr || seen->dropped != 0) return ArrivalCurve::unknown();
-  if (!seen->least_distances.empty()) {
-    std::vector<analysis::Time> distances;
-    for (const Nanoseconds distance : seen->least_distances) distances.push_back(distance.count());
-    return ArrivalCurve::by_distances(std::move(distances));
+  const bool may_be_called = kind != EntityKind::subscription || joins_dds();
+  if (seen == nullptr) return may_be_called ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
+  const auto arrivals = measured_arrivals(*seen);
+  if (!arrivals && may_be_called) {
+    not_seen_.push_back(fmt::format("something calls '{}'", model_.system.callbacks[index].name));
   }
-  if (seen->period != Nanoseconds::zero()) {
-    return ArrivalCurve::periodic(seen->period.count(), seen->jitter.count());
-  }
-  if (seen->executions == 1 && measured_->duration != Nanoseconds::zero()) {
-    return ArrivalCurve::by_distances({measured_->duration.count()});
-  }
-  const bool has_run = seen->executions != 0 || seen->longest_execution != Nanoseconds::zero();
-  return has_run ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
+  return arrivals;
 }
 
 void ModelBuilder::set_arrivals(std::size_t index) {
@@ -206,7 +244,7 @@ void ModelBuilder::pass_on_what_is_unknown() {
   }
 }
 
-// ---- Chains and assumptions ----
+// ---- Chains ----
 
 void ModelBuilder::add_chains() {
   for (const PlannedChain& planned : chains_) {
@@ -226,6 +264,13 @@ void ModelBuilder::add_chains() {
             return output.to == path.back();
           });
       if (is_linked || !chain.why_not.empty()) continue;
+      if (!in_circle_.contains(path.back())) {
+        chain.why_not = fmt::format(
+            "the measured run has not shown that '{}' gets messages from "
+            "the step before it",
+            to_string(Chain::Step{node, name}));
+        continue;
+      }
       chain.why_not = fmt::format(
           "'{}' is on a circle of callbacks that send to each other: nothing is known "
           "of how often they run; state its `arrival`",
@@ -234,61 +279,6 @@ void ModelBuilder::add_chains() {
     chain.index = model_.system.chains.size();
     if (chain.why_not.empty()) model_.system.chains.push_back({chain.name, std::move(path)});
     model_.chains.push_back(std::move(chain));
-  }
-}
-
-void ModelBuilder::add_assumptions() {
-  auto& list = model_.assumptions;
-  std::vector<std::string> names;
-  for (const int cpu : cpus()) names.push_back(std::to_string(cpu));
-  list.push_back(
-      description_.machine.is_exclusive
-          ? fmt::format("promised: nothing else runs on CPU {}", fmt::join(names, ", "))
-          : fmt::format(
-                "no real-time thread outside of the file runs on CPU {}; Takt's own threads "
-                "(DDS, log, container) need no time of those that run callbacks",
-                fmt::join(names, ", ")));
-  list.push_back(
-      "a callback sends one message to each of its topics in an execution, unless the "
-      "model has seen more; and callbacks do not wait for each other by locks of theirs");
-  if (joins_dds()) {
-    list.push_back("nobody outside of the file publishes on a topic on which somebody inside does");
-  }
-  const analysis::Overheads& overheads = model_.system.overheads;
-  if (overheads.dispatch == 0 && overheads.wake == 0 && overheads.context_switch == 0) {
-    list.push_back("Linux and the executors need no time (`machine: overheads` says otherwise)");
-  } else if (has_measured_overheads()) {
-    const auto us = [](analysis::Time time) { return static_cast<double>(time) / 1e3; };
-    list.push_back(
-        fmt::format("as the model estimates, the executors need {:.1f} µs between two callbacks, "
-                    "and Linux {:.1f} µs to wake a thread",
-                    us(overheads.dispatch), us(overheads.wake)));
-  }
-  const auto& executors = description_.executors;
-  if (std::any_of(executors.begin(), executors.end(), [](const ExecutorDescription& executor) {
-        return executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
-      })) {
-    list.push_back("threads that spin (`spin`, `early_wake`) delay no other threads");
-  }
-  const bool is_unlimited = description_.machine.rt_runtime &&
-                            *description_.machine.rt_runtime >= std::chrono::seconds(1);
-  if (!is_unlimited) {
-    list.push_back(
-        "real-time threads are never throttled: those of a CPU need less of a second than "
-        "sched_rt_runtime_us");
-  }
-  const auto exists = [&](Provenance provenance) {
-    return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
-                       [&](const auto& callback) { return callback.execution == provenance; });
-  };
-  if (exists(Provenance::measured)) {
-    list.push_back(
-        fmt::format("no execution is longer than the longest that was measured, and {:g} "
-                    "%; no arrivals are closer than those that were measured",
-                    100 * measured_->margin));
-  }
-  if (exists(Provenance::promised)) {
-    list.push_back("no execution is longer than its `budget`: overruns are counted, not prevented");
   }
 }
 

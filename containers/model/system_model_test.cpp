@@ -151,6 +151,58 @@ TEST(SystemModel, WhatCallsFromOutsideIsStatedOrMeasured) {
   EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
 }
 
+/// A timer that sends to s, as far as anybody knows, and one that is bounded.
+std::string with_orphan() {
+  return R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, scheduler: fifo, threads: [main_cpu]}}
+chains: [{name: c, path: [y/t_timer]}]
+container:
+  name: seen
+  components:
+    - component: takt::Workload
+      name: y
+      executor: default
+      parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
+    - component: takt::Workload
+      name: s
+      executor: default
+      parameters: {subscriptions: {topic: [t], work_us: [4000]}}
+)";
+}
+
+// 648 executions that no callback had sent counted as none, and 1.2 ms were guaranteed.
+TEST(SystemModel, WhatRanInTheModelCountsWhoeverHasSentIt) {
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back(
+      {.name = "/y/t_timer", .executions = 100, .longest_execution = 1ms, .causes = {{"/s/t", 1}}});
+  measured.callbacks.push_back(
+      {.name = "/s/t", .executions = 100, .longest_execution = 4ms, .least_distances = {100ms}});
+  const auto bound = [&] { return *bound_of(with_orphan(), &measured).bound; };
+  const Nanoseconds explained = bound();
+  MeasuredCallback& receiver = measured.callbacks[1];
+  receiver.executions = 101;  // so one of them has another cause
+  EXPECT_GT(bound(), explained);
+  measured.lost_executions = 1;  // then counts cannot be compared
+  EXPECT_EQ(bound(), explained);
+  receiver.uncaused = 2;
+  receiver.uncaused_distances = {50ms};
+  EXPECT_GT(bound(), explained);
+  receiver.uncaused_distances.clear();
+  EXPECT_FALSE(bound_of(with_orphan(), &measured).bound);
+}
+
+// It was ignored: a timer that a callback makes, and a model of another system.
+TEST(SystemModel, WhatRanInTheModelAndIsNotInTheSystemIsNotIgnored) {
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/s/later", .longest_execution = 1ms});
+  EXPECT_TRUE(bound_of(with_orphan(), &measured).bound);
+  measured.callbacks[0].executions = 3;
+  EXPECT_THAT(bound_of(with_orphan(), &measured).why_not, HasSubstr("'/s/later' ran 3 times"));
+  measured.callbacks[0].name = "/stranger/t";
+  EXPECT_THROW(bound_of(with_orphan(), &measured), Error);
+}
+
 /// Two timers on a pool of two threads, each with a CPU; they need so much of each 100 ms.
 std::string with_pool(int work_us, const std::string& more = "") {
   std::string text = R"(

@@ -33,7 +33,7 @@ Nanoseconds percentile(const Times& sorted, double share) {
 /// What is seen of one callback, in all traces.
 struct Seen {
   Times executions, first;
-  std::vector<Times> arrivals;  // without a hole in each
+  std::vector<Times> arrivals, uncaused;  // without a hole in each
   std::uint64_t dropped = 0;
   std::map<std::string, std::uint64_t> causes;
 };
@@ -112,18 +112,33 @@ class Extraction {
 
   // A pool may start executions in another order than they became ready.
   void add_arrivals(const Trace& trace, const std::vector<bool>& counts) {
-    std::map<std::string, std::vector<std::pair<Nanoseconds, std::uint64_t>>> arrivals;
+    struct Arrival {
+      Nanoseconds time;
+      std::uint64_t lost;
+      bool is_caused;
+    };
+    std::map<std::string, std::vector<Arrival>> arrivals;
     for (std::size_t i = 0; i < counts.size(); ++i) {
       const TracedExecution& execution = trace.executions[i];
-      if (counts[i]) arrivals[execution.callback].emplace_back(execution.ready, execution.lost);
+      if (!counts[i]) continue;
+      arrivals[execution.callback].push_back(
+          {execution.ready, execution.lost, execution.cause || execution.kind == "timer"});
     }
     for (auto& [name, of_callback] : arrivals) {
-      std::stable_sort(of_callback.begin(), of_callback.end());
-      std::vector<Times>& pieces = seen_[named_as_in_chains(name)].arrivals;
-      pieces.emplace_back();
-      for (const auto& [time, lost] : of_callback) {
-        if (lost != 0) pieces.emplace_back();
-        pieces.back().push_back(time);
+      std::stable_sort(of_callback.begin(), of_callback.end(),
+                       [](const Arrival& a, const Arrival& b) {
+                         return std::pair(a.time, a.lost) < std::pair(b.time, b.lost);
+                       });
+      Seen& seen = seen_[named_as_in_chains(name)];
+      seen.arrivals.emplace_back();
+      seen.uncaused.emplace_back();
+      for (const auto& [time, lost, is_caused] : of_callback) {
+        if (lost != 0) {
+          seen.arrivals.emplace_back();
+          seen.uncaused.emplace_back();
+        }
+        seen.arrivals.back().push_back(time);
+        if (!is_caused) seen.uncaused.back().push_back(time);
       }
     }
   }
@@ -187,15 +202,21 @@ class Extraction {
       callback.longest_first_execution = *std::max_element(seen.first.begin(), seen.first.end());
     }
     set_arrivals(callback, seen.arrivals);
+    for (const Times& piece : seen.uncaused) callback.uncaused += piece.size();
+    Nanoseconds farthest{0};
+    callback.uncaused_distances = least_distances(seen.uncaused, farthest);
     return callback;
   }
 
-  // δ⁻(2), δ⁻(3), …, and a period, if the closest and the farthest arrivals agree on it.
-  static void set_arrivals(MeasuredCallback& callback, const std::vector<Times>& pieces) {
-    const Times& longest =
-        *std::max_element(pieces.begin(), pieces.end(),
-                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
-    Nanoseconds farthest{0};
+  static const Times& longest_of(const std::vector<Times>& pieces) {
+    return *std::max_element(pieces.begin(), pieces.end(),
+                             [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  }
+
+  // δ⁻(2), δ⁻(3), …; and the greatest distance of as many as the last of these is for.
+  static Times least_distances(const std::vector<Times>& pieces, Nanoseconds& farthest) {
+    Times result;
+    const Times& longest = longest_of(pieces);
     for (std::size_t steps = 1; steps < longest.size(); ++steps) {
       if (steps > MeasuredCallback::kMostDistances) break;
       Nanoseconds least = Nanoseconds::max();
@@ -207,11 +228,18 @@ class Extraction {
           farthest = std::max(farthest, distance);
         }
       }
-      callback.least_distances.push_back(least);
+      result.push_back(least);
     }
     // Any number at once: no statement for the file.
-    if (callback.least_distances.empty()) return;
-    if (callback.least_distances.back() == Nanoseconds::zero()) callback.least_distances.clear();
+    if (!result.empty() && result.back() == Nanoseconds::zero()) result.clear();
+    return result;
+  }
+
+  // And a period, if the closest and the farthest arrivals agree on it.
+  static void set_arrivals(MeasuredCallback& callback, const std::vector<Times>& pieces) {
+    Nanoseconds farthest{0};
+    callback.least_distances = least_distances(pieces, farthest);
+    const Times& longest = longest_of(pieces);
     if (longest.size() < kLeastArrivals || callback.least_distances.empty()) return;
     const Nanoseconds closest = callback.least_distances.back();
     if (100 * (farthest - closest) > farthest) return;

@@ -133,6 +133,18 @@ TEST(Extraction, CountsTheMostThatOneExecutionHasCaused) {
   EXPECT_THAT(model.callbacks[1].causes, IsEmpty());
 }
 
+// A model did not say that something else sends, too.
+TEST(Extraction, KnowsWhatNoCallbackHasCaused) {
+  Made trace;
+  trace.add("/a/tick", 0ms, 1ms).kind = "timer";
+  for (const auto time : {1ms, 4ms, 6ms}) trace.add("/b/in", time, 1ms).kind = "subscription";
+  trace.executions[2].cause = 0;
+  const MeasuredModel model = model_of(trace);
+  EXPECT_EQ(model.callbacks[0].uncaused, 0u);
+  EXPECT_EQ(model.callbacks[1].uncaused, 2u);
+  EXPECT_THAT(model.callbacks[1].uncaused_distances, ElementsAre(5ms));
+}
+
 TEST(Extraction, TellsBusyFromIdle) {
   Made trace;
   for (int i = 0; i < 200; ++i) {

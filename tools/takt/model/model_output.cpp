@@ -58,6 +58,13 @@ ordered_json document(const MeasuredCallback& callback) {
     }
   }
   if (callback.dropped != 0) result["dropped"] = callback.dropped;
+  if (callback.uncaused != 0) {
+    ordered_json& uncaused = result["uncaused"];
+    uncaused["executions"] = callback.uncaused;
+    for (const Nanoseconds distance : callback.uncaused_distances) {
+      uncaused["distances"].push_back(text_of(distance));
+    }
+  }
   for (const auto& [name, count] : callback.causes) result["causes"][name] = count;
   return result;
 }
@@ -104,6 +111,7 @@ json callback_json(const MeasuredCallback& callback) {
            callback.period == Nanoseconds::zero() ? json() : json(rt::us(callback.jitter))},
           {"distances_us", std::move(distances)},
           {"dropped", callback.dropped},
+          {"uncaused", callback.uncaused},
           {"causes", callback.causes}};
 }
 
