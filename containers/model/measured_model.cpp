@@ -20,20 +20,27 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds kLongest = 10'000h;
 constexpr double kMostMargin = 10;
 
-/// What is wrong with numbers that contradict each other; empty: nothing.
+/// What is wrong with percentiles that contradict each other; empty: nothing. Those that were left
+/// out are zero.
+std::string contradiction(std::initializer_list<std::pair<const char*, Nanoseconds>> ascending) {
+  std::pair<const char*, Nanoseconds> shorter{"", Nanoseconds::zero()};
+  for (const auto& [name, time] : ascending) {
+    if (time == Nanoseconds::zero()) continue;
+    if (shorter.second > time) return fmt::format("'{}' is longer than '{}'", shorter.first, name);
+    shorter = {name, time};
+  }
+  return {};
+}
+
+/// The same of its execution times.
 std::string contradiction(const MeasuredCallback& callback) {
   const Nanoseconds longest = callback.longest_execution;
   if (longest == Nanoseconds::zero()) return "'max' is zero, but whatever runs takes time";
-  std::pair<const char*, Nanoseconds> shorter{"min", callback.least_execution};
-  for (const auto& [name, time] : {std::pair{"p50", callback.median_execution},
-                                   {"p99", callback.p99_execution},
-                                   {"max", longest}}) {
-    if (time == Nanoseconds::zero()) continue;  // left out
-    if (shorter.second > time) {
-      return fmt::format("'{}' is longer than '{}'", shorter.first, name);
-    }
-    shorter = {name, time};
-  }
+  const std::string what = contradiction({{"min", callback.least_execution},
+                                          {"p50", callback.median_execution},
+                                          {"p99", callback.p99_execution},
+                                          {"max", longest}});
+  if (!what.empty()) return what;
   return callback.longest_first_execution > longest ? "'first_ten' is longer than 'max'" : "";
 }
 
@@ -210,6 +217,10 @@ class ModelReader : private SystemReader {
               {"p99", "", into_time(result.p99)},
               {"p99.9", "", into_time(result.p999)},
               {"max", "", into_time(result.longest), /*is_required=*/true}});
+    complain(value, contradiction({{"p50", result.median},
+                                   {"p99", result.p99},
+                                   {"p99.9", result.p999},
+                                   {"max", result.longest}}));
     return result;
   }
 

@@ -249,6 +249,11 @@ void ModelBuilder::pass_on_what_is_unknown() {
 void ModelBuilder::add_chains() {
   for (const PlannedChain& planned : chains_) {
     SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
+    if (measured_ != nullptr) {
+      for (const MeasuredChain& seen : measured_->chains) {
+        if (seen.name == chain.name) chain.observed = seen.longest;
+      }
+    }
     std::vector<std::size_t> path;
     for (const auto& [node, name] : planned.path) {
       const auto callback =
@@ -303,6 +308,33 @@ SystemModel make_system_model(const SystemDescription& description,
                               std::span<const ModelledProcess> processes,
                               const MeasuredModel* measured) {
   return ModelBuilder(description, chains, processes, measured).build();
+}
+
+std::string_view to_string(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::unjudged:
+      return "-";
+    case Verdict::guaranteed:
+      return "guaranteed";
+    case Verdict::not_shown:
+      return "not shown";
+    case Verdict::no_bound:
+      return "no bound";
+    case Verdict::missed:
+      return "missed";
+    case Verdict::refuted:
+      break;
+  }
+  return "model refuted";
+}
+
+Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) noexcept {
+  const bool has_deadline = chain.deadline != Nanoseconds::zero();
+  if (has_deadline && chain.observed > chain.deadline) return Verdict::missed;
+  if (!bound.bound) return Verdict::no_bound;
+  if (chain.observed > *bound.bound) return Verdict::refuted;
+  if (!has_deadline) return Verdict::unjudged;
+  return *bound.bound <= chain.deadline ? Verdict::guaranteed : Verdict::not_shown;
 }
 
 ModelBounds analyze(const SystemModel& model) {

@@ -52,6 +52,7 @@ struct SystemModel {
   struct Chain {
     std::string name;
     Nanoseconds deadline{0};  // 0: none
+    Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
     std::string why_not;      // if it is not in the system
     std::size_t index = 0;    // in system.chains, else
   };
@@ -83,6 +84,18 @@ struct ModelBounds {
 /// Analyses the model: analysis::analyze, with a limit that fits its deadlines and periods; and
 /// what only the model knows: a chain has no bound if a queue on it may overflow.
 ModelBounds analyze(const SystemModel& model);
+
+/// What a bound and the latencies that were seen say of a chain.
+enum class Verdict {
+  unjudged,    // it has no deadline
+  guaranteed,  // its bound is at most its deadline
+  not_shown,   // its bound is larger; it may be in time
+  no_bound,
+  missed,   // a run has missed the deadline
+  refuted,  // a run took longer than the bound: the file or the measured model is wrong
+};
+std::string_view to_string(Verdict verdict) noexcept;
+Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) noexcept;
 
 }  // namespace takt
 

@@ -18,15 +18,25 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// A file's only chain.
-ModelBounds::Chain bound_of(const std::string& text, const MeasuredModel* measured = nullptr) {
+ModelBounds::Chain bound_of(const std::string& text, const MeasuredModel* measured = nullptr,
+                            Verdict* verdict = nullptr) {
   const ConfigurationFile file("system.yaml", text);
   const SystemDescription description = file.read();
   SystemDescription process_only = description;
   process_only.dds.reset();  // nothing runs
   const Container container(process_only);
   const ModelledProcess process = container.modelled();
-  return analyze(make_system_model(description, container.plan().chains, {&process, 1}, measured))
-      .chains.at(0);
+  const SystemModel model =
+      make_system_model(description, container.plan().chains, {&process, 1}, measured);
+  const ModelBounds::Chain bound = analyze(model).chains.at(0);
+  if (verdict != nullptr) *verdict = takt::verdict(model.chains.at(0), bound);
+  return bound;
+}
+
+Verdict verdict_of(const std::string& text, const MeasuredModel* measured = nullptr) {
+  Verdict result = Verdict::unjudged;
+  bound_of(text, measured, &result);
+  return result;
 }
 
 /// U (1 ms, priority 5) sends to S (1 ms); four timers of 5 ms have priority 0.
@@ -66,6 +76,18 @@ container:
 TEST(SystemModel, APollingExecutorServesAWholeSnapshotWhateverThePriority) {
   EXPECT_EQ(bound_of(trap("type: single_threaded")).bound, 22ms);
   EXPECT_EQ(bound_of(trap("type: events")).bound, 7ms - 1ns);
+}
+
+// "guaranteed" stood beside an observation that was above the bound, or above the deadline.
+TEST(SystemModel, WhatWasObservedMayRefuteABound) {
+  const std::string text = trap("type: events");  // 7 ms; the deadline is 12 ms
+  MeasuredModel measured{.duration = 10s, .chains = {{.name = "c", .longest = 7ms - 1ns}}};
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::guaranteed);
+  measured.chains[0].longest = 7ms;
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::refuted);
+  measured.chains[0].longest = 12ms + 1ns;
+  EXPECT_EQ(verdict_of(text, &measured), Verdict::missed);
+  EXPECT_EQ(verdict_of(trap("type: single_threaded")), Verdict::not_shown);
 }
 
 TEST(SystemModel, HalfTheSpeedIsTwiceTheExecution) {

@@ -80,7 +80,7 @@ json chain_json(const AnalyzedFile& file, std::size_t index) {
                chain.deadline == Nanoseconds::zero() ? json() : json(rt::us(chain.deadline))},
               {"observed_us", observed_json(file.observed(chain))},
               {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
-              {"verdict", verdict(chain, bound)},
+              {"verdict", to_string(verdict(chain, bound))},
               {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
               {"segments", json::array()}};
   if (found(file, index) == nullptr) return result;
@@ -128,20 +128,25 @@ void print_chains(const AnalyzedFile& file) {
     const ModelBounds::Chain& bound = file.bounds.chains[i];
     const analysis::ChainBound* const details = found(file, i);
     const MeasuredChain* const observed = file.observed(chain);
-    chains.add({chain.name,
-                chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
-                observed != nullptr ? ms(observed->p999.count()) : "-",
-                observed != nullptr ? ms(observed->longest.count()) : "-",
-                bound.bound ? ms(bound.bound->count()) : "-", std::string(verdict(chain, bound)),
-                bound.bound ? by(file, *details) : "-",
-                details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
+    chains.add(
+        {chain.name, chain.deadline == Nanoseconds::zero() ? "-" : ms(chain.deadline.count()),
+         observed != nullptr ? ms(observed->p999.count()) : "-",
+         observed != nullptr ? ms(observed->longest.count()) : "-",
+         bound.bound ? ms(bound.bound->count()) : "-",
+         std::string(to_string(verdict(chain, bound))), bound.bound ? by(file, *details) : "-",
+         details != nullptr ? rests_on(file, callbacks_of(*details)) : "-"});
   }
   chains.print(
       "chains: from the release of the first callback to the end of the last one (p99.9 and max as "
       "measured)");
   for (std::size_t i = 0; i < file.model.chains.size(); ++i) {
-    if (file.bounds.chains[i].bound) continue;
-    rt::print("{} has no bound: {}\n", file.model.chains[i].name, file.bounds.chains[i].why_not);
+    const SystemModel::Chain& chain = file.model.chains[i];
+    const ModelBounds::Chain& bound = file.bounds.chains[i];
+    const Verdict found = verdict(chain, bound);
+    if (found == Verdict::missed || found == Verdict::refuted) {
+      rt::print("{} {}\n", chain.name, why_not_guaranteed(chain, bound));
+    }
+    if (!bound.bound) rt::print("{} has no bound: {}\n", chain.name, bound.why_not);
   }
   rt::print("\n");
 }

@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "table.hpp"
+
 namespace takt::tools {
 
 bool AnalyzedFile::is_guaranteed() const {
@@ -27,6 +29,12 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   AnalyzedFile file{.system = read_system(path, options.settings)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
+  if (file.measured &&
+      !(options.overrides.executor.empty() && options.overrides.scheduler.empty())) {
+    file.measured->chains.clear();  // they are of the file's own executors
+    file.system.notes.push_back(
+        "the latencies of the model are not shown: they are of the executors of the file");
+  }
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription& process : split(file.system, Composition::file)) {
     process.dds.reset();  // nothing runs
@@ -46,13 +54,28 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
 }
 
 bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
-  return chain.deadline == Nanoseconds::zero() || (bound.bound && *bound.bound <= chain.deadline);
+  const Verdict found = verdict(chain, bound);
+  return found == Verdict::guaranteed || found == Verdict::unjudged ||
+         (found == Verdict::no_bound && chain.deadline == Nanoseconds::zero());
 }
 
-std::string_view verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
-  if (!bound.bound) return "no bound";
-  if (chain.deadline == Nanoseconds::zero()) return "-";
-  return is_guaranteed(chain, bound) ? "guaranteed" : "not shown";
+std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
+  const auto ms = [](Nanoseconds time) { return milliseconds(time) + " ms"; };
+  switch (verdict(chain, bound)) {
+    case Verdict::missed:
+      return fmt::format("took {} in the measured run, its deadline is {}", ms(chain.observed),
+                         ms(chain.deadline));
+    case Verdict::refuted:
+      return fmt::format(
+          "took {} in the measured run, its bound is {}: what the file says, or the "
+          "model, is not true",
+          ms(chain.observed), ms(*bound.bound));
+    case Verdict::no_bound:
+      return fmt::format("has no bound ({}), its deadline is {}", bound.why_not,
+                         ms(chain.deadline));
+    default:
+      return fmt::format("may take {}, its deadline is {}", ms(*bound.bound), ms(chain.deadline));
+  }
 }
 
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks) {

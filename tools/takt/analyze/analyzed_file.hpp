@@ -39,10 +39,10 @@ struct AnalyzeOptions {
 /// Throws Error for a bad file.
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options);
 
-/// Whether it meets its deadline for sure, or has none.
+/// Whether it meets its deadline for sure, or has none, and nothing contradicts that.
 bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
-/// guaranteed, not shown, no bound; without a deadline: "-".
-std::string_view verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
+/// Why not, after the chain's name: "may take 12.000 ms, its deadline is 10.000 ms".
+std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// What the bounds of these callbacks' executors rest on: "declared 5, measured 2".
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks);
 

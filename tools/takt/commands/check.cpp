@@ -25,11 +25,8 @@ bool meets_deadlines(const std::string& path) {
     const auto described =
         std::find_if(file.system.chains.begin(), file.system.chains.end(),
                      [&](const auto& each) { return each.options.name == chain.name; });
-    rt::to_stderr("{}: chain '{}' {}, its deadline is {} ms; see `takt analyze {} --explain {}`\n",
-                  described->where, chain.name,
-                  bound.bound ? fmt::format("may take {} ms", milliseconds(*bound.bound))
-                              : fmt::format("has no bound ({})", bound.why_not),
-                  milliseconds(chain.deadline), path, chain.name);
+    rt::to_stderr("{}: chain '{}' {}; see `takt analyze {} --explain {}`\n", described->where,
+                  chain.name, why_not_guaranteed(chain, bound), path, chain.name);
   }
   return file.is_guaranteed();
 }

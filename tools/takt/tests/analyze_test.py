@@ -119,6 +119,19 @@ with tempfile.TemporaryDirectory() as folder:
     observed = document["chains"][0]["observed_us"]
     check("and shows what was observed", observed["instances"] > 10 and observed["p50"] <= observed["max"], output)
     check("and what it took for granted", any("no arrivals are closer" in text for text in document["assumptions"]), output)
+    # Both stood beside "guaranteed".
+    bound = json.loads(run(robot, "--json", "-")[1])["chains"][0]["bound_us"]
+    for longest, verdict, words in [
+            ("20.1ms", "missed", "took 20.100 ms in the measured run, its deadline is 20.000 ms"),
+            (f"{bound + 1}us", "model refuted", f"took {(bound + 1) / 1000:.3f} ms in the measured run, its bound is ")]:
+        slow = write("slow.model.yaml", f"callbacks: {{}}\nchains: {{sense: {{instances: 1, max: {longest}}}}}\n")
+        status, output, errors = run(robot, "--model", slow)
+        check(verdict, status == 1 and f" {verdict} " in output and words in output, status, output, errors)
+        wrong = write("refuted.yaml", ROBOT.replace("DEADLINE", "20ms") + "model: slow.model.yaml\n")
+        status, output, errors = run("--deadlines", wrong, command="check")
+        check("check: " + verdict, status == 1 and words in errors, status, output, errors)
+        status, output, errors = run(robot, "--model", slow, "--executor", "events")
+        check("observed with other executors", words not in output and "are not shown" in errors, status, output, errors)
     status, output, errors = run(robot, command="model")
     check("a file that is no trace", status == 2 and "this is no trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
