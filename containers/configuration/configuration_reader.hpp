@@ -62,6 +62,8 @@ class ConfigurationReader : private SystemReader {
   void read_machine(const Value& value);
   Read into_cpus(std::vector<int>& cpus);
   void read_speed(const Value& value);
+  void check_cpus_of_threads(const Value& root);
+  Field waits_field(std::optional<Nanoseconds>& waits);
   Read into_rt_runtime(std::optional<Nanoseconds>& runtime);
 
   // Schedulers

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <charconv>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/containers/configuration/configuration_reader.hpp"
 
@@ -34,6 +36,23 @@ void ConfigurationReader::read_machine(const Value& value) {
         "A promise: nothing but this system runs on these CPUs. Without it, there are no bounds "
         "for threads that are not real-time ones.",
         into(machine.is_exclusive)}});
+}
+
+// A thread whose CPUs the machine does not have would be analysed on one that nobody described.
+void ConfigurationReader::check_cpus_of_threads(const Value& root) {
+  const std::vector<int>& cpus = system_.machine.cpus;
+  const Value* const threads = document::find(root, "threads");
+  if (cpus.empty() || threads == nullptr) return;
+  for (const ThreadDescription& thread : system_.threads) {
+    const Value* const entry = document::find(*threads, thread.attributes.name);
+    for (const int cpu : thread.attributes.affinity) {
+      if (entry == nullptr || std::find(cpus.begin(), cpus.end(), cpu) != cpus.end()) continue;
+      errors_.add(entry->line,
+                  fmt::format("thread '{}' is bound to CPU {}, which is none of `machine: cpus`",
+                              thread.attributes.name, cpu),
+                  fmt::format("choose from {}", fmt::join(cpus, ", ")));
+    }
+  }
 }
 
 SystemReader::Read ConfigurationReader::into_cpus(std::vector<int>& cpus) {
