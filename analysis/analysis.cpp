@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "takt/analysis/method.hpp"
+#include "takt/analysis/supplies.hpp"
 
 namespace takt::analysis {
 namespace {
@@ -33,7 +34,7 @@ class Solver {
     for (const Executor& executor : system_.executors) {
       parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
     }
-    make_supplies();
+    make_supplies(parts_);
     make_sources();
     for (Part& part : parts_) make_paths(part);
     for (int round = 0; improve(round); ++round) {
@@ -51,7 +52,6 @@ class Solver {
   void order_callbacks();
   void make_sources();
   void add_source(Source source);
-  void make_supplies();
   void make_paths(Part& part);
   void extend(AnalysedPath path);
   bool improve(int round);
@@ -269,34 +269,6 @@ Time Solver::longest_gap(std::size_t from, const Output& output) const {
   return plus(longest, sent_after(from, output));
 }
 
-void Solver::make_supplies() {
-  for (Part& part : parts_) {
-    const Executor& executor = part.executor;
-    if (executor.reservation) part.supply = Supply(*executor.reservation);
-    if (!executor.share) continue;
-    for (const Part& other : parts_) {
-      const auto& share = other.executor.share;
-      if (&other != &part && share && share->cpu == executor.share->cpu &&
-          share->priority >= executor.share->priority) {
-        part.above.push_back(&other);
-      }
-    }
-    if (part.above.empty()) continue;
-    const bool has_equals =
-        std::any_of(part.above.begin(), part.above.end(), [&](const Part* other) {
-          return other->executor.share->priority == executor.share->priority;
-        });
-    // To each of their executions, and back.
-    const Time switches = times(2, system_.overheads.context_switch);
-    const auto demand = [&part, switches](Time window) {
-      Time result = 0;
-      for (const Part* other : part.above) result = plus(result, other->demand(window, switches));
-      return result;
-    };
-    part.supply = Supply(demand, has_equals);
-  }
-}
-
 void Solver::analyse(AnalysedPath& analysed) const {
   const Executor& executor = analysed.path.part.executor;
   analysed.answers.clear();
@@ -307,6 +279,8 @@ void Solver::analyse(AnalysedPath& analysed) const {
       answer = Answer::none(executor.unknown);
     } else if (executor.threads > 1 && (executor.reservation || executor.share)) {
       answer = Answer::none("its threads have no CPUs of their own");
+    } else if (executor.threads > 1 && analysed.path.part.is_throttled) {
+      answer = Answer::none("Linux may throttle its real-time threads (`machine: rt_runtime`)");
     } else if (is_for_let != (executor.let_period > 0)) {
       answer = Answer::none(is_for_let ? "it does not run by logical execution time"
                                        : "it runs by logical execution time");
@@ -328,6 +302,7 @@ void Solver::analyse(AnalysedPath& analysed) const {
 // One round; false when nothing has changed.
 bool Solver::improve(int round) {
   update_curves();
+  find_throttled(parts_);
   bool has_changed = false;
   for (AnalysedPath& analysed : paths_) {
     const Time before = analysed.bound;

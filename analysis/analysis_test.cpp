@@ -96,6 +96,30 @@ TEST(Analysis, APriorityDoesNotOvertakeInASnapshot) {
   EXPECT_EQ(bounds(system, "urgency")[0], kUnbounded);
 }
 
+// A bound left out what Linux takes from real-time threads that want more than it grants.
+TEST(Analysis, ThrottlingIsCharged) {
+  System system = tasks({{8, 10}}, Order::by_arrival);
+  system.for_realtime = Reservation{.budget = 87, .period = 100};
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(8));  // it is no real-time thread
+  system.executors[0].is_realtime = true;
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(21));  // 88 may be wanted in 100
+  system.for_realtime->budget = 88;
+  EXPECT_THAT(bounds(system, "work_conserving"), ElementsAre(8));
+}
+
+TEST(Analysis, SpinningIsWorkForThoseBelow) {
+  System system = tasks({{1, 10}, {2, 50}}, Order::by_arrival);
+  system.executors.push_back(system.executors[0]);
+  system.callbacks[0].executor = 1;
+  system.executors[0].share = Executor::Share{.cpu = 0, .priority = 1};
+  system.executors[1].share = Executor::Share{.cpu = 0, .priority = 2};
+  EXPECT_EQ(bounds(system, "work_conserving")[1], 3);
+  system.executors[1].early_wake = 3;
+  EXPECT_EQ(bounds(system, "work_conserving")[1], 2 + 2 * 4 + 3);
+  system.executors[1].spin = kUnbounded;
+  EXPECT_EQ(bounds(system, "work_conserving")[1], kUnbounded);
+}
+
 TEST(Analysis, SaysWhyThereIsNoBound) {
   System pool = tasks({{7, 10}, {7, 10}}, Order::by_urgency);
   pool.executors[0].threads = 2;

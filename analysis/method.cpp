@@ -36,6 +36,13 @@ Time Part::demand(Time window, Time more) const {
   return result;
 }
 
+// A spin may have begun before the window, and an early wake be for a release behind it.
+Time Part::demand_with_spinning(Time window, Time more) const {
+  const Time each = plus(more, plus(executor.spin, executor.early_wake));
+  return plus(demand(plus(window, executor.early_wake), each),
+              plus(executor.spin, executor.early_wake));
+}
+
 Term Part::term(std::size_t source, Count count, Time cost) const {
   return {
       fmt::format("{} × '{}' and what it causes here", count, at(sources[source].callback).name),

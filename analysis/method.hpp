@@ -47,10 +47,12 @@ struct Part {
   // By source, of one arrival: the time of all that it causes here, and how many executions.
   std::vector<Time> costs;
   std::vector<Count> counts;
-  std::vector<const Part*> above;  // other executors on its CPU that are as urgent or more
-  Supply supply;                   // what they leave, or what a reservation grants
-  Time limit = 0;                  // larger bounds are not of interest
-  bool explains = false;           // answers have terms
+  std::vector<const Part*> above;     // other executors on its CPU that are as urgent or more
+  Supply supply;                      // what they leave, or what a reservation grants
+  std::vector<const Part*> realtime;  // all that share System::for_realtime with it, itself too
+  bool is_throttled = false;          // they may want more than that
+  Time limit = 0;                     // larger bounds are not of interest
+  bool explains = false;              // answers have terms
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   /// Whether the callback causes by itself what it sends there, in its executor.
@@ -63,6 +65,8 @@ struct Part {
   /// What is done in a window wants at most: what arrives in it, or periods of logical execution
   /// time.
   Time demand(Time window) const { return demand(window, 0); }
+  /// What its threads want, callbacks or not: with `more` at each execution.
+  Time demand_with_spinning(Time window, Time more) const;
   /// The same if each execution takes so much more.
   Time demand(Time window, Time more) const;
   /// So many arrivals of a source, each with this cost.

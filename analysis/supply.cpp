@@ -11,8 +11,15 @@ Time Supply::time_for(Time work, Time limit) const {
     const Time periods = work / budget_, rest = work % budget_;
     return plus(plus(blackout, times(periods, period_)), rest > 0 ? blackout + rest : 0);
   }
-  if (above_ == nullptr) return work;
-  return least_fixed_point([&](Time window) { return plus(work, above_(window)); }, limit, work);
+  if (above_ == nullptr && !is_throttled()) return work;
+  return least_fixed_point(
+      [&](Time window) {
+        const Time above = above_ != nullptr ? above_(window) : 0;
+        if (!is_throttled()) return plus(work, above);
+        const Time periods = (window + granted_.period - 1) / granted_.period;
+        return plus(plus(work, above), times(periods, granted_.period - granted_.budget));
+      },
+      limit, work);
 }
 
 }  // namespace takt::analysis

@@ -48,15 +48,28 @@ class Supply {
   /// preempt: while they wait, this one may begin whatever it has.
   Supply(Demand above, bool has_equals) : above_(std::move(above)), has_equals_(has_equals) {}
 
+  /// What Linux takes away from real-time threads, when `is_throttled`: what is left of each period
+  /// after the budget that it grants to all of them.
+  void limit(Reservation granted, const bool& is_throttled) {
+    granted_ = granted;
+    is_throttled_ = &is_throttled;
+  }
+
   bool has_equals() const noexcept { return has_equals_; }
   /// Whether it holds in any window: what more urgent threads have not done yet when a window
   /// begins is in no arrival curve.
   bool holds_in_any_window() const noexcept { return above_ == nullptr; }
-  bool is_dedicated() const noexcept { return period_ == 0 && above_ == nullptr; }
+  bool is_dedicated() const noexcept {
+    return period_ == 0 && above_ == nullptr && !is_throttled();
+  }
   /// The least time in the longest window that may have less than `work`. kUnbounded above `limit`.
   Time time_for(Time work, Time limit) const;
 
  private:
+  bool is_throttled() const noexcept { return is_throttled_ != nullptr && *is_throttled_; }
+
+  Reservation granted_{0, 1};
+  const bool* is_throttled_ = nullptr;
   Time budget_ = 0, period_ = 0;  // no reservation: 0
   Demand above_;
   bool has_equals_ = false;

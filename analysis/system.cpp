@@ -18,10 +18,17 @@ void check(const System& system) {
   for (const Executor& executor : system.executors) {
     refuse_unless(executor.threads > 0, executor.name, "an executor has one thread at least");
     refuse_unless(executor.let_period >= 0, executor.name, "a period is not negative");
+    refuse_unless(executor.early_wake >= 0 && executor.spin >= 0, executor.name,
+                  "what it spins is not negative");
     if (!executor.reservation) continue;
     const auto& [budget, period] = *executor.reservation;
     refuse_unless(budget > 0 && budget <= period, executor.name,
                   "a reservation's budget is positive, and at most its period");
+  }
+  if (system.for_realtime) {
+    const auto& [budget, period] = *system.for_realtime;
+    refuse_unless(budget > 0 && budget <= period, "for_realtime",
+                  "its budget is positive, and at most its period");
   }
   for (const Callback& callback : system.callbacks) {
     refuse_unless(callback.executor < system.executors.size(), callback.name,

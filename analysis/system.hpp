@@ -61,6 +61,10 @@ struct Executor {
     int priority = 0;  // SCHED_FIFO: the more urgent thread preempts
   };
   std::optional<Share> share;
+  /// What a thread that shares its CPU needs there besides its callbacks: before each release of a
+  /// timer, and after the last callback before it sleeps. kUnbounded: it never sleeps.
+  Time early_wake = 0, spin = 0;
+  bool is_realtime = false;  // see System::for_realtime
   /// Why nothing can be said about its threads; empty: something can.
   std::string unknown;
 };
@@ -88,6 +92,9 @@ struct System {
   std::vector<Callback> callbacks;
   std::vector<Chain> chains;
   Overheads overheads{};
+  /// What Linux grants to the real-time threads of each CPU, in each period; if not given, all.
+  /// SCHED_DEADLINE is not meant.
+  std::optional<Reservation> for_realtime;
 };
 
 /// Throws Error for what would make the analyses divide by zero, read outside, or answer a question
