@@ -166,7 +166,9 @@ class ModelReader : private SystemReader {
                 {"p50", "", into_time(callback.median_execution)},
                 {"p99", "", into_time(callback.p99_execution)},
                 {"max", "", into_time(callback.longest_execution), /*is_required=*/true},
-                {"first_ten", "", into_time(callback.longest_first_execution)}});
+                {"first_ten", "", into_time(callback.longest_first_execution)},
+                {"waits", "",
+                 [&](const Value& waits) { into_time(callback.longest_wait.emplace())(waits); }}});
       if (errors_.size() == errors) complain(value, contradiction(callback));
     };
   }

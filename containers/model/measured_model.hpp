@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct MeasuredCallback {
   Nanoseconds least_execution{0}, median_execution{0}, p99_execution{0}, longest_execution{0};
   /// The longest of the first ten executions, which often find cold caches. Zero: not known.
   Nanoseconds longest_first_execution{0};
+  /// The most by which an execution took longer than its CPU time, of those that gave up the CPU
+  /// by themselves: for a lock, a device, a reply, a sleep. nullopt: the model does not tell.
+  std::optional<Nanoseconds> longest_wait;
   /// δ⁻(2), δ⁻(3), …: the least time from the first to the last of so many arrivals in a row.
   std::vector<Nanoseconds> least_distances;
   /// Zero unless the arrivals fit "every period, each up to jitter late".

@@ -228,7 +228,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   TimePoint start = picked, end = picked;
   if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
     start = options_.clock->now();
-  Nanoseconds cpu_time{0};
+  Measured measured;
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
@@ -239,7 +239,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     if (is_checked) [[unlikely]]
       record.supervision->running[place_->index].chain_instance.store(dispatch.chain_instance);
     if (trace_of_ != nullptr) [[unlikely]] {
-      cpu_time = call_and_measure(record, slot);
+      measured = call_and_measure(record, slot);
     } else {
       call(record, slot);
     }
@@ -263,7 +263,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     // another thread, did not wait.
     picked = std::max(picked, slot.ready_time);
     if (taken && records_times_) record_times(record, slot, picked, start, end);
-    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, cpu_time);
+    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, measured);
     ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);

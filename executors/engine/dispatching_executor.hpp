@@ -214,13 +214,19 @@ class DispatchingExecutor : public Executor, private Wakeable {
       caught(record, std::current_exception());
     }
   }
-  /// As call; returns the CPU time of the callback.
-  [[gnu::cold, gnu::noinline]] Nanoseconds call_and_measure(CallbackRecord& record,
-                                                            Slot& slot) noexcept {
+  /// As call; returns the CPU time of the callback, and whether it gave up the CPU by itself.
+  struct Measured {
+    Nanoseconds cpu_time{0};
+    bool has_waited = false;
+  };
+  [[gnu::cold, gnu::noinline]] Measured call_and_measure(CallbackRecord& record,
+                                                         Slot& slot) noexcept {
+    const std::int64_t waits = waits_of_thread();
     const Nanoseconds before = thread_cpu_time();
     call(record, slot);
-    return thread_cpu_time() - before;
+    return {thread_cpu_time() - before, waits_of_thread() != waits};
   }
+  static std::int64_t waits_of_thread() noexcept;
   /// The group of the callback that the thread is in.
   static const Exclusion* group_inside() noexcept {
     const Dispatch* const dispatch = Dispatch::current();
@@ -232,7 +238,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
                                           TimePoint picked, TimePoint start, TimePoint end,
-                                          Nanoseconds cpu_time) noexcept;
+                                          const Measured& measured) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
                                                  const Dispatch& dispatch, TimePoint start,
                                                  TimePoint end) noexcept;

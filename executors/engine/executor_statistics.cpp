@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <mutex>
 
+#include <sys/resource.h>
+
 #include "takt/base/error.hpp"
 #include "takt/executors/engine/dispatching_executor.hpp"
 #include "takt/nodes/chain_join.hpp"
@@ -64,8 +66,14 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   return past.with(std::move(result));
 }
 
+std::int64_t DispatchingExecutor::waits_of_thread() noexcept {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nvcsw;  // not those in which it was preempted
+}
+
 void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
-                                TimePoint start, TimePoint end, Nanoseconds cpu_time) noexcept {
+                                TimePoint start, TimePoint end, const Measured& measured) noexcept {
   const std::uint64_t lost = record.entity->lost();
   trace_of_->record({.callback = record.id(),
                      .sequence = slot.sequence,
@@ -78,7 +86,8 @@ void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePo
                      .picked = picked,
                      .start = start,
                      .end = end,
-                     .cpu_time = cpu_time});
+                     .cpu_time = measured.cpu_time,
+                     .has_waited = measured.has_waited});
 }
 
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {

@@ -25,11 +25,12 @@ struct TraceEvent {
   TimePoint ready{};                   // published, or for timers due
   TimePoint picked{}, start{}, end{};  // by a thread; of the callback
   Nanoseconds cpu_time{0};             // of the callback: without what ran instead of it
+  bool has_waited = false;             // it gave up the CPU by itself: a lock, a sleep, a reply
 };
 
 /// The last executions on one thread: when it is full, the oldest are overwritten.
 /// Thread safety: one writer; read it when the writer has ended.
-/// Real-time: recording stores 80 bytes; nothing allocates after construction.
+/// Real-time: recording stores 88 bytes; nothing allocates after construction.
 class TraceRing {
  public:
   /// Room for so many, rounded up to a power of two.

@@ -35,6 +35,7 @@ struct Seen {
   Times executions, first;
   std::vector<Times> arrivals, uncaused;  // without a hole in each
   std::uint64_t dropped = 0;
+  Nanoseconds longest_wait{0};
   std::map<std::string, std::uint64_t> causes;
 };
 
@@ -104,6 +105,10 @@ class Extraction {
       Seen& seen = seen_[named_as_in_chains(execution.callback)];
       seen.executions.push_back(execution.cpu_time);
       seen.dropped += execution.lost;
+      if (execution.has_waited) {
+        const Nanoseconds wait = execution.end - execution.start - execution.cpu_time;
+        seen.longest_wait = std::max(seen.longest_wait, wait);
+      }
       if (!has_lost_begin && so_far[execution.callback]++ < kFirst) {
         seen.first.push_back(execution.cpu_time);
       }
@@ -201,6 +206,7 @@ class Extraction {
     if (!seen.first.empty()) {
       callback.longest_first_execution = *std::max_element(seen.first.begin(), seen.first.end());
     }
+    callback.longest_wait = seen.longest_wait;
     set_arrivals(callback, seen.arrivals);
     for (const Times& piece : seen.uncaused) callback.uncaused += piece.size();
     Nanoseconds farthest{0};

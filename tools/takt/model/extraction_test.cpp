@@ -145,6 +145,15 @@ TEST(Extraction, KnowsWhatNoCallbackHasCaused) {
   EXPECT_THAT(model.callbacks[1].uncaused_distances, ElementsAre(5ms));
 }
 
+// CPU time alone hid that a callback sleeps.
+TEST(Extraction, MeasuresHowLongACallbackWaits) {
+  Made trace;
+  trace.add("/a/tick", 0ms, 1ms).end = 5ms;  // preempted
+  EXPECT_EQ(model_of(trace).callbacks[0].longest_wait, 0ns);
+  trace.executions[0].has_waited = true;
+  EXPECT_EQ(model_of(trace).callbacks[0].longest_wait, 4ms);
+}
+
 TEST(Extraction, TellsBusyFromIdle) {
   Made trace;
   for (int i = 0; i < 200; ++i) {

@@ -48,6 +48,7 @@ ordered_json document(const MeasuredCallback& callback) {
     add_time(execution, "p99", callback.p99_execution);
     add_time(execution, "max", callback.longest_execution);
     add_time(execution, "first_ten", callback.longest_first_execution);
+    if (callback.longest_wait) execution["waits"] = text_of(*callback.longest_wait);
   }
   if (!callback.least_distances.empty()) {
     ordered_json& arrival = result["arrival"];
@@ -105,7 +106,8 @@ json callback_json(const MeasuredCallback& callback) {
             {"p50", us_or_null(callback.median_execution)},
             {"p99", us_or_null(callback.p99_execution)},
             {"max", us_or_null(callback.longest_execution)},
-            {"first_ten", us_or_null(callback.longest_first_execution)}}},
+            {"first_ten", us_or_null(callback.longest_first_execution)},
+            {"waits", us_or_null(callback.longest_wait.value_or(Nanoseconds{0}))}}},
           {"period_us", us_or_null(callback.period)},
           {"jitter_us",
            callback.period == Nanoseconds::zero() ? json() : json(rt::us(callback.jitter))},
@@ -152,8 +154,8 @@ json model_json(const MeasuredModel& model) {
 }
 
 void print_model(const MeasuredModel& model) {
-  Table table({"callback", "executions", "exec_min", "exec_p50", "exec_p99", "exec_max", "period",
-               "jitter", "closest", "dropped", "causes"});
+  Table table({"callback", "executions", "exec_min", "exec_p50", "exec_p99", "exec_max", "waits",
+               "period", "jitter", "closest", "dropped", "causes"});
   for (const MeasuredCallback& callback : model.callbacks) {
     std::vector<std::string> causes;
     for (const auto& [name, count] : callback.causes) {
@@ -162,7 +164,8 @@ void print_model(const MeasuredModel& model) {
     table.add(
         {callback.name, std::to_string(callback.executions), us_or_dash(callback.least_execution),
          us_or_dash(callback.median_execution), us_or_dash(callback.p99_execution),
-         us_or_dash(callback.longest_execution), us_or_dash(callback.period),
+         us_or_dash(callback.longest_execution),
+         us_or_dash(callback.longest_wait.value_or(Nanoseconds{0})), us_or_dash(callback.period),
          callback.period == Nanoseconds::zero() ? "-" : microseconds(callback.jitter),
          callback.least_distances.empty() ? "-" : microseconds(callback.least_distances.front()),
          std::to_string(callback.dropped),

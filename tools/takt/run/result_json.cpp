@@ -65,7 +65,7 @@ json trace_json(const std::string& process, const std::string& executor,
     events.push_back({event.name, std::string(to_string(event.kind)), event.sequence,
                       event.chain_instance, event.lost, ns(event.ready), ns(event.picked),
                       ns(event.start), ns(event.end), event.cpu_time.count(), event.path,
-                      event.cause});
+                      event.cause, event.has_waited});
   }
   return {{"process", process},
           {"executor", executor},

@@ -59,7 +59,8 @@ Found found(const json& event, std::size_t thread) {
            .picked = ns(6),
            .start = ns(7),
            .end = ns(8),
-           .cpu_time = ns(9)},
+           .cpu_time = ns(9),
+           .has_waited = event.at(12)},
           event.at(10),
           event.at(11)};
 }
@@ -150,6 +151,7 @@ class TraceWriter {
                      {"waiting_us", us(execution.picked - execution.ready)},
                      {"take_us", us(execution.start - execution.picked)},
                      {"cpu_us", us(execution.cpu_time)},
+                     {"waited", execution.has_waited},
                      {"lost", execution.lost},
                      {"sequence", execution.sequence},
                      {"chain_instance", execution.chain_instance}};
@@ -233,7 +235,8 @@ Trace trace_of(const json& document) {
                                 .chain_instance = args.at("chain_instance"),
                                 .lost = args.at("lost"),
                                 .start = from_us(event.at("ts")),
-                                .cpu_time = from_us(args.at("cpu_us"))};
+                                .cpu_time = from_us(args.at("cpu_us")),
+                                .has_waited = args.at("waited")};
       execution.end = execution.start + from_us(event.at("dur"));
       execution.ready = execution.start - from_us(args.at("latency_us"));
       execution.picked = execution.start - from_us(args.at("take_us"));

@@ -23,6 +23,7 @@ struct TracedExecution {
   std::uint64_t lost = 0;  // messages overwritten, or releases missed, since the last one
   Nanoseconds ready{0}, picked{0}, start{0}, end{0};
   Nanoseconds cpu_time{0};
+  bool has_waited = false;           // it gave up the CPU by itself
   std::optional<std::size_t> cause;  // the execution that published its message
 };
 

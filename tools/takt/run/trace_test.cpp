@@ -49,8 +49,8 @@ json written(const std::vector<json>& threads) {
 /// In the format of process_json.
 json execution(const char* name, const char* kind, int sequence, int chain, int lost, int ready,
                int picked, int start, int end, int path = 0, int cause = 0) {
-  return json::array(
-      {name, kind, sequence, chain, lost, ready, picked, start, end, end - start - 1, path, cause});
+  return json::array({name, kind, sequence, chain, lost, ready, picked, start, end, end - start - 1,
+                      path, cause, false});
 }
 json thread(int tid, const std::vector<json>& executions, int overwritten = 0) {
   return {{"process", "robot"},         {"thread", "worker"}, {"tid", tid},
@@ -70,7 +70,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
       {"ph": "M", "pid": 1, "tid": 7, "name": "thread_name",
        "args": {"name": "worker", "overwritten": 3, "is_prompt": false}},
       {"ph": "X", "pid": 1, "tid": 7, "name": "/node tick", "cat": "timer", "ts": 2.5, "dur": 1.5,
-       "args": {"number": 0, "latency_us": 2.5, "waiting_us": 2.0, "take_us": 0.5, "cpu_us": 1.499,
+       "args": {"number": 0, "latency_us": 2.5, "waiting_us": 2.0, "take_us": 0.5, "cpu_us": 1.499, "waited": false,
                 "lost": 0, "sequence": 5, "chain_instance": 5}},
       {"ph": "b", "pid": 1, "tid": 7, "name": "ready: /node tick", "cat": "ready", "id": 0, "ts": 0.0},
       {"ph": "e", "pid": 1, "tid": 7, "name": "ready: /node tick", "cat": "ready", "id": 0, "ts": 2.0}
