@@ -125,14 +125,19 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
   const ComponentDescription& component = loaded.description;
   for (const auto& entity : loaded.node()->entities()) {
     const std::string own = loaded.own_executor(*entity->group());
-    const auto described = component.callbacks.find(entity->name());
-    process.callbacks.push_back(
-        {loaded.node(), entity,
-         !overrides_.executor.empty()  ? overrides_.executor
-         : !own.empty()                ? own
-         : !component.executor.empty() ? component.executor
-                                       : kDefaultExecutor,
-         described != component.callbacks.end() ? described->second : CallbackDescription{}});
+    const auto found = component.callbacks.find(entity->name());
+    CallbackDescription described =
+        found != component.callbacks.end() ? found->second : CallbackDescription{};
+    const auto group = component.callback_groups.find(entity->group()->name());
+    if (!described.waits && group != component.callback_groups.end()) {
+      described.waits = group->second.waits;
+    }
+    process.callbacks.push_back({loaded.node(), entity,
+                                 !overrides_.executor.empty()  ? overrides_.executor
+                                 : !own.empty()                ? own
+                                 : !component.executor.empty() ? component.executor
+                                                               : kDefaultExecutor,
+                                 std::move(described)});
   }
 }
 

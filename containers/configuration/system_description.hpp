@@ -49,7 +49,8 @@ ExecutorOptions options_of(const ExecutorDescription& executor);
 
 /// One entry of a component's `callback_groups:`.
 struct CallbackGroupDescription {
-  std::string executor;  // empty: the component's
+  std::string executor;              // empty: the component's
+  std::optional<Nanoseconds> waits;  // of each callback, see CallbackDescription
   CallbackParameters parameters;
   SourceLine where;
 };
@@ -72,7 +73,8 @@ struct CallbackDescription {
   CallbackParameters parameters;
   std::optional<ExecutionDescription> execution;
   std::optional<ArrivalDescription> arrival;
-  bool publishes_at_end = true;  // else anywhere in an execution
+  std::optional<Nanoseconds> waits;  // in an execution, in all; nullopt: not at all
+  bool publishes_at_end = true;      // else anywhere in an execution
   SourceLine where;
 };
 
@@ -96,6 +98,7 @@ struct MachineDescription {
 /// One entry of `chains:`.
 struct ChainDescription {
   ChainOptions options;
+  bool allows_losses = false;  // its guarantee need not cover every instance
   /// Its callbacks: full node name and callback name. Steps may be omitted if they are unambiguous.
   std::vector<std::pair<std::string, std::string>> path;
   SourceLine where;

@@ -69,18 +69,20 @@ void ModelBuilder::add_assumptions() {
                     "and Linux {:.1f} µs to wake a thread",
                     us(overheads.dispatch), us(overheads.wake)));
   }
-  const auto& executors = description_.executors;
-  if (std::any_of(executors.begin(), executors.end(), [](const ExecutorDescription& executor) {
-        return executor.spin != Nanoseconds::zero() || executor.early_wake != Nanoseconds::zero();
-      })) {
-    list.push_back("threads that spin (`spin`, `early_wake`) delay no other threads");
-  }
-  const bool is_unlimited = description_.machine.rt_runtime &&
-                            *description_.machine.rt_runtime >= std::chrono::seconds(1);
-  if (!is_unlimited) {
+  const auto& executors = model_.system.executors;
+  const auto has_rights = [](const analysis::Executor& executor) {
+    return executor.is_realtime || executor.reservation;
+  };
+  if (description_.realtime == Realtime::prefer &&
+      std::any_of(executors.begin(), executors.end(), has_rights)) {
     list.push_back(
-        "real-time threads are never throttled: those of a CPU need less of a second than "
-        "sched_rt_runtime_us");
+        "Linux gives all threads their policies and priorities: `realtime: prefer` goes on without "
+        "(`takt doctor` says whether it may have them, `realtime: require` makes sure)");
+  }
+  if (!description_.machine.rt_runtime && model_.system.for_realtime) {
+    list.push_back(fmt::format(
+        "Linux grants {:g} ms of each second to the real-time threads of a CPU, as on this machine",
+        static_cast<double>(model_.system.for_realtime->budget) / 1e6));
   }
   const auto exists = [&](Provenance provenance) {
     return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
@@ -92,6 +94,7 @@ void ModelBuilder::add_assumptions() {
                     "%; no arrivals are closer than those that were measured",
                     100 * measured_->margin));
   }
+  list.insert(list.end(), contradictions_.begin(), contradictions_.end());
   add_what_was_not_seen();
   if (exists(Provenance::promised)) {
     list.push_back("no execution is longer than its `budget`: overruns are counted, not prevented");

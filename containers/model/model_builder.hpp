@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "takt/base/available_cpus.hpp"
@@ -72,12 +73,15 @@ class ModelBuilder {
                    const ModelledProcess::Callback& callback, const ExecutorTraits& traits);
   void place_threads();
   void set_execution(std::size_t callback);
-  double speed_of(std::size_t executor) const;
+  std::pair<double, double> speeds_of(std::size_t executor) const;
   void link();
   void link(std::size_t from, std::size_t to);
   void cut_circles();
   void set_arrivals(std::size_t callback);
   bool is_step(std::size_t from, std::size_t to) const;
+  void refuse_execution_below(Nanoseconds known, std::size_t callback) const;
+  void add_waits(std::size_t callback);
+  analysis::ArrivalCurve declared_arrivals(std::size_t callback, bool has_senders) const;
   std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
@@ -121,6 +125,7 @@ class ModelBuilder {
   std::set<std::size_t> in_circle_;  // callbacks
   // What the run of the measured model has not shown, and so counts as not happening.
   std::vector<std::string> not_seen_;
+  std::vector<std::string> contradictions_;  // of the file, which are settled
 };
 
 }  // namespace takt

@@ -1,6 +1,7 @@
 // The executors of a model, and their threads.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <chrono>
 #include <thread>
 
 #include <fmt/format.h>
@@ -25,6 +26,12 @@ void ModelBuilder::add_callbacks() {
       SystemModel::Callback& facts = model_.callbacks.emplace_back();
       if (const auto* end = dynamic_cast<const SubscriptionBase*>(callback.entity.get())) {
         facts.depth = end->qos().depth;
+      }
+      if (const MeasuredCallback* const seen = measured(index)) facts.dropped = seen->dropped;
+      const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
+      if (parameters.overrun == OverrunPolicy::abort) {
+        facts.given_up_after = std::min(parameters.budget.value_or(Nanoseconds::max()),
+                                        parameters.deadline.value_or(Nanoseconds::max()));
       }
     }
   }
@@ -104,12 +111,35 @@ void ModelBuilder::add_threads(const ModelledProcess& process,
 }
 
 void ModelBuilder::place_threads() {
+  const bool has_rights = description_.realtime != Realtime::off;
+  for (ModelledThread& thread : threads_) {
+    ThreadAttributes& attributes = thread.attributes;
+    if (!has_rights) {
+      attributes = {.name = attributes.name, .affinity = attributes.affinity};
+    }
+    model_.system.executors[thread.executor].is_realtime |=
+        attributes.policy == ThreadPolicy::fifo || attributes.policy == ThreadPolicy::rr;
+  }
   places_ = find_places(threads_, parts_.size(), cpus(), description_.machine.is_exclusive);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     analysis::Executor& executor = model_.system.executors[i];
     executor.reservation = places_[i].reservation;
     executor.share = places_[i].share;
     if (executor.unknown.empty()) executor.unknown = places_[i].unknown;
+    if (!has_rights && !places_[i].unknown.empty()) {
+      executor.unknown = "with `realtime: off`, " + executor.unknown;
+    }
+    const ExecutorDescription& description = *parts_[i].description;
+    executor.early_wake = description.early_wake.count();
+    executor.spin =
+        description.spin == kSpinAlways ? analysis::kUnbounded : description.spin.count();
+  }
+  const Nanoseconds second = std::chrono::seconds(1);
+  const Nanoseconds granted =
+      description_.machine.rt_runtime.value_or(second - throttled_realtime());
+  if (granted < second) {
+    model_.system.for_realtime = {.budget = std::max<analysis::Time>(1, granted.count()),
+                                  .period = second.count()};
   }
 }
 

@@ -34,6 +34,10 @@ bool is_periodic(const Entity& entity) {
   return !is_alarm && !is_timeout;
 }
 
+// A callback that gives up its CPU for longer waits for something that nobody has described. Locks
+// of the library are shorter.
+constexpr Nanoseconds kShortWait = std::chrono::microseconds(100);
+
 std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) {
   std::vector<analysis::Time> result;
   for (const Nanoseconds distance : distances) result.push_back(distance.count());
@@ -44,19 +48,20 @@ std::vector<analysis::Time> times_of(const std::vector<Nanoseconds>& distances) 
 
 // ---- Callbacks ----
 
-// Of the slowest CPU that its threads may use.
-double ModelBuilder::speed_of(std::size_t executor) const {
+// Of the slowest and the fastest CPU that its threads may use.
+std::pair<double, double> ModelBuilder::speeds_of(std::size_t executor) const {
   const auto& speeds = description_.machine.speed;
-  double least = 0;
+  std::vector<double> found;
   for (const ModelledThread& thread : threads_) {
     if (thread.executor != executor) continue;
     for (const int cpu : thread.attributes.affinity.empty() ? cpus() : thread.attributes.affinity) {
-      const auto found = speeds.find(cpu);
-      const double speed = found != speeds.end() ? found->second : 1;
-      least = least == 0 ? speed : std::min(least, speed);
+      const auto speed = speeds.find(cpu);
+      found.push_back(speed != speeds.end() ? speed->second : 1);
     }
   }
-  return least == 0 ? 1 : least;
+  if (found.empty()) return {1, 1};
+  const auto [least, most] = std::minmax_element(found.begin(), found.end());
+  return {*least, *most};
 }
 
 void ModelBuilder::set_execution(std::size_t index) {
@@ -65,15 +70,25 @@ void ModelBuilder::set_execution(std::size_t index) {
   SystemModel::Callback& facts = model_.callbacks[index];
   const auto budget = callback.node->callback_parameters(*callback.entity).budget;
   const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
-  const auto exact =
-      component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+  Nanoseconds exact{0};
+  if (component != nullptr) {
+    exact = component->execution_time(callback.entity->name()).value_or(Nanoseconds::zero());
+  }
   const MeasuredCallback* const seen = measured(index);
+  const auto [slowest, fastest] = speeds_of(described.executor);
+  // The measured ones are of a CPU of unknown speed: of the slowest, at least this is true.
+  Nanoseconds known = exact;
+  if (seen != nullptr) {
+    known = std::max(known, Nanoseconds(static_cast<Nanoseconds::rep>(
+                                static_cast<double>(seen->longest_execution.count()) * slowest)));
+  }
   Nanoseconds least{0}, longest{0};
   if (callback.described.execution) {
     facts.execution = Provenance::declared;
     longest = callback.described.execution->longest;
-    if (callback.described.publishes_at_end) least = callback.described.execution->least;
-  } else if (budget) {
+    least = callback.described.execution->least;
+    refuse_execution_below(known, index);
+  } else if (budget && *budget >= known) {
     facts.execution = Provenance::promised;
     longest = *budget;
   } else if (seen != nullptr && seen->longest_execution != Nanoseconds::zero()) {
@@ -82,16 +97,68 @@ void ModelBuilder::set_execution(std::size_t index) {
     longest = std::chrono::ceil<Nanoseconds>(
         std::chrono::duration<double, std::nano>(seen->longest_execution) *
         (1 + measured_->margin));
-  } else if (exact) {
+    longest = std::max(longest, exact);
+  } else if (exact != Nanoseconds::zero()) {
     facts.execution = Provenance::exact;
-    longest = least = *exact;
+    longest = least = exact;
   }
-  const double speed = speed_of(described.executor);
-  const auto at_speed = [&](Nanoseconds time) {
-    return static_cast<analysis::Time>(std::ceil(static_cast<double>(time.count()) / speed));
-  };
-  described.execution = std::max<analysis::Time>(1, at_speed(longest));
-  described.least_execution = std::min(described.execution, at_speed(least));
+  if (budget && *budget < known) {
+    contradictions_.push_back(
+        fmt::format("the budget of '{}', {}, is less than its execution time, {}, which counts",
+                    described.name, to_string(*budget), to_string(known)));
+  }
+  if (!callback.described.publishes_at_end) least = Nanoseconds::zero();
+  described.execution = std::max<analysis::Time>(
+      1, static_cast<analysis::Time>(std::ceil(static_cast<double>(longest.count()) / slowest)));
+  described.least_execution = std::min(
+      described.execution,
+      static_cast<analysis::Time>(std::floor(static_cast<double>(least.count()) / fastest)));
+  if (facts.execution != Provenance::unknown) add_waits(index);
+}
+
+// What the file declares must not be less than what is known.
+void ModelBuilder::refuse_execution_below(Nanoseconds known, std::size_t index) const {
+  const CallbackDescription& described = callbacks_[index]->described;
+  const std::string& name = model_.system.callbacks[index].name;
+  if (described.execution->longest < known) {
+    throw Error(fmt::format("'{}' has an execution of {}, but its component says, or a run has "
+                            "measured, {}",
+                            name, to_string(described.execution->longest), to_string(known)),
+                "write the longer one, or leave it out", described.where);
+  }
+}
+
+// Its thread runs nothing else while it waits. Source: Chen et al.: "Many suspensions, many
+// problems", Real-Time Systems 2019: to count suspension as execution is safe, also for less urgent
+// threads of the CPU. Not for a reservation, whose budget a wait forfeits.
+void ModelBuilder::add_waits(std::size_t index) {
+  const CallbackDescription& stated = callbacks_[index]->described;
+  const MeasuredCallback* const seen = measured(index);
+  analysis::Callback& callback = model_.system.callbacks[index];
+  analysis::Executor& executor = model_.system.executors[callback.executor];
+  const Nanoseconds observed =
+      seen != nullptr ? seen->longest_wait.value_or(Nanoseconds::zero()) : Nanoseconds::zero();
+  const Nanoseconds declared = stated.waits.value_or(Nanoseconds::zero());
+  const Nanoseconds waits = std::max(observed, declared);
+  if (waits == Nanoseconds::zero()) return;
+  if (!stated.waits && observed > kShortWait && executor.unknown.empty()) {
+    executor.unknown = fmt::format(
+        "'{}' waited for {:.3f} ms in a measured execution, for a lock, a device, a reply or the "
+        "like; "
+        "state how long it may (`waits`)",
+        callback.name, static_cast<double>(observed.count()) / 1e6);
+  }
+  if (executor.reservation && waits > kShortWait && executor.unknown.empty()) {
+    executor.unknown = fmt::format(
+        "'{}' waits, and its thread is SCHED_DEADLINE: no supply is known for one that waits",
+        callback.name);
+  }
+  if (stated.waits && observed > declared) {
+    contradictions_.push_back(
+        fmt::format("'{}' waited for {} in the measured run, its `waits` is {}; the longer counts",
+                    callback.name, to_string(observed), to_string(declared)));
+  }
+  callback.execution += waits.count();
 }
 
 // As a run has seen them, whatever caused them; nullopt: none.
@@ -138,15 +205,41 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   return measured_arrivals(rest);
 }
 
+ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, bool has_senders) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const ArrivalDescription& arrival = *callback.described.arrival;
+  const std::string& name = model_.system.callbacks[index].name;
+  if (is_periodic(*callback.entity)) {
+    throw Error(
+        fmt::format("'{}' is a timer, which is released every {}: it has no other 'arrival'", name,
+                    to_string(callback.entity->period())),
+        "remove it", callback.described.where);
+  }
+  const ArrivalCurve curve =
+      arrival.distances.empty()
+          ? ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
+                                   arrival.least_distance.count())
+          : ArrivalCurve::by_distances(times_of(arrival.distances));
+  const MeasuredCallback* const seen = measured(index);
+  if (seen == nullptr || has_senders) return curve;
+  for (std::size_t i = 0; i < seen->least_distances.size(); ++i) {
+    const Nanoseconds distance = seen->least_distances[i];
+    if (curve.least_distance(static_cast<analysis::Count>(i) + 2) <= distance.count()) continue;
+    throw Error(
+        fmt::format(
+            "{} arrivals of '{}' came within {} in the measured run, but its "
+            "'arrival' allows no fewer than {}",
+            i + 2, name, to_string(distance),
+            to_string(Nanoseconds(curve.least_distance(static_cast<analysis::Count>(i) + 2)))),
+        "correct it", callback.described.where);
+  }
+  return curve;
+}
+
 // What arrives, beside what callbacks of the system send; nullopt: nothing.
 std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (callback.described.arrival) {
-    const ArrivalDescription& arrival = *callback.described.arrival;
-    if (!arrival.distances.empty()) return ArrivalCurve::by_distances(times_of(arrival.distances));
-    return ArrivalCurve::periodic(arrival.period.count(), arrival.jitter.count(),
-                                  arrival.least_distance.count());
-  }
+  if (callback.described.arrival) return declared_arrivals(index, has_senders);
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
   if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
@@ -174,6 +267,11 @@ void ModelBuilder::set_arrivals(std::size_t index) {
   described.arrivals = arrivals_of(index, has_senders);
   std::string& unknown = model_.system.executors[described.executor].unknown;
   const bool may_run = described.arrivals || has_senders;
+  const CallbackDescription& stated = callbacks_[index]->described;
+  if (!may_run && stated.waits && !stated.where.empty()) {
+    throw Error(fmt::format("'{}' never runs, so it does not wait", described.name),
+                "remove 'waits', or correct its topic", stated.where);
+  }
   if (may_run && model_.callbacks[index].execution == Provenance::unknown && unknown.empty()) {
     unknown = fmt::format(
         "the execution time of '{}' is not known; declare it (`execution`), or measure it (`takt "
@@ -230,13 +328,15 @@ void ModelBuilder::pass_on_what_is_unknown() {
     for (analysis::Executor& executor : executors) {
       if (!executor.share || !executor.unknown.empty()) continue;
       for (const analysis::Executor& other : executors) {
-        if (&other == &executor || !other.share || other.unknown.empty() ||
+        const bool spins_always = other.spin >= kUnbounded;
+        if (&other == &executor || !other.share || (other.unknown.empty() && !spins_always) ||
             other.share->cpu != executor.share->cpu ||
             other.share->priority < executor.share->priority) {
           continue;
         }
-        executor.unknown = fmt::format("'{}' runs before it on CPU {}, and {}", other.name,
-                                       executor.share->cpu, other.unknown);
+        executor.unknown =
+            fmt::format("'{}' runs before it on CPU {}, and {}", other.name, executor.share->cpu,
+                        spins_always ? "spins always" : other.unknown);
         has_changed = true;
         break;
       }
@@ -249,6 +349,9 @@ void ModelBuilder::pass_on_what_is_unknown() {
 void ModelBuilder::add_chains() {
   for (const PlannedChain& planned : chains_) {
     SystemModel::Chain chain{.name = planned.options.name, .deadline = planned.options.deadline};
+    for (const ChainDescription& stated : description_.chains) {
+      if (stated.options.name == chain.name) chain.allows_losses = stated.allows_losses;
+    }
     if (measured_ != nullptr) {
       for (const MeasuredChain& seen : measured_->chains) {
         if (seen.name == chain.name) chain.observed = seen.longest;
@@ -318,6 +421,8 @@ std::string_view to_string(Verdict verdict) noexcept {
       return "guaranteed";
     case Verdict::not_shown:
       return "not shown";
+    case Verdict::may_lose:
+      return "may lose some";
     case Verdict::no_bound:
       return "no bound";
     case Verdict::missed:
@@ -334,39 +439,8 @@ Verdict verdict(const SystemModel::Chain& chain, const ModelBounds::Chain& bound
   if (!bound.bound) return Verdict::no_bound;
   if (chain.observed > *bound.bound) return Verdict::refuted;
   if (!has_deadline) return Verdict::unjudged;
-  return *bound.bound <= chain.deadline ? Verdict::guaranteed : Verdict::not_shown;
-}
-
-ModelBounds analyze(const SystemModel& model) {
-  analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
-  for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
-  for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
-  ModelBounds bounds{
-      analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}),
-      {}};
-  for (const SystemModel::Chain& chain : model.chains) {
-    ModelBounds::Chain& result = bounds.chains.emplace_back();
-    result.why_not = chain.why_not;
-    if (!chain.why_not.empty()) continue;
-    const analysis::ChainBound& found = bounds.all.chains[chain.index];
-    result.why_not = found.why_not;
-    for (const analysis::SegmentBound& segment : found.segments) {
-      if (segment.wait == 0 || !result.why_not.empty()) continue;
-      // The next message of an input must come.
-      for (const std::size_t callback : segment.callbacks) {
-        const std::size_t depth = model.callbacks[callback].depth;
-        const analysis::Count backlog = bounds.all.callbacks[callback].backlog;
-        if (depth == 0 || backlog <= static_cast<analysis::Count>(depth)) continue;
-        result.why_not = fmt::format(
-            "it waits for the next message of '{}', which may be overwritten: {} may wait there, "
-            "and "
-            "its depth is {}",
-            model.system.callbacks[callback].name, backlog, depth);
-      }
-    }
-    if (result.why_not.empty()) result.bound = Nanoseconds(found.bound);
-  }
-  return bounds;
+  if (*bound.bound > chain.deadline) return Verdict::not_shown;
+  return bound.why_lossy.empty() || chain.allows_losses ? Verdict::guaranteed : Verdict::may_lose;
 }
 
 }  // namespace takt

@@ -46,15 +46,19 @@ struct SystemModel {
   struct Callback {
     Provenance execution = Provenance::unknown;
     std::uint64_t measured_executions = 0;
-    std::size_t depth = 0;  // of a subscription's queue; 0: none
-    Nanoseconds period{0};  // of a timer
+    std::size_t depth = 0;      // of a subscription's queue; 0: none
+    Nanoseconds period{0};      // of a timer
+    std::uint64_t dropped = 0;  // in the measured run: messages, or releases of a timer
+    /// Its chain instance ends if it takes longer: `overrun: abort`.
+    std::optional<Nanoseconds> given_up_after;
   };
   struct Chain {
     std::string name;
     Nanoseconds deadline{0};  // 0: none
     Nanoseconds observed{0};  // the longest that the measured model has seen; 0: not known
-    std::string why_not;      // if it is not in the system
-    std::size_t index = 0;    // in system.chains, else
+    bool allows_losses = false;
+    std::string why_not;    // if it is not in the system
+    std::size_t index = 0;  // in system.chains, else
   };
   analysis::System system;
   std::vector<Callback> callbacks;  // as in the system
@@ -76,6 +80,10 @@ struct ModelBounds {
   struct Chain {
     std::optional<Nanoseconds> bound;
     std::string why_not;
+    /// The bound is of the instances that come through. What may be lost, and how many: of so many
+    /// one comes through at least; 1: none is lost; 0: that is not known.
+    std::string why_lossy;
+    analysis::Count one_of = 1;
   };
   analysis::Bounds all;       // as in the system
   std::vector<Chain> chains;  // as in SystemModel::chains
@@ -88,8 +96,9 @@ ModelBounds analyze(const SystemModel& model);
 /// What a bound and the latencies that were seen say of a chain.
 enum class Verdict {
   unjudged,    // it has no deadline
-  guaranteed,  // its bound is at most its deadline
+  guaranteed,  // its bound is at most its deadline, and all come through unless it allows losses
   not_shown,   // its bound is larger; it may be in time
+  may_lose,    // in time, if it comes through
   no_bound,
   missed,   // a run has missed the deadline
   refuted,  // a run took longer than the bound: the file or the measured model is wrong

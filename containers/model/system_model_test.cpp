@@ -5,8 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/containers/configuration/configuration_file_test.hpp"
-#include "takt/containers/container.hpp"
+#include "takt/containers/model/bound_of_test.hpp"
 #include "takt/containers/model/places.hpp"
 #include "takt/containers/model/ranks.hpp"
 
@@ -16,28 +15,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-
-/// A file's only chain.
-ModelBounds::Chain bound_of(const std::string& text, const MeasuredModel* measured = nullptr,
-                            Verdict* verdict = nullptr) {
-  const ConfigurationFile file("system.yaml", text);
-  const SystemDescription description = file.read();
-  SystemDescription process_only = description;
-  process_only.dds.reset();  // nothing runs
-  const Container container(process_only);
-  const ModelledProcess process = container.modelled();
-  const SystemModel model =
-      make_system_model(description, container.plan().chains, {&process, 1}, measured);
-  const ModelBounds::Chain bound = analyze(model).chains.at(0);
-  if (verdict != nullptr) *verdict = takt::verdict(model.chains.at(0), bound);
-  return bound;
-}
-
-Verdict verdict_of(const std::string& text, const MeasuredModel* measured = nullptr) {
-  Verdict result = Verdict::unjudged;
-  bound_of(text, measured, &result);
-  return result;
-}
 
 /// U (1 ms, priority 5) sends to S (1 ms); four timers of 5 ms have priority 0.
 std::string trap(const std::string& executor, const std::string& machine = "") {
@@ -171,58 +148,6 @@ TEST(SystemModel, WhatCallsFromOutsideIsStatedOrMeasured) {
   EXPECT_FALSE(bound_of(with_server(), &measured).bound);
   server() = {.name = "/s/x", .executions = 2, .period = 1s, .jitter = 1ms};
   EXPECT_EQ(bound_of(with_server(), &measured).bound, 6ms);
-}
-
-/// A timer that sends to s, as far as anybody knows, and one that is bounded.
-std::string with_orphan() {
-  return R"(
-threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
-executors: {default: {type: events, scheduler: fifo, threads: [main_cpu]}}
-chains: [{name: c, path: [y/t_timer]}]
-container:
-  name: seen
-  components:
-    - component: takt::Workload
-      name: y
-      executor: default
-      parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
-    - component: takt::Workload
-      name: s
-      executor: default
-      parameters: {subscriptions: {topic: [t], work_us: [4000]}}
-)";
-}
-
-// 648 executions that no callback had sent counted as none, and 1.2 ms were guaranteed.
-TEST(SystemModel, WhatRanInTheModelCountsWhoeverHasSentIt) {
-  MeasuredModel measured{.duration = 10s};
-  measured.callbacks.push_back(
-      {.name = "/y/t_timer", .executions = 100, .longest_execution = 1ms, .causes = {{"/s/t", 1}}});
-  measured.callbacks.push_back(
-      {.name = "/s/t", .executions = 100, .longest_execution = 4ms, .least_distances = {100ms}});
-  const auto bound = [&] { return *bound_of(with_orphan(), &measured).bound; };
-  const Nanoseconds explained = bound();
-  MeasuredCallback& receiver = measured.callbacks[1];
-  receiver.executions = 101;  // so one of them has another cause
-  EXPECT_GT(bound(), explained);
-  measured.lost_executions = 1;  // then counts cannot be compared
-  EXPECT_EQ(bound(), explained);
-  receiver.uncaused = 2;
-  receiver.uncaused_distances = {50ms};
-  EXPECT_GT(bound(), explained);
-  receiver.uncaused_distances.clear();
-  EXPECT_FALSE(bound_of(with_orphan(), &measured).bound);
-}
-
-// It was ignored: a timer that a callback makes, and a model of another system.
-TEST(SystemModel, WhatRanInTheModelAndIsNotInTheSystemIsNotIgnored) {
-  MeasuredModel measured{.duration = 10s};
-  measured.callbacks.push_back({.name = "/s/later", .longest_execution = 1ms});
-  EXPECT_TRUE(bound_of(with_orphan(), &measured).bound);
-  measured.callbacks[0].executions = 3;
-  EXPECT_THAT(bound_of(with_orphan(), &measured).why_not, HasSubstr("'/s/later' ran 3 times"));
-  measured.callbacks[0].name = "/stranger/t";
-  EXPECT_THROW(bound_of(with_orphan(), &measured), Error);
 }
 
 /// Two timers on a pool of two threads, each with a CPU; they need so much of each 100 ms.

@@ -43,6 +43,10 @@ void ConfigurationReader::read_chain(const Value& value) {
                                       "remove it, or write a longer time");
                         }
                       })},
+       {"losses",
+        "Whether messages on its way may be overwritten, and releases missed: `refused`, or "
+        "`allowed`. `takt analyze` then says how many instances its guarantee covers.",
+        into(chain.allows_losses, {{"refused", false}, {"allowed", true}})},
        {"path",
         "Its callbacks, as `node/callback`. You can omit steps between two callbacks if only one "
         "path connects them, and the first slash of a topic.",

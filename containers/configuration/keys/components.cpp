@@ -107,6 +107,7 @@ void ConfigurationReader::read_group(const Value& value, ComponentDescription& c
   fields.push_back({"executor",
                     "A name in `executors`, or `default`. By default, the component's executor.",
                     into_executor(group.executor)});
+  fields.push_back(waits_field(group.waits));
   read_callback_map(value, "a callback group", fields, group.parameters);
   component.callback_groups.try_emplace(value.name, std::move(group));
 }
@@ -119,6 +120,7 @@ void ConfigurationReader::read_callback(const Value& value, ComponentDescription
        "Processor time of one execution, for `takt analyze`. A duration is the longest; `{min: "
        "1ms, max: 4ms}` states the shortest, too.",
        into_execution(callback.execution)});
+  fields.push_back(waits_field(callback.waits));
   fields.push_back({"arrival",
                     "How often it is called, if that is decided outside of this file: by other "
                     "programs, services, file descriptors, guard conditions. For `takt analyze`.",
@@ -128,6 +130,13 @@ void ConfigurationReader::read_callback(const Value& value, ComponentDescription
                     into(callback.publishes_at_end, {{"end", true}, {"any", false}})});
   read_callback_map(value, "a callback", fields, callback.parameters);
   component.callbacks.try_emplace(value.name, std::move(callback));
+}
+
+SystemReader::Field ConfigurationReader::waits_field(std::optional<Nanoseconds>& waits) {
+  return {"waits",
+          "The most that one execution waits, in all: for a lock, a device, a reply, a sleep. For "
+          "`takt analyze`: the thread runs nothing else meanwhile. By default, 0.",
+          [this, &waits](const Value& value) { into_duration(waits.emplace(), [] {})(value); }};
 }
 
 SystemReader::Read ConfigurationReader::into_execution(

@@ -82,6 +82,8 @@ json chain_json(const AnalyzedFile& file, std::size_t index) {
               {"bound_us", bound.bound ? json(rt::us(*bound.bound)) : json()},
               {"verdict", to_string(verdict(chain, bound))},
               {"reason", bound.why_not.empty() ? json() : json(bound.why_not)},
+              {"covers_one_of", bound.bound && bound.one_of != 0 ? json(bound.one_of) : json()},
+              {"losses", bound.why_lossy.empty() ? json() : json(bound.why_lossy)},
               {"segments", json::array()}};
   if (found(file, index) == nullptr) return result;
   for (const analysis::SegmentBound& segment : found(file, index)->segments) {
@@ -143,8 +145,14 @@ void print_chains(const AnalyzedFile& file) {
     const SystemModel::Chain& chain = file.model.chains[i];
     const ModelBounds::Chain& bound = file.bounds.chains[i];
     const Verdict found = verdict(chain, bound);
-    if (found == Verdict::missed || found == Verdict::refuted) {
+    if (found == Verdict::missed || found == Verdict::refuted || found == Verdict::may_lose) {
       rt::print("{} {}\n", chain.name, why_not_guaranteed(chain, bound));
+    }
+    if (found == Verdict::guaranteed && !bound.why_lossy.empty()) {
+      rt::print("{} is guaranteed for {}: {}\n", chain.name,
+                bound.one_of == 0 ? "the instances that come through, however few"
+                                  : fmt::format("1 of {} instances at least", bound.one_of),
+                bound.why_lossy);
     }
     if (!bound.bound) rt::print("{} has no bound: {}\n", chain.name, bound.why_not);
   }

@@ -70,6 +70,11 @@ std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBound
           "took {} in the measured run, its bound is {}: what the file says, or the "
           "model, is not true",
           ms(chain.observed), ms(*bound.bound));
+    case Verdict::may_lose:
+      return fmt::format(
+          "is in time, but not every instance comes through: {}; `losses: allowed` "
+          "permits that",
+          bound.why_lossy);
     case Verdict::no_bound:
       return fmt::format("has no bound ({}), its deadline is {}", bound.why_not,
                          ms(chain.deadline));

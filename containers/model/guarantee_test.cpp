@@ -1,0 +1,240 @@
+// A guarantee is a guarantee: what the file and the measured run say counts, also where they
+// contradict each other.
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/containers/model/bound_of_test.hpp"
+
+namespace takt::test {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+/// A timer that sends to s, as far as anybody knows, and one that is bounded.
+std::string with_orphan() {
+  return R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, scheduler: fifo, threads: [main_cpu]}}
+chains: [{name: c, path: [y/t_timer]}]
+container:
+  name: seen
+  components:
+    - component: takt::Workload
+      name: y
+      executor: default
+      parameters: {publishers: {topic: [t], period_us: [100000], work_us: [1000]}}
+    - component: takt::Workload
+      name: s
+      executor: default
+      parameters: {subscriptions: {topic: [t], work_us: [4000]}}
+)";
+}
+
+// 648 executions that no callback had sent counted as none, and 1.2 ms were guaranteed.
+TEST(Guarantee, WhatRanInTheModelCountsWhoeverHasSentIt) {
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back(
+      {.name = "/y/t_timer", .executions = 100, .longest_execution = 1ms, .causes = {{"/s/t", 1}}});
+  measured.callbacks.push_back(
+      {.name = "/s/t", .executions = 100, .longest_execution = 4ms, .least_distances = {100ms}});
+  const auto bound = [&] { return *bound_of(with_orphan(), &measured).bound; };
+  const Nanoseconds explained = bound();
+  MeasuredCallback& receiver = measured.callbacks[1];
+  receiver.executions = 101;  // so one of them has another cause
+  EXPECT_GT(bound(), explained);
+  measured.lost_executions = 1;  // then counts cannot be compared
+  EXPECT_EQ(bound(), explained);
+  receiver.uncaused = 2;
+  receiver.uncaused_distances = {50ms};
+  EXPECT_GT(bound(), explained);
+  receiver.uncaused_distances.clear();
+  EXPECT_FALSE(bound_of(with_orphan(), &measured).bound);
+}
+
+// It was ignored: a timer that a callback makes, and a model of another system.
+TEST(Guarantee, WhatRanInTheModelAndIsNotInTheSystemIsNotIgnored) {
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/s/later", .longest_execution = 1ms});
+  EXPECT_TRUE(bound_of(with_orphan(), &measured).bound);
+  measured.callbacks[0].executions = 3;
+  EXPECT_THAT(bound_of(with_orphan(), &measured).why_not, HasSubstr("'/s/later' ran 3 times"));
+  measured.callbacks[0].name = "/stranger/t";
+  EXPECT_THROW(bound_of(with_orphan(), &measured), Error);
+}
+
+/// A thread of priority 60 and one of 50 on a CPU, whose timer takes 1 ms of each 10.
+std::string with_two_threads(const std::string& first, int work_us = 100,
+                             const std::string& more = "") {
+  return more + R"(
+threads:
+  hot: {policy: SCHED_FIFO, priority: 60, affinity: [0]}
+  slow: {policy: SCHED_FIFO, priority: 50, affinity: [0]}
+executors:
+  a: {type: events, threads: [hot])" +
+         first + R"(}
+  b: {type: events, threads: [slow]}
+chains: [{name: c, deadline: 5ms, path: [y/y_timer]}]
+container:
+  name: shared
+  components:
+    - component: takt::Workload
+      name: x
+      executor: a
+      parameters: {publishers: {topic: [x], period_us: [1500], work_us: [)" +
+         std::to_string(work_us) + R"(]}}
+    - component: takt::Workload
+      name: y
+      executor: b
+      parameters: {publishers: {topic: [y], period_us: [10000], work_us: [1000]}}
+)";
+}
+
+// 1.1 ms were guaranteed, and half of the executions took more than 3.8 ms.
+TEST(Guarantee, WhatAThreadSpinsIsWorkOnItsCpu) {
+  EXPECT_EQ(bound_of(with_two_threads("")).bound, 1100us);
+  EXPECT_GT(bound_of(with_two_threads(", early_wake: 1ms")).bound, 3800us);
+  EXPECT_EQ(bound_of(with_two_threads(", spin: 50us")).bound, 1200us);
+}
+
+// The run had no policies, the guarantee did.
+TEST(Guarantee, WithoutRealTimeThereIsNoGuarantee) {
+  const auto bound = bound_of(with_two_threads("", 100, "realtime: off"));
+  EXPECT_THAT(bound.why_not, HasSubstr("`realtime: off`"));
+  EXPECT_TRUE(bound_of(with_two_threads("", 100, "realtime: prefer")).bound);
+}
+
+// 97 % of a CPU were guaranteed, and Linux leaves 95 % of it: 64 ms were seen instead of 20.
+TEST(Guarantee, WhatLinuxThrottlesIsNotSupplied) {
+  const auto bound = [](const char* runtime) {
+    return bound_of(with_two_threads("", 900, fmt::format("machine: {{rt_runtime: {}}}", runtime)))
+        .bound;
+  };
+  const auto unlimited = bound("unlimited");
+  EXPECT_EQ(bound("950ms"), unlimited);
+  EXPECT_EQ(bound("710ms"), unlimited);
+  EXPECT_GE(bound("701ms"), 1ms + 299ms);  // a little less than is wanted in a second
+}
+
+/// A timer of 1 ms in each 10 ms with these keys, and one beside it that is bounded.
+std::string with_keys(const std::string& keys, const std::string& group = "") {
+  return R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [main_cpu]}}
+chains: [{name: c, deadline: 5ms, path: [y/y_timer]}]
+container:
+  name: keyed
+  components:
+    - component: takt::Workload
+      name: x
+      executor: default
+      callbacks: {x_timer: {)" +
+         keys + R"(}}
+      callback_groups: {default: {)" +
+         group + R"(}}
+      parameters: {publishers: {topic: [x], period_us: [10000], work_us: [1000]}}
+    - component: takt::Workload
+      name: y
+      executor: default
+      parameters: {publishers: {topic: [y], period_us: [10000], work_us: [1000]}}
+)";
+}
+
+// 0.8 ms were guaranteed; with a sleep of 5 ms, all took 5.4 ms.
+TEST(Guarantee, WhatACallbackWaitsCounts) {
+  EXPECT_EQ(bound_of(with_keys("")).bound, 2ms);
+  EXPECT_EQ(bound_of(with_keys("waits: 2ms")).bound, 4ms);
+  EXPECT_EQ(bound_of(with_keys("", "waits: 2ms")).bound, 4ms);
+  MeasuredModel measured{.duration = 10s, .margin = 0};
+  measured.callbacks.push_back({.name = "/x/x_timer",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .longest_wait = 3ms,
+                                .least_distances = {10ms}});
+  EXPECT_THAT(bound_of(with_keys(""), &measured).why_not,
+              HasSubstr("'/x/x_timer' waited for 3.000 ms"));
+  EXPECT_EQ(bound_of(with_keys("waits: 2ms"), &measured).bound, 5ms);  // the longer one
+  measured.callbacks[0].longest_wait = 50us;                           // a lock of the library
+  EXPECT_EQ(bound_of(with_keys(""), &measured).bound, 2050us);
+}
+
+// 18 ms were guaranteed for what took 25, as an arrival of 1 s replaced the timer's 10 ms.
+TEST(Guarantee, RefusesWhatContradictsTheComponent) {
+  EXPECT_THROW(bound_of(with_keys("arrival: {period: 1s}")), Error);
+  EXPECT_THROW(bound_of(with_keys("execution: 900us")), Error);
+  EXPECT_EQ(bound_of(with_keys("execution: 1100us")).bound, 2100us);
+  EXPECT_EQ(bound_of(with_keys("budget: 900us")).bound, 2ms);  // it is named, and does not count
+  EXPECT_EQ(bound_of(with_keys("budget: 1100us")).bound, 2100us);
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back(
+      {.name = "/x/x_timer", .executions = 2, .longest_execution = 1200us});
+  EXPECT_THROW(bound_of(with_keys("execution: 1100us"), &measured), Error);
+}
+
+/// A chain to a subscription of this depth, which something more urgent keeps waiting.
+std::string with_losses(int depth, const std::string& losses = "") {
+  return fmt::format(R"(
+threads:
+  a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}
+  b: {{policy: SCHED_FIFO, priority: 60, affinity: [1]}}
+executors:
+  default: {{type: events, scheduler: fixed_priority, threads: [a]}}
+  apart: {{type: events, threads: [b]}}
+chains: [{{name: c, deadline: 100ms{}, path: [x/x_timer, y/x]}}]
+container:
+  name: losing
+  components:
+    - component: takt::Workload
+      name: x
+      executor: apart
+      parameters: {{publishers: {{topic: [x], period_us: [10000], work_us: [1000]}}}}
+    - component: takt::Workload
+      name: y
+      executor: default
+      parameters: {{subscriptions: {{topic: [x], work_us: [1000], depth: [{}]}}}}
+      callbacks: {{x: {{priority: 1}}}}
+    - component: takt::Workload
+      name: z
+      executor: default
+      parameters: {{publishers: {{topic: [z], period_us: [100000], work_us: [25000]}}}}
+      callbacks: {{z_timer: {{priority: 2}}}}
+)",
+                     losses, depth);
+}
+
+// 4 of 10 instances were overwritten in a queue of 1, and the chain was guaranteed.
+TEST(Guarantee, AChainThatMayLoseMessagesIsNotGuaranteed) {
+  EXPECT_EQ(verdict_of(with_losses(5)), Verdict::guaranteed);
+  EXPECT_EQ(bound_of(with_losses(5)).one_of, 1);
+  EXPECT_EQ(verdict_of(with_losses(1)), Verdict::may_lose);
+  EXPECT_GT(bound_of(with_losses(1)).one_of, 1);
+  EXPECT_EQ(verdict_of(with_losses(1, ", losses: allowed")), Verdict::guaranteed);
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/y/x", .executions = 100, .dropped = 1});
+  EXPECT_EQ(verdict_of(with_losses(5), &measured), Verdict::may_lose);
+}
+
+// 9.9 ms were guaranteed, 13.9 occurred: the least execution was that of the slowest CPU.
+TEST(Guarantee, TheLeastExecutionIsThatOfTheFastestCpu) {
+  const ConfigurationFile file("system.yaml", R"(
+machine: {cpus: [0, 1], speed: {0: 1.0, 1: 0.5}}
+threads: {a: {policy: SCHED_FIFO, priority: 60}}
+executors: {default: {type: events, threads: [a]}}
+container:
+  name: c
+  components:
+    - component: takt::Workload
+      name: x
+      parameters: {publishers: {topic: [x], period_us: [10000], work_us: [4000]}}
+)");
+  SystemDescription description = file.read();
+  const Container container(description);
+  const ModelledProcess process = container.modelled();
+  const SystemModel model = make_system_model(description, {}, {&process, 1});
+  EXPECT_EQ(model.system.callbacks[0].execution, Nanoseconds(8ms).count());
+  EXPECT_EQ(model.system.callbacks[0].least_execution, Nanoseconds(4ms).count());
+}
+
+}  // namespace
+}  // namespace takt::test

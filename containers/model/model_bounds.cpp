@@ -1,0 +1,110 @@
+// The analysis of a model, and what only the model knows of its chains.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+
+#include <fmt/format.h>
+
+#include "takt/containers/model/system_model.hpp"
+
+namespace takt {
+namespace {
+
+using analysis::Count;
+using analysis::kUnbounded;
+
+/// What may be lost at one callback, of how many; empty: nothing.
+struct Loss {
+  std::string why;
+  Count one_of = 1;  // of so many one comes through; 0: of none it is known
+};
+
+// A release that comes before the one before it has begun is served together with it.
+Loss loss_of_timer(const std::string& name, const SystemModel::Callback& facts,
+                   const analysis::Callback& callback, analysis::Time bound) {
+  const analysis::Time period = facts.period.count();
+  const analysis::Time waiting = bound - callback.least_execution;
+  if (waiting <= period) return {};
+  const Count releases = (waiting + period - 1) / period;
+  return {fmt::format("'{}' may begin so late that {} releases are served at once", name, releases),
+          releases};
+}
+
+Loss loss_at(const SystemModel& model, const ModelBounds& bounds, std::size_t index) {
+  const SystemModel::Callback& facts = model.callbacks[index];
+  const analysis::Callback& callback = model.system.callbacks[index];
+  const analysis::CallbackBound& bound = bounds.all.callbacks[index];
+  const std::string& name = callback.name;
+  if (facts.dropped != 0) {
+    return {fmt::format("'{}' lost {} in the measured run", name, facts.dropped), 0};
+  }
+  if (facts.given_up_after && bound.bound > facts.given_up_after->count()) {
+    return {fmt::format("'{}' may take longer than {}, and its `overrun` then ends the instance",
+                        name, to_string(*facts.given_up_after)),
+            0};
+  }
+  if (callback.is_timer && facts.period > Nanoseconds::zero()) {
+    return loss_of_timer(name, facts, callback, bound.bound);
+  }
+  const auto depth = static_cast<Count>(facts.depth);
+  if (depth == 0 || bound.backlog <= depth) return {};
+  if (bound.backlog >= kUnbounded) {
+    return {fmt::format("it is not known how many messages wait for '{}'", name), 0};
+  }
+  return {fmt::format("of {} messages that may wait for '{}', {} may be overwritten: its depth is "
+                      "{}",
+                      bound.backlog, name, bound.backlog - depth, depth),
+          bound.backlog};
+}
+
+void find_losses(const SystemModel& model, const ModelBounds& bounds,
+                 const std::vector<std::size_t>& path, ModelBounds::Chain& result) {
+  for (const std::size_t callback : path) {
+    const Loss loss = loss_at(model, bounds, callback);
+    result.one_of = analysis::times(result.one_of, loss.one_of);
+    if (result.why_lossy.empty()) result.why_lossy = loss.why;
+  }
+}
+
+// A join waits for the next message of an input: it must come.
+std::string why_it_waits_for_ever(const SystemModel& model, const ModelBounds& bounds,
+                                  const analysis::SegmentBound& segment) {
+  if (segment.wait == 0) return {};
+  for (const std::size_t callback : segment.callbacks) {
+    const std::size_t depth = model.callbacks[callback].depth;
+    const Count backlog = bounds.all.callbacks[callback].backlog;
+    if (depth == 0 || backlog <= static_cast<Count>(depth)) continue;
+    return fmt::format(
+        "it waits for the next message of '{}', which may be overwritten: {} may wait there, and "
+        "its depth is {}",
+        model.system.callbacks[callback].name, backlog, depth);
+  }
+  return {};
+}
+
+}  // namespace
+
+ModelBounds analyze(const SystemModel& model) {
+  analysis::Time longest = std::chrono::nanoseconds(std::chrono::milliseconds(100)).count();
+  for (const auto& chain : model.chains) longest = std::max(longest, chain.deadline.count());
+  for (const auto& callback : model.callbacks) longest = std::max(longest, callback.period.count());
+  ModelBounds bounds{
+      analysis::analyze(model.system, {.methods = {}, .limit = 10 * longest, .explains = true}),
+      {}};
+  for (const SystemModel::Chain& chain : model.chains) {
+    ModelBounds::Chain& result = bounds.chains.emplace_back();
+    result.why_not = chain.why_not;
+    if (!chain.why_not.empty()) continue;
+    const analysis::ChainBound& found = bounds.all.chains[chain.index];
+    result.why_not = found.why_not;
+    for (const analysis::SegmentBound& segment : found.segments) {
+      if (result.why_not.empty()) result.why_not = why_it_waits_for_ever(model, bounds, segment);
+    }
+    if (!result.why_not.empty()) continue;
+    result.bound = Nanoseconds(found.bound);
+    find_losses(model, bounds, model.system.chains[chain.index].callbacks, result);
+  }
+  return bounds;
+}
+
+}  // namespace takt
