@@ -135,8 +135,7 @@ class PublisherBase {
     if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
       return dispatch->outputs->add(writer_, remote_.get(), block);
     }
-    ReleasedMessages released;
-    takt::send(writer_, remote_.get(), block, released);
+    takt::send(writer_, remote_.get(), block);
   }
   /// For a message that the user made.
   OwnedBlock& wrapper();

@@ -79,7 +79,7 @@ void StagedOutputs::forget(const IntraProcessWriter& writer) noexcept {
     const std::lock_guard staged_lock(staged->mutex_);
     std::erase_if(staged->outputs_, [&](const Output& output) {
       if (output.writer != &writer) return false;
-      released.add(*output.message);
+      released.release(*output.message);
       return true;
     });
   }

@@ -131,12 +131,6 @@ std::uint64_t SubscriptionBase::lost() const noexcept {
   return dropped() + malformed_;
 }
 
-MessageBlock* SubscriptionBase::take_message(bool& more, ReleasedMessages& released) noexcept {
-  MessageBlock* message = IntraProcessReader::take(more, released);
-  if (message == nullptr || message->payload() != nullptr) return message;
-  return decode_received(*message);
-}
-
 MessageBlock* SubscriptionBase::decode(std::span<const std::byte> bytes) noexcept {
   const MessageType& type = *endpoint().type;
   if (LoanedBlock* loan = decoded_ != nullptr ? decoded_->acquire() : nullptr) {

@@ -61,17 +61,22 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   /// The oldest message, decoded, which the caller must release; nullptr when there is none, or it
   /// was not what its type says: that is counted as dropped.
   MessageBlock* take_message(bool& more) noexcept {
-    ReleasedMessages released;
-    return take_message(more, released);
+    return decoded(IntraProcessReader::take(more));
   }
   /// For a caller with a lock, which `released` outlives.
-  MessageBlock* take_message(bool& more, ReleasedMessages& released) noexcept;
+  MessageBlock* take_message(bool& more, ReleasedMessages& released) noexcept {
+    return decoded(IntraProcessReader::take(more, released));
+  }
   /// The message as a shared_ptr, which takes the caller's hold of it over.
   std::shared_ptr<const void> share(MessageBlock& message);
   /// For a taker that may take again, after it might not.
   void announce_if_ready() noexcept;
 
  private:
+  MessageBlock* decoded(MessageBlock* message) noexcept {
+    const bool is_decoded = message == nullptr || message->payload() != nullptr;
+    return is_decoded ? message : decode_received(*message);
+  }
   [[gnu::noinline]] MessageBlock* decode_received(MessageBlock& received) noexcept;
   /// The message that these bytes are, or nullptr.
   MessageBlock* decode(std::span<const std::byte> bytes) noexcept;

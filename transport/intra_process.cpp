@@ -206,20 +206,40 @@ void IntraProcessReader::leave() noexcept {
   if (std::exchange(joined_, false)) Topics::instance().remove(*this);
 }
 
+MessageBlock* IntraProcessReader::take(bool& more, ReleasedMessages& released) noexcept {
+  MessageBlock* message = pop(more, released);
+  return message != nullptr && message->can_expire() ? skip_expired(message, more, released)
+                                                     : message;
+}
+
+MessageBlock* IntraProcessReader::pop(bool& more, ReleasedMessages& released) noexcept {
+  const auto discard = [&](MessageBlock* old) {
+    if (drop(*old)) released.add(*old);
+  };
+  return ring_.pop(discard, more);
+}
+
 MessageBlock* IntraProcessReader::skip_expired(MessageBlock* message, bool& more,
                                                ReleasedMessages& released) noexcept {
   while (message != nullptr && message->is_expired()) {
-    drop(*message, released);
-    message = ring_.pop([&](MessageBlock* old) { drop(*old, released); }, more);
+    if (drop(*message)) released.add(*message);
+    message = pop(more, released);
   }
   return message;
 }
 
-// Not inline: it would cost callers that drop nothing their registers.
-void IntraProcessReader::drop(MessageBlock& message, ReleasedMessages& released) noexcept {
+// Not inline: it would cost callers that drop nothing their registers. True: nobody holds it any
+// more.
+bool IntraProcessReader::drop(MessageBlock& message) noexcept {
   dropped_.fetch_add(1, std::memory_order_relaxed);  // a statistic, ordered by nothing
-  released.add(message);
+  const bool is_last = message.is_last_release();
   events_->lost(1);
+  return is_last;
+}
+
+void IntraProcessReader::drop_now(MessageBlock& message) noexcept {
+  ReleasedMessages released;
+  if (drop(message)) released.add(message);
 }
 
 IntraProcessWriter::IntraProcessWriter(Endpoint endpoint, Clock& clock)
@@ -248,6 +268,15 @@ IntraProcessWriter::~IntraProcessWriter() {
   }
 }
 
+void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept) noexcept {
+  if (has_policies_) [[unlikely]] {
+    ReleasedMessages released;
+    return send_by_policies(message, kept, released);
+  }
+  ReleasedMessages released;
+  send(message, kept, released);
+}
+
 void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept,
                                ReleasedMessages& released) noexcept {
   if (has_policies_) [[unlikely]]
@@ -267,7 +296,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t k
   message.envelope.sequence = next_sequence();  // there may be no reader yet
   message.envelope.ready_time = now;
   if (MessageBlock* oldest = std::exchange(history_->messages[history_->next], &message)) {
-    released.add(*oldest);
+    released.release(*oldest);
   }
   history_->next = (history_->next + 1) % history_->messages.size();
   send(message, kept + 1, released);
@@ -280,7 +309,7 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t k
   const std::span readers(*table_.load());
   if (readers.empty()) {
     message.set_references(kept + 1);
-    return released.add(message);
+    return released.release(message);
   }
   Arrival arrival{next_sequence(), {}};
   for (const IntraProcessReader* reader : readers) {

@@ -57,13 +57,13 @@ class IntraProcessReader {
   [[gnu::always_inline]] void deliver(MessageBlock& message, Arrival arrival,
                                       ReleasedMessages& released) noexcept {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
-      return released.add(message);
+      return released.release(message);
     ArrivalListener* listener = listener_.load();
     const bool is_here = listener != nullptr && listener->announce_here(arrival);
     const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
     MessageBlock* old = is_here ? ring_.push_here(&message, arrival.sequence, time_ns)
                                 : ring_.push(&message, arrival.sequence, time_ns);
-    if (old != nullptr) drop(*old, released);
+    if (old != nullptr && drop(*old)) released.add(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
     if (is_here) return;
@@ -82,16 +82,15 @@ class IntraProcessReader {
   /// The oldest message, which the caller must release; nullptr when there is none.
   /// `more`: whether more were there.
   MessageBlock* take(bool& more) noexcept {
-    ReleasedMessages released;
-    return take(more, released);
-  }
-  /// For a caller with a lock, which `released` outlives.
-  MessageBlock* take(bool& more, ReleasedMessages& released) noexcept {
-    MessageBlock* message = ring_.pop([&](MessageBlock* old) { drop(*old, released); }, more);
-    if (message != nullptr && message->can_expire()) [[unlikely]]
+    MessageBlock* message = ring_.pop([this](MessageBlock* old) { drop_now(*old); }, more);
+    if (message != nullptr && message->can_expire()) [[unlikely]] {
+      ReleasedMessages released;
       return skip_expired(message, more, released);
+    }
     return message;
   }
+  /// For a caller with a lock, which `released` outlives.
+  MessageBlock* take(bool& more, ReleasedMessages& released) noexcept;
 
   /// So many messages were sent to it, and overwritten before they came here.
   void miss(std::uint64_t count) noexcept { missed_.fetch_add(count, std::memory_order_relaxed); }
@@ -121,7 +120,9 @@ class IntraProcessReader {
   bool is_for_us(const MessageBlock& message) const noexcept;
   MessageBlock* skip_expired(MessageBlock* message, bool& more,
                              ReleasedMessages& released) noexcept;
-  void drop(MessageBlock& message, ReleasedMessages& released) noexcept;
+  [[nodiscard]] bool drop(MessageBlock& message) noexcept;
+  void drop_now(MessageBlock& message) noexcept;
+  MessageBlock* pop(bool& more, ReleasedMessages& released) noexcept;
 
   const Endpoint endpoint_;
   KeepLastRing<MessageBlock> ring_;
@@ -151,10 +152,7 @@ class IntraProcessWriter {
   const Endpoint& endpoint() const noexcept { return endpoint_; }
   /// Sends the message to every matched reader and gives up the caller's hold of it, but for
   /// `kept` of them.
-  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept {
-    ReleasedMessages released;
-    write(message, kept, released);
-  }
+  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept;
   /// For a caller with a lock, which `released` outlives.
   void write(MessageBlock& message, std::uint32_t kept, ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;

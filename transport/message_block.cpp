@@ -39,8 +39,8 @@ PoolPtr<LoanedBlock> make_loans(std::size_t count, const MessageMaker& maker,
       Pool<LoanedBlock>::create(count, [&](std::uint32_t) { return maker.loan(prototype); }));
 }
 
-void ReleasedMessages::recycle() noexcept {
-  while (first_ != nullptr) std::exchange(first_, first_->next_released_)->recycle();
+void ReleasedMessages::recycle(MessageBlock* first) noexcept {
+  while (first != nullptr) std::exchange(first, first->next_released_)->recycle();
 }
 
 }  // namespace takt

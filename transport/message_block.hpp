@@ -90,6 +90,12 @@ class alignas(64) MessageBlock {
   void release() noexcept {
     if (is_last_release()) recycle();
   }
+  /// As release, but the caller gives an object that nobody holds to ReleasedMessages.
+  [[nodiscard]] bool is_last_release() noexcept {
+    // Acquire and release: pair with each other; all uses end before the payload goes.
+    return references_.load(std::memory_order_acquire) == 1 ||
+           references_.fetch_sub(1, std::memory_order_acq_rel) == 1;
+  }
   /// The payload for a receiver that wants to own it: moved out when no other holds it and it
   /// came from the heap, else nullptr (the receiver copies).
   void* steal() noexcept {
@@ -108,11 +114,6 @@ class alignas(64) MessageBlock {
 
  private:
   friend class ReleasedMessages;
-  bool is_last_release() noexcept {
-    // Acquire and release: pair with each other; all uses end before the payload goes.
-    return references_.load(std::memory_order_acquire) == 1 ||
-           references_.fetch_sub(1, std::memory_order_acq_rel) == 1;
-  }
 
   std::atomic<std::uint32_t> references_{0};
   const Clock* expiry_clock_ = nullptr;  // nullptr: it is delivered however old
@@ -129,17 +130,22 @@ class ReleasedMessages {
   ReleasedMessages() = default;
   ~ReleasedMessages() {
     if (first_ != nullptr) [[unlikely]]
-      recycle();
+      recycle(first_);
   }
   ReleasedMessages(const ReleasedMessages&) = delete;
   ReleasedMessages& operator=(const ReleasedMessages&) = delete;
 
+  void release(MessageBlock& message) noexcept {
+    if (message.is_last_release()) add(message);
+  }
+  /// One that nobody holds any more.
   void add(MessageBlock& message) noexcept {
-    if (message.is_last_release()) message.next_released_ = std::exchange(first_, &message);
+    message.next_released_ = std::exchange(first_, &message);
   }
 
  private:
-  [[gnu::noinline]] void recycle() noexcept;
+  // Not a member, which would keep the object out of registers where messages are sent.
+  [[gnu::noinline]] static void recycle(MessageBlock* first) noexcept;
 
   MessageBlock* first_ = nullptr;
 };
