@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <thread>
 
 #include <fcntl.h>
@@ -25,10 +26,12 @@
 #include <grp.h>
 #include <sys/file.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/time.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
 namespace takt {
@@ -38,8 +41,8 @@ class RoudiProcess::LockFile {
  public:
   /// `at_exec`: 0 lets a program that this process becomes keep the lock.
   explicit LockFile(const char* name, int at_exec = O_CLOEXEC)
-      : fd_(open(fmt::format("/tmp/.takt_roudi_{}.{}", geteuid(), name).c_str(),
-                 O_RDWR | O_CREAT | O_NOFOLLOW | at_exec, 0600)) {}
+      : path_(fmt::format("/tmp/.takt_roudi_{}.{}", geteuid(), name)),
+        fd_(open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | at_exec, 0600)) {}
   ~LockFile() { close(fd_); }
   LockFile(const LockFile&) = delete;
   LockFile& operator=(const LockFile&) = delete;
@@ -53,11 +56,33 @@ class RoudiProcess::LockFile {
     return result == 0;
   }
 
+  /// Throws Error if another user can hold the lock, or if it does not come free: the folder is
+  /// everybody's, and the name can be foreseen.
+  void lock_within(int how, Nanoseconds limit) const {
+    struct stat file {};
+    if (fd_ < 0 || fstat(fd_, &file) != 0 || file.st_uid != geteuid()) {
+      throw Error(fmt::format("{} is not ours: {}", path_,
+                              fd_ < 0 ? errno_message(errno)
+                                      : fmt::format("it belongs to user {}", file.st_uid)),
+                  "remove it; RouDi cannot be started while it is there");
+    }
+    const TimePoint end = later(std::chrono::steady_clock::now(), limit);
+    while (!lock(how | LOCK_NB)) {
+      if (std::chrono::steady_clock::now() > end) {
+        throw Error(fmt::format("{} is locked for {} s by another run that starts RouDi", path_,
+                                std::chrono::duration<double>(limit).count()),
+                    "end that run");
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
   /// The main function of the keeper. It keeps `report` and, until RouDi serves, the lock `start`,
   /// because the process that started it may be killed.
   [[noreturn]] static void keep(int report, const LockFile& start, std::vector<ChunkPool> pools);
 
  private:
+  const std::string path_;
   const int fd_;
 };
 
@@ -69,6 +94,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
 constexpr std::size_t kMostPools = 32;
 constexpr auto kStartLimit = 20s;
+constexpr auto kEndLimit = 2s;  // until another process lets go of a lock at the end
 
 constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
   return (message_bytes + kChunkOverhead + 7) / 8 * 8;
@@ -262,11 +288,8 @@ void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector
 RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
     : users_(std::make_unique<LockFile>("users", 0)) {
   const LockFile start("start");
-  if (!start.lock(LOCK_EX) || !users_->lock(LOCK_SH)) {
-    throw Error(fmt::format("/tmp/.takt_roudi_{}.users cannot be locked: {}", geteuid(),
-                            errno_message(errno)),
-                "remove it, if it is not yours");
-  }
+  start.lock_within(LOCK_EX, kStartLimit);  // which another start has, too
+  users_->lock_within(LOCK_SH, kEndLimit);  // which a keeper holds exclusively when it ends
   pid_ = find_roudi().pid;
   if (pid_ != 0) return;  // if it cannot be used, joining reports why
   if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
@@ -283,15 +306,17 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
   throw Error(said.empty() ? "the process that starts RouDi has died" : said);
 }
 
-RoudiProcess::~RoudiProcess() {
+RoudiProcess::~RoudiProcess() try {
   users_.reset();
   const LockFile start("start"), users("users"), keepers("keepers");
-  start.lock(LOCK_EX);
+  start.lock_within(LOCK_EX, kEndLimit);
   // Others hold shares of it, unless a keeper holds it exclusively.
   if (!users.lock(LOCK_EX | LOCK_NB) && users.lock(LOCK_SH | LOCK_NB)) return;
   users.lock(LOCK_UN);
-  keepers.lock(LOCK_EX);
+  keepers.lock_within(LOCK_EX, kEndLimit);
   if (keeper_ > 0) waitpid(keeper_, nullptr, 0);
+} catch (const Error&) {
+  // The keeper ends without us.
 }
 
 bool RoudiProcess::is_installed() {

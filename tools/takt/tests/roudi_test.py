@@ -5,6 +5,7 @@ it however that ends.
 usage: roudi_test.py TAKT WITNESS_LIBRARY
 """
 # SPDX-License-Identifier: Apache-2.0
+import fcntl
 import glob
 import json
 import os
@@ -53,6 +54,20 @@ def start(number, *options):
     return subprocess.Popen([takt, "run", system(number), *options], env=environment,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
+
+# Another user could make the lock file first and hold it: `require` waited for ever.
+if os.geteuid() == 0:
+    lock = "/tmp/.takt_roudi_0.start"
+    if os.path.exists(lock):
+        os.remove(lock)
+    with open(lock, "w") as file:
+        os.chown(lock, 65534, 65534)
+        fcntl.flock(file, fcntl.LOCK_EX)
+        run = start(0, "--duration", "1s")
+        said = run.communicate(timeout=60)[0]
+        check("a lock file of another user is an error", run.returncode == 2
+              and f"{lock} is not ours: it belongs to user 65534" in said, run.returncode, said)
+    os.remove(lock)
 
 # Serves until the first question, and ends instead of an answer.
 MORTAL_ROUDI = """#!/usr/bin/env python3
