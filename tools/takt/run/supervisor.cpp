@@ -34,6 +34,10 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 constexpr auto kSharedMemoryEndLimit = 30s;
+// After a child was killed, which may have held a lock in shared memory: all that wait for it are
+// killed, too.
+constexpr auto kEndLimitAfterDeaths = 10s;
+constexpr auto kEndLimitAfterKills = 2s;
 
 }  // namespace
 
@@ -166,7 +170,8 @@ void Supervisor::release() {
 }
 
 void Supervisor::bound_end() {
-  limit_ = later(Clock::steady().now(), kSharedMemoryEndLimit);
+  limit_ =
+      later(Clock::steady().now(), are_complete() ? kSharedMemoryEndLimit : kEndLimitAfterDeaths);
 }
 
 void Supervisor::watch(Nanoseconds duration) {
@@ -279,7 +284,7 @@ void Supervisor::wait_for(const Child& child) {
   }
   if (Clock::steady().now() > limit_) {
     kill(child.pid, SIGKILL);
-    bound_end();  // the others can end now, and must do so in time
+    limit_ = later(Clock::steady().now(), kEndLimitAfterKills);  // the others can end now
   }
   pump(1s);
 }
