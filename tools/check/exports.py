@@ -20,6 +20,7 @@ OTHERS = {
     "takt::detail::name_of_array": "TAKT_MESSAGE calls it",
     "takt::detail::name_of_bounded": "TAKT_MESSAGE calls it",
     "takt::detail::refuse_call": "templates of clients call it",
+    "takt::detail::warn_of_ended_calls": "templates of clients call it",
     "takt::detail::refuse_type": "templates of parameters call it",
     "takt::detail::refuse_narrow": "templates of parameters call it",
 }
