@@ -185,19 +185,22 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Workers.
   void lock() noexcept {
+    if (!shared_) return;
     detail::lock_is_held();
-    if (shared_ && !lock_.lock(*place_)) [[unlikely]]
+    if (!lock_.lock(*place_)) [[unlikely]]
       ready_.prefetch();
   }
   void unlock() noexcept {
+    if (!shared_) [[likely]]
+      return;
     detail::lock_is_released();
-    if (shared_) [[unlikely]]
-      lock_.unlock(*place_);
+    lock_.unlock(*place_);
   }
   /// As unlock, by a worker that will not be back soon.
   void unlock_and_leave() noexcept {
+    if (!shared_) return;
     detail::lock_is_released();
-    if (shared_) lock_.unlock_and_leave(*place_);
+    lock_.unlock_and_leave(*place_);
   }
   void start_worker(std::size_t index);
   void work(std::size_t index);
