@@ -5,11 +5,10 @@
 namespace takt::sequences {
 namespace {
 
-constexpr std::size_t kMostGoals = 4;  // of a server, and of a client
-
-ActionServerOptions server_options(const std::shared_ptr<CallbackGroup>& group) {
-  return {.most_goals = kMostGoals,
-          .result_timeout = 1s,
+ActionServerOptions server_options(const std::shared_ptr<CallbackGroup>& group,
+                                   std::size_t most_goals, Nanoseconds result_timeout) {
+  return {.most_goals = most_goals,
+          .result_timeout = result_timeout,
           .goal_group = group,
           .cancel_group = group,
           .result_group = group,
@@ -19,9 +18,12 @@ ActionServerOptions server_options(const std::shared_ptr<CallbackGroup>& group) 
 }  // namespace
 
 void World::make_action_server() {
-  const std::uint8_t mode = next() % 4;
+  const std::uint8_t mode = next() % 5;
+  const std::size_t most_goals = 1 + next() % 4;
+  const Nanoseconds result_timeout = kDurations[next() % kDurations.size()];
   make_part([&](Place& place, const PartPtr& part, const std::string& name) {
     part->action = "/" + name;
+    part->result_timeout = result_timeout;
     const auto decide = [this, part](const GoalId&, const Count::Goal& goal) {
       const bool is_rejected = goal.number % 4 == 3;
       if (is_rejected) goals_[goal.number]->is_rejected = true;
@@ -34,15 +36,16 @@ void World::make_action_server() {
       act(part);
       return handle->goal().number % 2 == 0 ? CancelResponse::accept : CancelResponse::reject;
     };
-    const auto options = server_options(part->group->group);
-    if (mode == 3) {
+    const auto options = server_options(part->group->group, most_goals, result_timeout);
+    if (mode >= 3) {
       part->action_server = create_action_server<Count>(
           *place.node, part->action, decide, may_cancel,
-          [this, part](HeldGoal::Handle handle) -> Task<> {
+          [this, part, mode](HeldGoal::Handle handle) -> Task<> {
             HeldGoal goal(handle, goals_[handle->goal().number]);
+            goal.goal->is_handled = true;
             const Inside inside = enter(part);
             act(part);
-            return reach_goal(part, std::move(goal));
+            return reach_goal(part, std::move(goal), /*lingers=*/mode == 4);
           },
           options);
     } else {
@@ -56,7 +59,7 @@ void World::make_action_server() {
 
 void World::make_action_client() {
   const PartPtr server = any_with(&Part::action_server);
-  const Nanoseconds timeout = next() % 2 == 0 ? 0ms : 1ms;
+  const Nanoseconds timeout = next() % 2 == 0 ? 1ms : kDurations[next() % kDurations.size()];
   make_part([&](Place& place, const PartPtr& part, const std::string& name) {
     part->action = server != nullptr ? server->action : "/" + name;
     part->action_client = create_action_client<Count>(
@@ -102,17 +105,26 @@ void World::end_goal(HeldGoal& goal, GoalState state) {
 void World::accept_goal(const PartPtr& server, std::uint8_t mode, HeldGoal::Handle handle) {
   HeldGoal goal(handle, goals_[handle->goal().number]);
   handle.reset();
+  goal.goal->is_handled = true;
   const Inside inside = enter(server);
   if (mode == 0) held_.push_back(std::move(goal));
   if (mode == 1) end_goal(goal, GoalState::succeeded);
   act(server);
 }
 
-Task<> World::reach_goal(PartPtr server, HeldGoal goal) {
+// `lingers`: it goes on when the goal has ended.
+Task<> World::reach_goal(PartPtr server, HeldGoal goal, bool lingers) {
+  if (!lingers) co_await sleep_for(1ms);
+  {
+    const Inside inside = lingers ? enter_group(server) : enter(server);
+    goal.handle->publish_feedback({1});
+    end_goal(goal, goal.handle->is_canceling() ? GoalState::canceled : GoalState::succeeded);
+    act(server);
+  }
+  if (!lingers) co_return;
+  goal.handle.reset();
   co_await sleep_for(1ms);
   const Inside inside = enter(server);
-  goal.handle->publish_feedback({1});
-  end_goal(goal, goal.handle->is_canceling() ? GoalState::canceled : GoalState::succeeded);
   act(server);
 }
 
@@ -129,16 +141,30 @@ void World::end_held_goal() {
 
 // ---- The client's side ----
 
-void World::send_goal() {
-  const PartPtr client = any_with(&Part::action_client);
-  if (client == nullptr) return;
-  const bool drops = next() % 4 == 0;
-  const auto goal = std::make_shared<Goal>();
+std::shared_ptr<Goal> World::new_goal(const PartPtr& client) {
+  auto goal = std::make_shared<Goal>();
   goal->number = static_cast<int>(goals_.size());
+  goal->sent = clock_.now();
   goal->client = client;
   for (const PartPtr& part : parts_) {
     if (part->action_server != nullptr && part->action == client->action) goal->server = part;
   }
+  return goal;
+}
+
+void World::check_result(const Goal& goal, GoalState state) {
+  if (state == GoalState::unknown) return;
+  if (state == GoalState::aborted && goal.is_without_server()) return;
+  demand(goal.is_handled || goal.is_without_server(),
+         "a goal was accepted, and never given to its server");
+  demand(goal.ended == state, "a goal ended for its client as it did not");
+}
+
+void World::send_goal() {
+  const PartPtr client = any_with(&Part::action_client);
+  if (client == nullptr) return;
+  const bool drops = next() % 4 == 0;
+  const auto goal = new_goal(client);
   const auto accepted = [this, client, goal, drops](const auto& handle) {
     const Inside inside = enter(client);
     demand(++goal->responses == 1, "a client got two answers about a goal");
@@ -155,10 +181,7 @@ void World::send_goal() {
     const Inside inside = enter(client);
     demand(++goal->results == 1, "a goal had two results");
     demand(goal->responses == 1, "a goal had a result before it was accepted");
-    const bool went = result.state == GoalState::aborted && goal->is_without_server();
-    if (result.state != GoalState::unknown && !went) {
-      demand(goal->ended == result.state, "a goal ended for its client as it did not");
-    }
+    check_result(*goal, result.state);
     act(client);
   };
   attempt([&] {
@@ -180,11 +203,77 @@ void World::cancel_goal() {
   });
 }
 
+// Once more.
+void World::ask_result() {
+  auto* const chosen = any(goals_);
+  if (chosen == nullptr || (*chosen)->handle == nullptr) return;
+  const auto goal = *chosen;
+  const PartPtr client = goal->client.lock();
+  if (client == nullptr || client->action_client == nullptr) return;
+  attempt([&] {
+    client->action_client->async_get_result(
+        goal->handle, [this, client, goal](const auto&, const GoalResult<Count>& result) {
+          const Inside inside = enter(client);
+          const PartPtr server = goal->server.lock();
+          const bool is_kept =
+              server != nullptr && !server->is_dropped && is_for_ever(server->result_timeout);
+          demand(!is_kept || result.state != GoalState::unknown,
+                 "a result that is kept for ever was forgotten");
+          act(client);
+        });
+  });
+}
+
+// In a coroutine. What it waits for comes, whatever becomes of the server.
+Task<> World::await_goal(PartPtr part) {
+  const PartPtr client = any_with(&Part::action_client);
+  if (client == nullptr) co_return;
+  const auto goal = new_goal(client);
+  goals_.push_back(goal);
+  goal->waiter = part;
+  goal->is_awaited = true;
+  struct Ends {
+    ~Ends() { goal->waiter.reset(); }
+    const std::shared_ptr<Goal>& goal;
+  } const ends{goal};
+  try {
+    goal->handle = co_await client->action_client->send_goal({goal->number});
+    ++goal->responses;
+    if (goal->handle == nullptr || client->is_dropped) co_return;
+    demand(!goal->is_rejected, "a goal was accepted that was rejected");
+    const auto result = co_await client->action_client->result(goal->handle);
+    ++goal->results;
+    check_result(*goal, result.state);
+  } catch (const Error&) {  // there is no place
+  }
+}
+
+// After a spin long after: all that wait for a server that has gone know it.
+void World::check_end(const Goal& goal, TimePoint begin) {
+  if (!goal.is_without_server() || goal.sent > begin) return;
+  if (goal.is_awaited) {
+    const PartPtr waiter = goal.waiter.lock();
+    demand(waiter == nullptr || !is_in_executor(*waiter) || !is_active(*waiter) || !is_served(goal),
+           "a coroutine waits for a goal whose server has gone");
+    return;
+  }
+  if (!is_served(goal)) return;
+  demand(goal.responses == 1, "a client got no answer about a goal whose server has gone");
+  demand(goal.results == 1 || goal.handle == nullptr, "a goal outlives its server");
+}
+
+// Its client is in an executor.
+bool World::is_served(const Goal& goal) {
+  const PartPtr client = goal.client.lock();
+  return client != nullptr && is_in_executor(*client);
+}
+
 // After a whole spin.
 void World::check_goal(const Goal& goal) {
+  if (goal.is_awaited) return;
   const PartPtr server = goal.server.lock(), client = goal.client.lock();
   for (const PartPtr& end : {server, client}) {
-    if (end == nullptr || !is_in_executor(*end) || end->has_thrown) return;
+    if (end == nullptr || !is_in_executor(*end)) return;
   }
   demand(goal.responses == 1, "a client got no answer about its goal");
   demand(goal.results == 1 || goal.handle == nullptr || !goal.ended,

@@ -63,25 +63,39 @@ void World::drop_node() {
   }
 }
 
-void World::add() {
-  Place* const place = any(places_);
-  if (place == nullptr) return;
+void World::add(Executor& executor) {
+  const Place* const chosen = any(places_);
+  if (chosen == nullptr) return;
+  const Place place = *chosen;  // the list may change meanwhile
   const std::size_t group = next() % 4;
+  std::vector<std::shared_ptr<Group>> added;
+  for (std::size_t i = 0; i < place.groups.size(); ++i) {
+    const bool is_meant = group == 3 || group == i;
+    if (is_meant && place.groups[i]->group->belongs_to(nullptr)) added.push_back(place.groups[i]);
+  }
   attempt([&] {
-    if (group == 3) return executor_->add_node(place->node);
-    executor_->add_callback_group(place->groups[group]->group, place->node);
+    if (group == 3) {
+      executor.add_node(place.node);
+    } else {
+      executor.add_callback_group(place.groups[group]->group, place.node);
+    }
+    for (const auto& each : added) {
+      each->is_in_other = &executor == other_.get();
+      each->is_moved = each->inside != 0;
+    }
   });
 }
 
-void World::remove() {
-  Place* const place = any(places_);
-  if (place == nullptr) return;
+void World::remove(Executor& executor) {
+  const Place* const chosen = any(places_);
+  if (chosen == nullptr) return;
+  const Place place = *chosen;
   const std::size_t group = next() % 4;
   attempt([&] {
     if (group == 3) {
-      executor_->remove_node(place->node);
+      executor.remove_node(place.node);
     } else {
-      executor_->remove_callback_group(place->groups[group]->group, place->node);
+      executor.remove_callback_group(place.groups[group]->group, place.node);
     }
   });
 }
@@ -91,7 +105,8 @@ void World::remove() {
 void World::make_timer() {
   const Nanoseconds period = kPeriods[next() % kPeriods.size()];
   make_part([&](Place& place, const PartPtr& part, const std::string& name) {
-    part->is_for_ever = period == Nanoseconds::max();
+    part->is_for_ever = is_for_ever(period);
+    part->is_endless = period == 1ns;
     part->is_managed = place.lifecycle != nullptr;
     const auto run = [this, part] { ran(part); };
     const auto& group = part->group->group;
@@ -156,6 +171,25 @@ void World::cancel_or_reset() {
   }
 }
 
+void World::release_at() {
+  const PartPtr part = any_with(&Part::timer);
+  const std::uint8_t when = next() % 5;
+  if (part == nullptr || part->is_for_ever) return;
+  const TimePoint times[] = {TimePoint::min(), TimePoint{}, clock_.now(), clock_.now() + 1ms,
+                             kNever};
+  part->is_irregular = true;
+  part->is_cancelled = false;
+  part->timer->release_at(times[when]);
+}
+
+// From here on only callbacks that are still to come keep it, and what it has.
+void World::abandon() {
+  const PartPtr part = next() % 2 == 0 ? any_with(&Part::action_client) : any_with(&Part::client);
+  if (part == nullptr) return;
+  std::erase(parts_, part);
+  abandoned_.push_back(part);
+}
+
 void World::drop() {
   if (!parts_.empty()) let_go(parts_[next() % parts_.size()]);
 }
@@ -172,6 +206,7 @@ void World::let_go(const PartPtr& part) {
   reset(dropped->service);
   reset(dropped->client);
   reset(dropped->receiver);
+  reset(dropped->event);
   reset(dropped->action_server);
   reset(dropped->action_client);
 }
@@ -184,7 +219,7 @@ void World::set_callback_parameters() {
   are_equal_ = false;
   CallbackParameters parameters;
   parameters.priority = next() % 4;
-  if (next() % 2 == 0) parameters.deadline = kLimits[1 + next() % 3];
+  if (next() % 2 == 0) parameters.deadline = kLimits[1 + next() % 5];
   attempt([&] {
     place->node->set_callback_parameters({.callback_groups = {{"default", parameters}}});
   });

@@ -5,13 +5,19 @@
 #include <deque>
 #include <unordered_set>
 
+#include <fmt/format.h>
+
 #include "takt/executors/sequences/world.hpp"
+#include "takt/testing/time_bound.hpp"
 
 namespace takt::sequences {
 
 SchedulerWitness witness;
 
 namespace {
+
+// Real time. A program takes milliseconds.
+constexpr std::chrono::seconds kLongest{60};
 
 /// Order of arrival, and no trust in its caller.
 class SuspiciousScheduler final : public Scheduler {
@@ -70,11 +76,25 @@ World::World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void
 }
 
 World::~World() {
-  calls_in_callbacks_ = 0;
-  if (bytes_.size() % 2 == 0) executor_.reset();
+  stop_calls();
+  if (bytes_.size() % 2 == 0) {
+    executor_.reset();
+    other_.reset();
+    for (const auto& kept : promises_) kept->set();  // nobody waits for it any more
+  }
+  for (const auto& member : std::exchange(members_, {})) set_.remove(member.second);
+  set_.wait(0ns);            // its last result goes
   while (!parts_.empty()) {  // a part holds its handle, whose callback holds the part
     let_go(parts_.back());
   }
+  for (const auto& weak : abandoned_) {
+    if (const PartPtr part = weak.lock()) let_go(part);
+  }
+  *self_ = nullptr;
+}
+
+Part::~Part() {
+  if (*world != nullptr) (*world)->part_gone();
 }
 
 std::string World::run() {
@@ -100,6 +120,7 @@ void World::count_run() {
   if (runs_ > kMostRuns) {
     demand(false, "callbacks ran without an end");
     executor_->cancel();
+    if (other_ != nullptr) other_->cancel();
   }
 }
 
@@ -111,7 +132,8 @@ bool World::is_active(const Part& part) noexcept {
 }
 
 World::Inside World::enter(const PartPtr& part) {
-  demand(!part->is_dropped, "a callback ran after its handle was dropped");
+  // The last result of the set may have the handle, too.
+  demand(!part->is_dropped || part->may_be_outside, "a callback ran after its handle was dropped");
   demand(is_active(*part), "a managed callback ran, and its node was not active");
   demand(!part->group->group->belongs_to(nullptr), "a callback ran after its removal");
   return enter_group(part);
@@ -120,7 +142,8 @@ World::Inside World::enter(const PartPtr& part) {
 World::Inside World::enter_group(const PartPtr& part) {
   count_run();
   const bool is_exclusive = part->group->group->type() == CallbackGroupType::MutuallyExclusive;
-  demand(++part->group->inside == 1 || !is_exclusive, "callbacks of a group ran together");
+  demand(++part->group->inside == 1 || !is_exclusive || part->group->is_moved,
+         "callbacks of a group ran together");
   return Inside(part->group.get());
 }
 
@@ -150,10 +173,11 @@ void World::ran(const PartPtr& part) {
 // ---- Calls ----
 
 void World::call(bool in_callback) {
-  constexpr std::uint8_t kFirstSpin = 17, kFirstService = 22, kCalls = 40;
+  constexpr std::uint8_t kFirstSpin = 17, kFirstService = 22, kFirstOther = 40, kCalls = 64;
   const std::uint8_t what = next() % kCalls;
+  if (what >= kFirstOther) return call_others(what, in_callback);
   if (what < kFirstSpin) return call_entities(what, in_callback);
-  if (what >= kFirstService && what != kCalls - 1) return call_services(what);
+  if (what >= kFirstService && what != kFirstOther - 1) return call_services(what);
   if (in_callback) return attempt([&] { executor_->spin_some(); });  // refused: it spins
   call_spins(what);
 }
@@ -176,9 +200,9 @@ void World::call_entities(std::uint8_t what, bool in_callback) {
     case 7:
       return cancel_or_reset();
     case 8:
-      return add();
+      return add(*executor_);
     case 9:
-      return remove();
+      return remove(*executor_);
     case 10:
       return drop();
     case 11:
@@ -255,6 +279,91 @@ void World::call_services(std::uint8_t what) {
   }
 }
 
+void World::call_others(std::uint8_t what, bool in_callback) {
+  switch (what) {
+    case 40:
+      if (!in_callback) renew_other();
+      return;
+    case 41:
+    case 42:
+      if (other_ != nullptr) add(*other_);
+      return;
+    case 43:
+      if (other_ != nullptr) remove(*other_);
+      return;
+    case 44:
+    case 45:
+      return spin_other_briefly();
+    case 46:
+      return keep_promise();
+    case 47:
+      return set_promise();
+    case 48:
+    case 49:
+    case 50:
+      return wait_for_promise(in_callback);
+    case 51:
+    case 52:
+      return add_to_set();
+    case 53:
+      return remove_from_set();
+    case 54:
+    case 55:
+      return wait_on_set();
+    case 56:
+      return make_event();
+    case 57:
+      if (!in_callback) publish_lasting();
+      return;
+    case 58:
+      return release_at();
+    case 59:
+      return abandon();
+    case 60:
+      return ask_result();
+    case 61:
+      return send_goal();
+    case 62:
+      if (!in_callback) be_patient();
+      return;
+    default:
+      calls_in_destructors_ = next() % 8;
+  }
+}
+
+// What goes may be anywhere in the library, and below any call of the model: so only what leaves
+// the model's lists of nodes and goals alone.
+void World::call_in_destructor(std::uint8_t what) {
+  switch (what) {
+    case 0:
+      return publish(next() % publishers_.size());
+    case 1:
+      return trigger();
+    case 2:
+      return cancel_or_reset();
+    case 3:
+      return add(*executor_);
+    case 4:
+      return remove(*executor_);
+    case 5:
+      return drop();
+    case 6:
+      return remove_from_set();
+    case 7:
+      return set_promise();
+    case 8:
+      return spin_other_briefly();
+    default:
+      return add_to_set();
+  }
+}
+
+void World::part_gone() noexcept {
+  if (calls_in_destructors_ == 0) return;
+  --calls_in_destructors_;
+  call_in_destructor(next() % 10);
+}
+
 std::string run(std::span<const std::uint8_t> bytes) {
   // What callbacks throw and goals that nobody ends is logged, a line each.
   static const bool is_silent = [] {
@@ -262,6 +371,7 @@ std::string run(std::span<const std::uint8_t> bytes) {
     return true;
   }();
   (void)is_silent;
+  const TimeBound bound(kLongest, fmt::format("program {{{}}}", fmt::join(bytes, ", ")));
   std::vector<std::weak_ptr<void>> made;
   std::string broken = World(bytes, made).run();
   for (const auto& each : made) {

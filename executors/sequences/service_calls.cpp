@@ -6,7 +6,8 @@ namespace takt::sequences {
 namespace {
 
 constexpr std::size_t kMostCalls = 4, kMostOwed = 8;
-constexpr std::array<Nanoseconds, 4> kTimeouts{0ms, 1ms, 10ms, 1s};
+constexpr std::array<Nanoseconds, 7> kTimeouts{
+    0ms, 1ms, 10ms, 1s, 1ns, kCentury, Nanoseconds::max()};
 // The clock moves a little between what the library and the model read.
 constexpr Nanoseconds kSlack = 1ms;
 
@@ -129,6 +130,17 @@ void World::respond() {
   const auto [id, number] = service->owed.front();
   service->owed.erase(service->owed.begin());
   service->service->send_response(id, {2 * number});
+}
+
+// Of a client that is in the executor, long after.
+void World::check_lonely_calls(const Part& client, TimePoint begin) {
+  for (const PartPtr& part : parts_) {
+    if (part->service != nullptr && part->topic == client.topic) return;
+  }
+  for (const auto& call : client.calls) {
+    const bool is_old = call->lonely_end <= later(begin, ClientOptions{}.without_service);
+    demand(call->is_awaited || !is_old, "a call did not end, though no service is left");
+  }
 }
 
 // Of a client that is in the executor, after a whole spin.

@@ -69,18 +69,32 @@ Task<> World::task(PartPtr part, std::uint8_t what) {
 Task<bool> World::step(PartPtr part, std::uint8_t what) {
   switch (what % 4) {
     case 0:
-      part->sleeps_until = later(clock_.now(), 1ms);
-      co_await sleep_for(1ms);
-      part->sleeps_until = kNever;
+      co_await doze(part);
       co_return true;
     case 1:
       co_return co_await await_answer();
     case 2:
-      co_await await_message();
+      co_await await_message(part);
       co_return false;  // a message may have been there
     default:
-      co_return false;
+      if (next() % 2 == 0) co_return false;
+      co_await await_goal(part);
+      co_return false;  // there may be no client
   }
+}
+
+Task<> World::doze(PartPtr part) {
+  const std::uint8_t how_long = next() % 8;
+  const Nanoseconds duration = how_long < kDurations.size() ? kDurations[how_long] : 1ms;
+  const TimePoint until = later(clock_.now(), duration);
+  part->sleeps_until = until;
+  if (next() % 2 == 0) {
+    co_await sleep_for(duration);
+  } else {
+    co_await sleep_until(until);
+  }
+  demand(clock_.now() >= until, "a coroutine went on before it had slept enough");
+  part->sleeps_until = kNever;
 }
 
 Task<bool> World::await_answer() {
@@ -102,17 +116,20 @@ Task<bool> World::await_answer() {
   if (answer) {
     answered(client, *call, &*answer);
   } else {
-    demand(client->is_dropped || call->deadline <= clock_.now(),
+    demand(client->is_dropped || std::min(call->deadline, call->lonely_end) <= clock_.now(),
            "an awaited call ended without an answer before its time");
   }
   co_return true;
 }
 
-Task<> World::await_message() {
+Task<> World::await_message(PartPtr part) {
   const PartPtr receiver = any_with(&Part::receiver);
   if (receiver == nullptr) co_return;
+  part->awaits = receiver;
   const auto message = co_await receiver->receiver->receive();
-  demand(static_cast<bool>(message), "a coroutine went on without the message it awaited");
+  part->awaits.reset();
+  demand(static_cast<bool>(message) || receiver->is_dropped,
+         "a coroutine went on without the message it awaited");
 }
 
 }  // namespace takt::sequences
