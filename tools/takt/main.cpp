@@ -1,6 +1,8 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
 #include <map>
+#include <new>
 #include <string>
 
 #include <fmt/format.h>
@@ -47,14 +49,14 @@ namespace {
 int run(int argc, char** argv) {
   using namespace takt;
   CLI::App app("Takt: real-time executors with swappable schedulers", "takt");
-  app.set_version_flag("--version", TAKT_VERSION);
-  app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::simple);
-  app.footer(
-      "Example:\n"
-      "  takt compare robot.yaml --executors all --duration 5s\n");
-  tools::add_commands(app);
   try {
+    app.set_version_flag("--version", TAKT_VERSION);
+    app.require_subcommand(1);
+    app.failure_message(CLI::FailureMessage::simple);
+    app.footer(
+        "Example:\n"
+        "  takt compare robot.yaml --executors all --duration 5s\n");
+    tools::add_commands(app);
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
@@ -67,18 +69,30 @@ int run(int argc, char** argv) {
   } catch (const Error& error) {
     rt::to_stderr("takt: {}\n", error.what());
     return tools::kBadUsage;
+  } catch (const std::bad_alloc&) {
+    throw;  // to where nothing is allocated
   } catch (const std::exception& error) {
     rt::to_stderr("takt: {}\n", error.what());
     return 1;
-  } catch (...) {
-    rt::to_stderr("takt: {}\n", tools::kNoStdException);
-    return 1;
   }
+}
+
+/// Nothing is thrown out of main, neither while options are set up nor while an error is told.
+int run_in_net(int argc, char** argv) noexcept {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fputs("takt: no memory is left; raise the limit (ulimit -v), or end other programs\n",
+               stderr);
+  } catch (...) {
+    std::fprintf(stderr, "takt: %s\n", takt::tools::kNoStdException);
+  }
+  return 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   takt::rt::guard_output();
-  return takt::rt::checked_output(run(argc, argv));
+  return takt::rt::checked_output(run_in_net(argc, argv));
 }

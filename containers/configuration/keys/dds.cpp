@@ -11,7 +11,9 @@
 namespace takt {
 
 void ConfigurationReader::read_dds(const Value& value) {
-  DdsOptions& dds = system_.dds.emplace();
+  // The environment's domain counts, and may be wrong, only where the file names none.
+  DdsOptions& dds = system_.dds.emplace(
+      document::find(value, "domain") != nullptr ? DdsOptions{.domain = 0} : DdsOptions{});
   std::string threads;
   read_map(
       value, "dds",

@@ -86,7 +86,7 @@ void list(const Options& options) {
     if (options.shows_types) rt::print(" [{}]", fmt::join(action.types, ", "));
     rt::print("\n");
   }
-  if (rows.empty()) rt::to_stderr("no action on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no action on DDS domain {}\n", options.domain.number());
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
 

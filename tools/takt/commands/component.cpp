@@ -19,6 +19,7 @@
 #include "takt/ros2/parameter_services.hpp"
 
 #include "commands.hpp"
+#include "graph/domain_option.hpp"
 #include "graph/service_call.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -34,7 +35,7 @@ constexpr const char* kList = "/_container/list_nodes";
 constexpr const char* kLoad = "/_container/load_node";
 
 struct Options {
-  int domain = default_domain();
+  DomainOption domain;
   std::string container, json_path;
   std::vector<std::string> component;  // perhaps a package, and a class
   std::uint64_t id = 0;
@@ -64,7 +65,7 @@ void types(const Options& options) {
 }
 
 void list(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   std::vector<std::string> containers{options.container};
   if (options.container.empty()) containers = caller.find(kList);
   json rows = json::array();
@@ -82,7 +83,8 @@ void list(const Options& options) {
     }
   }
   if (options.json_path != "-") {
-    if (containers.empty()) rt::to_stderr("no container on DDS domain {}\n", options.domain);
+    if (containers.empty())
+      rt::to_stderr("no container on DDS domain {}\n", options.domain.number());
     table.print("components");
   }
   if (!options.json_path.empty()) write_json(rows, options.json_path);
@@ -139,7 +141,7 @@ void load(Options& options) {
   };
   add("executor", options.executor);
   add("library", options.library);
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   const std::string load_node = service_of(options.container, kLoad);
   if (needs_takt(options) && caller.finds<ci::LoadNode>(load_node, 3s) &&
       !caller.finds<SetCallbackParameters>(
@@ -152,7 +154,7 @@ void load(Options& options) {
 }
 
 void unload(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   const auto answer = caller.call<ci::UnloadNode>(
       service_of(options.container, "/_container/unload_node"),
       ci::UnloadNode::Request().set__unique_id(options.id), called(options.container));
@@ -209,10 +211,7 @@ void set_up(CLI::App* command) {
   const auto add = [&](const char* name, const char* what, void (*function)(Options&),
                        bool has_domain = true) {
     CLI::App* sub = command->add_subcommand(name, what);
-    if (has_domain) {
-      sub->add_option("--domain", options->domain,
-                      "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
-    }
+    if (has_domain) options->domain.add_to(*sub);
     sub->callback([options, function] { function(*options); });
     return sub;
   };

@@ -15,6 +15,7 @@
 #include "takt/nodes/lifecycle_state_machine.hpp"
 
 #include "commands.hpp"
+#include "graph/domain_option.hpp"
 #include "graph/service_call.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -26,7 +27,7 @@ namespace lm = lifecycle_msgs::srv;
 using nlohmann::json;
 
 struct Options {
-  int domain = default_domain();
+  DomainOption domain;
   std::string node, transition, json_path;
 };
 
@@ -61,7 +62,7 @@ std::string_view state_after(const lifecycle_msgs::msg::TransitionDescription& t
 }
 
 void list(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   json rows = json::array();
   Table table({"node", "state", "can"});
   for (const std::string& node : caller.find("/change_state")) {
@@ -70,18 +71,18 @@ void list(const Options& options) {
     table.add({"/" + node, state, fmt::format("{}", fmt::join(can, ", "))});
     rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can}});
   }
-  if (rows.empty()) rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain.number());
   if (options.json_path != "-") table.print("lifecycle nodes");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
 
 void get(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   rt::print("{}\n", printable(state_of(caller, options.node)));
 }
 
 void set(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   const auto transitions = transitions_of(caller, options.node);
   const std::vector<std::string> can = labels_of(transitions);
   lm::ChangeState::Request request;
@@ -110,7 +111,7 @@ void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   const auto add = [&](const char* name, const char* what, void (*function)(const Options&)) {
     CLI::App* sub = command->add_subcommand(name, what);
-    sub->add_option("--domain", options->domain, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
+    options->domain.add_to(*sub);
     sub->callback([options, function] { function(*options); });
     return sub;
   };

@@ -42,7 +42,7 @@ void list(const Options& options) {
                     {"services", services},
                     {"clients", clients}});
   }
-  if (rows.empty()) rt::to_stderr("no node on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no node on DDS domain {}\n", options.domain.number());
   if (options.json_path != "-") table.print("nodes");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

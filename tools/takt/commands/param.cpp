@@ -32,7 +32,7 @@ using msg::ParameterType;
 constexpr const char* kList = "/list_parameters";
 
 struct Options {
-  int domain = default_domain();
+  DomainOption domain;
   double timeout_s = 5;
   std::string node, name, value, file, json_path;
   std::vector<std::string> names;
@@ -187,7 +187,7 @@ std::string to_text(const json& value, bool is_item = false) {
 // ---- list ----
 
 void list_of_node(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   ParameterClient client(caller, options);
   const std::vector<std::string> names = client.names();
   if (options.prints()) {
@@ -198,7 +198,7 @@ void list_of_node(const Options& options) {
 
 void list(const Options& options) {
   if (!options.node.empty()) return list_of_node(options);
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   using Call = Caller::Call<srv::ListParameters>;
   std::vector<std::pair<std::string, Call>> calls;
   std::vector<std::string> silent;
@@ -229,7 +229,7 @@ void list(const Options& options) {
     rows.push_back({{"node", node}, {"parameters", names}});
   }
   if (calls.empty() && silent.empty()) {
-    rt::to_stderr("no node with parameters on DDS domain {}\n", options.domain);
+    rt::to_stderr("no node with parameters on DDS domain {}\n", options.domain.number());
   }
   write(rows, options);
   if (!silent.empty()) {
@@ -240,7 +240,7 @@ void list(const Options& options) {
 // ---- get, describe ----
 
 void get(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   ParameterClient client(caller, options);
   const msg::ParameterValue value = client.values({options.name}).front();
   const auto [type, words] = words_of(value.type);
@@ -280,7 +280,7 @@ void print_description(const json& row) {
 }
 
 void describe(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   json rows = json::array();
   for (const msg::ParameterDescriptor& descriptor :
        ParameterClient(caller, options).descriptors(options.names)) {
@@ -306,7 +306,7 @@ void set(const Options& options) {
   errors.throw_if_any();
   value.name = options.name;
   if (options.value.empty()) value.content = std::string();
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   ParameterClient client(caller, options);
   const auto parameter =
       msg::Parameter().set__name(options.name).set__value(client.read(value, errors));
@@ -319,7 +319,7 @@ void set(const Options& options) {
 }
 
 void dump(const Options& options) {
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   ParameterClient client(caller, options);
   const std::vector<std::string> names = client.names();
   const std::vector<msg::ParameterValue> values = client.values(names);
@@ -340,7 +340,7 @@ void load(const Options& options) {
   const std::vector<document::Value> values =
       parameters_of(document::read(options.file, errors), absolute(options.node), errors);
   errors.throw_if_any();
-  Caller caller(options.domain);
+  Caller caller(options.domain.number());
   ParameterClient client(caller, options);
   std::vector<msg::Parameter> parameters;
   for (const document::Value& value : values) {
@@ -372,7 +372,7 @@ void set_up(CLI::App* command) {
     CLI::App* sub = command->add_subcommand(name, what);
     CLI::Option* node = sub->add_option("NODE", options->node, "Its name, with its namespace");
     if (function != &list) node->required();
-    sub->add_option("--domain", options->domain, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
+    options->domain.add_to(*sub);
     sub->add_option("--timeout", options->timeout_s, "Time limit in seconds of each response")
         ->check(CLI::PositiveNumber);
     sub->add_option("--json", options->json_path, "Also write the result as JSON; - for stdout");

@@ -36,7 +36,7 @@ void list(const Options& options) {
     table.add({service.name, service.type, service.node.empty() ? "?" : service.node});
     rows.push_back({{"service", service.name}, {"type", service.type}, {"node", service.node}});
   }
-  if (rows.empty()) rt::to_stderr("no service on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no service on DDS domain {}\n", options.domain.number());
   if (options.json_path != "-") table.print("services");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

@@ -78,7 +78,7 @@ void list(const Options& options) {
                     {"publishers", row.publishers},
                     {"subscriptions", row.subscriptions}});
   }
-  if (rows.empty()) rt::to_stderr("no topic on DDS domain {}\n", options.domain);
+  if (rows.empty()) rt::to_stderr("no topic on DDS domain {}\n", options.domain.number());
   if (options.json_path != "-") table.print("topics");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }

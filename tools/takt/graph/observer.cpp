@@ -18,8 +18,7 @@ namespace {
 
 std::shared_ptr<Participant> join(const ObserverOptions& observer) {
   for (const std::string& library : observer.libraries) load_message_types(library);
-  DdsOptions options;
-  options.domain = observer.domain;
+  DdsOptions options{.domain = observer.domain.number()};
   options.ros_graph = observer.form;
   options.shared_memory = SharedMemory::off;  // an observer must not use up the system's chunks
   return Participant::create(options);
@@ -28,7 +27,7 @@ std::shared_ptr<Participant> join(const ObserverOptions& observer) {
 }  // namespace
 
 void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json) {
-  command.add_option("--domain", options.domain, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
+  options.domain.add_to(command);
   command
       .add_option("--ros", options.form,
                   "Format of node announcements: jazzy (Iron and later) or "

@@ -13,11 +13,13 @@
 #include "takt/executors/wait_set.hpp"
 #include "takt/nodes/node.hpp"
 
+#include "graph/domain_option.hpp"
+
 namespace takt::tools {
 
 /// Options of all commands about the graph.
 struct ObserverOptions {
-  int domain = default_domain();
+  DomainOption domain;
   RosGraph form = RosGraph::jazzy;
   bool all = false;  // include hidden names: those with a part that begins with '_'
   std::string json_path;

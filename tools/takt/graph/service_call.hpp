@@ -26,8 +26,7 @@ inline std::string service_of(const std::string& node, const char* name) {
 class Caller {
  public:
   explicit Caller(int domain) {
-    DdsOptions options;
-    options.domain = domain;
+    DdsOptions options{.domain = domain};
     options.shared_memory = SharedMemory::off;  // joining it costs more than a few requests
     participant_ = Participant::create(options);
     node_ = std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
