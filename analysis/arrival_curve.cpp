@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "takt/base/error.hpp"
 
 namespace takt::analysis {
@@ -80,12 +82,17 @@ Count ArrivalCurve::most(Time window) const noexcept {
   return result;
 }
 
-std::vector<Time> ArrivalCurve::steps(Time limit) const {
-  std::vector<Time> result;
+std::vector<Time> ArrivalCurve::steps(Time limit, Time from, Count most_counts) const {
   if (jitter_ >= kUnbounded) return {0};
-  for (Count count = 1;; ++count) {
+  std::vector<Time> result;
+  // The first arrival after those that have come by then.
+  for (Count count = most(from) + 1, looked = 0;; ++count) {
     const Time step = least_distance(count);
     if (step >= limit) return result;
+    if (looked++ == most_counts) {
+      throw Error(fmt::format("more than {} arrivals in a busy window", most_counts),
+                  "give times of like size: longer periods, shorter jitter and executions");
+    }
     if (result.empty() || result.back() != step) result.push_back(step);
   }
 }

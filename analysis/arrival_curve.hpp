@@ -46,8 +46,9 @@ class ArrivalCurve {
   Count most(Time window) const noexcept;
   /// δ⁻(count): least time from the first to the last of so many.
   Time least_distance(Count count) const noexcept;
-  /// The instants at which the most critical sequence of arrivals has one more, below `limit`.
-  std::vector<Time> steps(Time limit) const;
+  /// The instants at which the most critical sequence of arrivals has one more, from `from` to
+  /// below `limit`. Throws Error when more than `most_counts` arrivals are to be looked at.
+  std::vector<Time> steps(Time limit, Time from = 0, Count most_counts = kUnbounded) const;
 
  private:
   Time without_jitter(Count count) const noexcept;

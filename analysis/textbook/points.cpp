@@ -54,11 +54,11 @@ class ByPoint {
 
   // Where the task, or one that is compared with it, is released once more.
   std::vector<Time> offsets(Time busy) const {
-    std::vector<Time> result = own_.arrivals().steps(busy);
+    std::vector<Time> result = own_.steps(busy);
     for (const Task* other : others_) {
       const Time shift = point_(*other) - point_(own_);
-      for (const Time step : other->arrivals().steps(busy - shift)) {
-        if (step + shift >= 0) result.push_back(step + shift);
+      for (const Time step : other->steps(busy - shift, -shift)) {
+        result.push_back(step + shift);
       }
     }
     return result;

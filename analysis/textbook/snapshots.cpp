@@ -82,10 +82,10 @@ class InBusyWindow {
   }
   // Where the callback is released once more, or another one has just been.
   std::vector<Time> offsets(Time busy) const {
-    std::vector<Time> result = own_.arrivals().steps(busy);
+    std::vector<Time> result = own_.steps(busy);
     for (const Task& other : set_.tasks) {
       if (&other == &own_ || other.is_timer) continue;
-      for (const Time step : other.arrivals().steps(busy - 1)) result.push_back(step + 1);
+      for (const Time step : other.steps(busy - 1)) result.push_back(step + 1);
     }
     return result;
   }

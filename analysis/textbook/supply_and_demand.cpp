@@ -55,8 +55,8 @@ Result demand_bound(const TaskSet& set, Time (*blocking)(const TaskSet&, Time)) 
   }
   std::set<Time> deadlines;
   for (const Task& task : set.tasks) {
-    for (Time deadline = *task.deadline; deadline <= busy; deadline += task.period) {
-      deadlines.insert(deadline);
+    for (const Time release : task.steps(busy - *task.deadline + 1)) {
+      deadlines.insert(release + *task.deadline);
     }
   }
   Result result{.is_schedulable = true};

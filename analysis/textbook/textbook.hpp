@@ -38,6 +38,10 @@ struct Task {
   std::vector<Part> parts;
 
   ArrivalCurve arrivals() const { return ArrivalCurve::periodic(period, jitter); }
+  /// The instants of releases, a million at most: task sets are given in any unit of time.
+  std::vector<Time> steps(Time limit, Time from = 0) const {
+    return arrivals().steps(limit, from, 1'000'000);
+  }
   /// What the executions that are released in a window take at most.
   Time work(Time window) const { return times(execution, arrivals().most(window)); }
 };
@@ -113,7 +117,7 @@ Response longest_response(const TaskSet& set, const Task& task, Work&& work, ByO
       [&](Time window) { return supply.time_for(work(window), set.limit); }, set.limit);
   if (busy >= kUnbounded) return {};
   Response result{.bound = 0, .busy_window = busy};
-  for (const Time offset : task.arrivals().steps(busy)) {
+  for (const Time offset : task.steps(busy)) {
     result.bound = std::max(result.bound, response(offset));
   }
   if (result.bound > set.limit) result.bound = kUnbounded;

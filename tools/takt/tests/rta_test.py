@@ -54,5 +54,13 @@ fails("a negative number is reported", ["fp"], '{"tasks": [{"C": -1, "T": 2, "pr
       "stdin:1: 'C' is not possible", "from 1")
 fails("too much work is reported", ["fp"], '{"tasks": [{"C": 7, "T": 5, "priority": 1}]}',
       "1.400 of a processor", "shorten C")
+# Each instant of a release was kept, however many: this took gigabytes, or hours.
+fails("more instants than can be looked at are reported", ["casini_event_source"],
+      '{"tasks": [{"C": 2, "T": 5, "J": 1000000000}], "limit": 1000000000000000}',
+      "more than 1000000 arrivals", "shorter jitter")
+# Those before the first that counts were looked at, one by one.
+status, output, errors = run(["edf"], '{"tasks": [{"C": 79, "T": 120, "D": 1000000000000000}, '
+                             '{"C": 11, "T": 34, "D": 100}]}')
+check("a deadline far away takes no time", status == 0, status, errors)
 fails("a file that is not there is reported", ["fp", "/no/such.json"], "", "/no/such.json")
 finish()
