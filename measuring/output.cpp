@@ -14,6 +14,7 @@ namespace takt::rt {
 
 void guard_output() noexcept {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   // open() returns the lowest free descriptor. Opened read-only, it makes every write fail with
   // EBADF.
   for (int fd = 0; fd <= 2; ++fd) {

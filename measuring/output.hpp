@@ -11,9 +11,9 @@
 
 namespace takt::rt {
 
-/// Call it at the beginning of main(). A pipe without a reader and a closed descriptor then become
-/// write errors. Otherwise, the first one would end the process by SIGPIPE, and with the second one
-/// the output would go to the next opened file.
+/// Call it at the beginning of main(). A pipe without a reader, a file at its limit of size and a
+/// closed descriptor then become write errors. Otherwise, the first two would end the process by
+/// SIGPIPE and SIGXFSZ, and with the third the output would go to the next opened file.
 void guard_output() noexcept;
 
 /// Flushes stdout. Throws std::runtime_error if this or an earlier write failed.

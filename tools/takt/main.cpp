@@ -4,6 +4,7 @@
 #include <map>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -71,13 +72,18 @@ int run(int argc, char** argv) {
     return tools::kBadUsage;
   } catch (const std::bad_alloc&) {
     throw;  // to where nothing is allocated
+  } catch (const std::system_error& error) {
+    const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
+    rt::to_stderr("takt: {}{}\n", error.what(),
+                  is_thread ? ": no thread could be started; raise the limit (ulimit -u, -v)" : "");
+    return 1;
   } catch (const std::exception& error) {
     rt::to_stderr("takt: {}\n", error.what());
     return 1;
   }
 }
 
-/// Nothing is thrown out of main, neither while options are set up nor while an error is told.
+/// Nothing is thrown out of main, neither while options are set up nor while an error is reported.
 int run_in_net(int argc, char** argv) noexcept {
   try {
     return run(argc, argv);

@@ -16,6 +16,7 @@
 #include "takt/transport/dds/cyclone_entity.hpp"
 #include "takt/transport/dds/domain_configuration.hpp"
 #include "takt/transport/dds/loopback_sockets.hpp"
+#include "takt/transport/dds/room.hpp"
 #include "takt/transport/shared_memory/refused_chunks.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
@@ -38,6 +39,7 @@ void log_sink(void*, const dds_log_data_t* data) {
 }
 
 dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
+  check_room();
   for (auto index = free_participant_index(options.domain, 0); index;
        index = free_participant_index(options.domain, *index)) {
     const dds_entity_t handle =

@@ -1,0 +1,14 @@
+// What Cyclone DDS needs to join a domain.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TRANSPORT_DDS_ROOM_HPP_
+#define TAKT_TRANSPORT_DDS_ROOM_HPP_
+
+namespace takt {
+
+/// Takes for a moment what Cyclone will take: it aborts, or fails at a null pointer, where memory,
+/// threads or file descriptors end while it joins. Throws an Error that names the limit.
+void check_room();
+
+}  // namespace takt
+
+#endif  // TAKT_TRANSPORT_DDS_ROOM_HPP_
