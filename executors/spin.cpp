@@ -12,6 +12,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "takt/base/signal_echo.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 
 namespace takt {
@@ -20,12 +21,15 @@ namespace {
 constexpr int kSignals[] = {SIGINT, SIGTERM};
 // Never closed, because a handler may be late.
 std::atomic<int> signalled_fd{-1};
+std::atomic<bool> is_signalled{false};
+detail::SignalEcho echo;
 
 // It may interrupt any thread in any state, so it only wakes the thread that cancels. The next
 // signal ends the process.
 void on_signal(int number) {
+  if (echo.is_echo(number)) return;
+  if (is_signalled.exchange(true)) return detail::end_by_signal(number);
   const int error = errno;
-  std::signal(number, SIG_DFL);
   const eventfd_t one = 1;
   [[maybe_unused]] const ssize_t written = write(signalled_fd.load(), &one, sizeof one);
   errno = error;
@@ -36,6 +40,8 @@ class SignalThread {
  public:
   SignalThread()
       : fd_(open()), thread_({.name = "takt_signals"}, Realtime::off, [this] { run(); }) {
+    is_signalled.store(false);
+    echo.forget();
     struct sigaction action {};
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART;
@@ -45,6 +51,8 @@ class SignalThread {
   }
   ~SignalThread() {
     for (std::size_t i = 0; i < std::size(kSignals); ++i) {
+      // The echo of the signal that has ended the spin must not end what follows it.
+      if (is_signalled.load() && before_[i].sa_handler == SIG_DFL) continue;
       sigaction(kSignals[i], &before_[i], nullptr);
     }
     ends_.store(true);

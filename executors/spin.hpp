@@ -11,7 +11,8 @@
 namespace TAKT_PUBLIC takt {
 
 /// While this object lives, SIGINT and SIGTERM cancel the executor instead of ending the process. A
-/// second signal of the same kind ends the process, so pressing Ctrl-C twice always works. Several
+/// second signal ends the process, so pressing Ctrl-C twice always works. Two equal signals within
+/// half a second are one: `timeout -s INT` sends it to the process and to its group. Several
 /// objects may exist at a time, for several executors; the destructor of the last one restores the
 /// signals' previous actions.
 ///

@@ -2,6 +2,7 @@
 #include "takt/executors/spin.hpp"
 
 #include <csignal>
+#include <cstdlib>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -42,16 +43,50 @@ TEST_P(CancelOnSignalsTest, SpinOfANodeEnds) {
   spin(node);  // the node has left the first executor
 }
 
-TEST_P(CancelOnSignalsTest, TheSecondSignalEndsTheProcess) {
+TEST_P(CancelOnSignalsTest, ASecondSignalEndsTheProcess) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");  // there are threads
   EXPECT_EXIT(
       {
         const auto executor = executors().make("events", {});
         const auto signals = cancel_on_signals(*executor);
         std::raise(GetParam());
+        std::this_thread::sleep_for(550ms);
         std::raise(GetParam());
       },
       testing::KilledBySignal(GetParam()), "");
+}
+
+// A launcher sends SIGINT, then SIGTERM to what hangs: SIGTERM only canceled once more.
+TEST_P(CancelOnSignalsTest, AnotherSignalEndsTheProcessAtOnce) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const int other = GetParam() == SIGINT ? SIGTERM : SIGINT;
+  EXPECT_EXIT(
+      {
+        const auto executor = executors().make("events", {});
+        const auto signals = cancel_on_signals(*executor);
+        std::raise(GetParam());
+        std::raise(other);
+      },
+      testing::KilledBySignal(other), "");
+}
+
+// `timeout -s INT` sends the signal to the process and to its group: the second one ended programs
+// before they had written their recordings.
+TEST_P(CancelOnSignalsTest, TheSameSignalTwiceAtOnceIsOne) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        {
+          const auto executor = executors().make("events", {});
+          const auto signals = cancel_on_signals(*executor);
+          std::raise(GetParam());
+          std::raise(GetParam());
+          executor->spin();
+        }
+        std::raise(GetParam());
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 TEST_P(CancelOnSignalsTest, SignalsDoAgainWhatTheyDidBefore) {

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/base/signal_echo.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/cyclic.hpp"
@@ -48,6 +49,15 @@ struct Options {
 };
 
 std::atomic<bool> stop{false};  // by a signal, or a latency above -b
+std::atomic<bool> is_signalled{false};
+detail::SignalEcho echo;
+
+// The first one ends the measurement, the second one the process.
+void on_signal(int number) {
+  if (echo.is_echo(number)) return;
+  if (is_signalled.exchange(true)) return detail::end_by_signal(number);
+  stop.store(true);
+}
 
 /// Our names, and cyclictest's: "fifo".
 ThreadPolicy policy_of(std::string name) {
@@ -171,8 +181,7 @@ void latency(const Options& options) {
   if (has_text && !options.leaves_dma_latency && dma_latency.refused().empty()) {
     rt::print("# /dev/cpu_dma_latency set to {}us\n", options.dma_latency_us);
   }
-  std::signal(SIGINT, [](int) { stop.store(true); });
-  std::signal(SIGTERM, [](int) { stop.store(true); });
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_signal);
   measure(rows, cycles, options, outcome);
   note(rows.back()->result().in_force.refused);
   if (has_text) {
