@@ -2,11 +2,12 @@
 #include "takt/base/histogram.hpp"
 
 #include <cmath>
+#include <numeric>
 
 namespace takt {
 
 void Histogram::merge(const Histogram& other) noexcept {
-  for (std::size_t i = 0; i < kBuckets; ++i) counts_[i] += other.counts_[i];
+  for (std::size_t i = 0; i < kBuckets; ++i) add(i, other.counts_[i]);
   count_ += other.count_;
   sum_ns_ += other.sum_ns_;
   min_ns_ = std::min(min_ns_, other.min_ns_);
@@ -16,7 +17,7 @@ void Histogram::merge(const Histogram& other) noexcept {
 void Histogram::add_bucket(std::size_t bucket, std::uint64_t count) noexcept {
   if (count == 0 || bucket >= kBuckets) return;
   const std::int64_t ns = upper_limit(bucket).count();
-  counts_[bucket] += count;
+  add(bucket, count);
   count_ += count;
   sum_ns_ += ns * static_cast<std::int64_t>(count);
   min_ns_ = std::min(min_ns_, ns);
@@ -29,14 +30,19 @@ Nanoseconds Histogram::mean() const noexcept {
 
 Nanoseconds Histogram::percentile(double fraction) const noexcept {
   if (count_ == 0) return Nanoseconds::zero();
-  const auto wanted = static_cast<std::uint64_t>(std::clamp(
-      std::ceil(fraction * static_cast<double>(count_)), 1.0, static_cast<double>(count_)));
+  const auto held =
+      static_cast<double>(std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}));
+  const auto wanted = static_cast<std::uint64_t>(std::clamp(std::ceil(fraction * held), 1.0, held));
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < kBuckets; ++i) {
     seen += counts_[i];
     if (seen >= wanted) return std::clamp(upper_limit(i), min(), max());
   }
   return max();
+}
+
+bool Histogram::is_saturated() const noexcept {
+  return std::find(counts_.begin(), counts_.end(), kFull) != counts_.end();
 }
 
 Nanoseconds Histogram::upper_limit(std::size_t bucket) noexcept {

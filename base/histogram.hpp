@@ -16,7 +16,8 @@ namespace TAKT_PUBLIC takt {
 
 /// A log-linear histogram: 32 buckets for each power of two, so a percentile is at most 3.2 % too
 /// high and never too low, from 1 ns to 2^40 ns (18 minutes). Longer durations count in the last
-/// bucket, negative ones in the first. Minimum, maximum and mean are exact.
+/// bucket, negative ones in the first. Count, minimum, maximum and mean are exact. A bucket holds
+/// 2^32 - 1 samples (days at 10 kHz); one that is full counts no more, see is_saturated().
 /// The idea is HdrHistogram's (Gil Tene); no C or C++ edition of it is in Debian 12.
 ///
 /// Thread safety: one writer at a time; readers only when no writer runs.
@@ -26,10 +27,13 @@ class Histogram {
   static constexpr unsigned kSubBits = 5;
   static constexpr unsigned kMaxBits = 40;
   static constexpr std::size_t kBuckets = (kMaxBits - kSubBits + 1) << kSubBits;
+  static constexpr std::uint32_t kFull = UINT32_MAX;
 
   void record(Nanoseconds value) noexcept {
     const std::int64_t ns = std::max<std::int64_t>(value.count(), 0);
-    ++counts_[bucket_of(static_cast<std::uint64_t>(ns))];
+    std::uint32_t& bucket = counts_[bucket_of(static_cast<std::uint64_t>(ns))];
+    if (bucket != kFull) [[likely]]
+      ++bucket;
     ++count_;
     sum_ns_ += ns;
     min_ns_ = std::min(min_ns_, ns);
@@ -40,7 +44,8 @@ class Histogram {
   /// Adds `count` samples of bucket `bucket`, as `for_each_bucket` gave them (reading a result
   /// file back); minimum, maximum and sum are then those of the bucket limits, until set_exact.
   void add_bucket(std::size_t bucket, std::uint64_t count) noexcept;
-  void set_exact(Nanoseconds min, Nanoseconds max, Nanoseconds sum) noexcept {
+  void set_exact(std::uint64_t count, Nanoseconds min, Nanoseconds max, Nanoseconds sum) noexcept {
+    count_ = count;
     min_ns_ = min.count();
     max_ns_ = max.count();
     sum_ns_ = sum.count();
@@ -52,14 +57,16 @@ class Histogram {
   Nanoseconds max() const noexcept { return Nanoseconds(max_ns_); }
   Nanoseconds mean() const noexcept;
   /// The smallest bucket limit that at least `fraction` (0 to 1) of the samples do not exceed,
-  /// but never more than max().
+  /// but never more than max(). Of a saturated histogram: of the samples that its buckets hold.
   Nanoseconds percentile(double fraction) const noexcept;
+  /// Whether a bucket is full: its samples weigh too little in the percentiles from then on.
+  bool is_saturated() const noexcept;
 
   /// Calls `visit(bucket, upper limit, count)` for each bucket that is not empty.
   template <class Visit>
   void for_each_bucket(Visit&& visit) const {
     for (std::size_t i = 0; i < kBuckets; ++i) {
-      if (counts_[i] != 0) visit(i, upper_limit(i), counts_[i]);
+      if (counts_[i] != 0) visit(i, upper_limit(i), std::uint64_t{counts_[i]});
     }
   }
 
@@ -74,7 +81,12 @@ class Histogram {
     return (std::size_t{shift + 1} << kSubBits) + ((ns >> shift) - (std::uint64_t{1} << kSubBits));
   }
 
-  std::array<std::uint64_t, kBuckets> counts_{};
+  void add(std::size_t bucket, std::uint64_t count) noexcept {
+    const std::uint64_t room = kFull - counts_[bucket];
+    counts_[bucket] += static_cast<std::uint32_t>(std::min(count, room));
+  }
+
+  std::array<std::uint32_t, kBuckets> counts_{};
   std::uint64_t count_ = 0;
   std::int64_t sum_ns_ = 0;
   std::int64_t min_ns_ = INT64_MAX;

@@ -1,8 +1,8 @@
 // How long do systems of thousands of nodes take to start and to end, and how much memory does a
 // node take? Each node has a publisher, a subscription of its neighbour's topic, a timer, and a
 // parameter; with parameter services; and with a DDS participant, which brings ROS 2's graph, and
-// /rosout. `objects` is what the program asked for with new and malloc; the rest of the resident
-// memory is what allocators and pages add. Each measurement runs in a process of its own.
+// /rosout. Memory: histograms (`statistics`), all else that was asked for (`objects`), and what
+// allocators and pages add. Each measurement runs in a process of its own.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -29,7 +29,7 @@ TAKT_MESSAGE(Small, "bench/msg/Small", payload);
 
 struct Figures {
   double create_ms = 0, spin_ms = 0, end_ms = 0;
-  double resident_kb = 0, objects_kb = 0;  // of a node
+  double resident_kb = 0, statistics_kb = 0, objects_kb = 0;  // of a node
 };
 
 double resident_kb() {
@@ -39,6 +39,15 @@ double resident_kb() {
 double allocated_kb() {
   const auto info = mallinfo2();
   return static_cast<double>(info.uordblks + info.hblkhd) / 1024;
+}
+
+double statistics_kb(const std::vector<CallbackStatistics>& rows) {
+  std::size_t bytes = 0;
+  for (const CallbackStatistics& row : rows) {
+    bytes += sizeof(CallbackTimes);
+    if (has_message_times(row.kind)) bytes += sizeof(MessageTimes);
+  }
+  return static_cast<double>(bytes) / 1024;
 }
 
 double ms_since(TimePoint start) {
@@ -87,12 +96,17 @@ Figures measure(std::size_t count, With with) {
   figures.spin_ms = ms_since(start);
   const auto nodes = static_cast<double>(count);
   figures.resident_kb = (resident_kb() - resident) / nodes;
-  figures.objects_kb = (allocated_kb() - allocated) / nodes;
+  const double asked_for = (allocated_kb() - allocated) / nodes;
   start = Clock::steady().now();
   executor->cancel();
   thread.join();
-  members.clear();
   figures.end_ms = ms_since(start);
+  figures.statistics_kb =
+      statistics_kb(executor->statistics()) / static_cast<double>(members.size());
+  figures.objects_kb = asked_for - figures.statistics_kb;
+  start = Clock::steady().now();
+  members.clear();
+  figures.end_ms += ms_since(start);
   return figures;
 }
 
@@ -125,8 +139,9 @@ void nodes(benchmark::State& state, With with) {
   state.counters["spin_ms"] = last.spin_ms;
   state.counters["end_ms"] = last.end_ms;
   state.counters["node_kB"] = last.resident_kb;
+  state.counters["statistics_kB"] = last.statistics_kb;
   state.counters["objects_kB"] = last.objects_kb;
-  state.counters["ratio"] = last.resident_kb / last.objects_kb;
+  state.counters["ratio"] = last.resident_kb / (last.statistics_kb + last.objects_kb);
 }
 void sizes(benchmark::internal::Benchmark* benchmark) {
   benchmark->Arg(1000)->Arg(5000)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);

@@ -125,16 +125,24 @@ struct CallbackCounts {
   std::uint64_t overruns = 0;
 };
 
-/// What it measures of each message or release, at the level `full`. latency = waiting + take.
+/// What it measures of each message or release, at the level `full`.
 struct CallbackTimes {
   Histogram latency;    // published, before it was encoded, or due → the callback starts
-  Histogram waiting;    // published or due → a thread picks the callback
-  Histogram take;       // picked → the callback starts: the message is taken and decoded
   Histogram execution;  // the callback alone
 };
 
+/// The parts of a message's latency = waiting + take; of subscriptions, services and clients.
+struct MessageTimes {
+  Histogram waiting;  // published → a thread picks the callback
+  Histogram take;     // picked → the callback starts: the message is taken and decoded
+};
+
+constexpr bool has_message_times(EntityKind kind) noexcept {
+  return kind != EntityKind::timer && kind != EntityKind::waitable;
+}
+
 /// The recorded statistics of one callback.
-struct CallbackStatistics : CallbackCounts, CallbackTimes {
+struct CallbackStatistics : CallbackCounts, CallbackTimes, MessageTimes {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
   std::uint64_t expected = 0;      // messages sent to it; timers: received

@@ -286,8 +286,10 @@ void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot,
   if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
   const Nanoseconds latency = start - slot.ready_time;
   times.latency.record(latency);
-  times.waiting.record(picked - slot.ready_time);
-  times.take.record(start - picked);
+  if (MessageTimes* const parts = record.message_times.get(); parts != nullptr) {
+    parts->waiting.record(picked - slot.ready_time);
+    parts->take.record(start - picked);
+  }
   const Nanoseconds period = slot.expected_period;
   if (period == Nanoseconds::zero() || record.is_timer()) return;
   ++record.counts.with_period;

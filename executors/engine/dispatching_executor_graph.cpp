@@ -133,6 +133,13 @@ void DispatchingExecutor::entity_added(Node& node, const std::shared_ptr<Entity>
   add_entity(entity, node);
 }
 
+// Now, as nothing is allocated when they are filled.
+static void make_histograms(detail::CallbackRecord& record) {
+  record.times = std::make_unique<CallbackTimes>();
+  if (!has_message_times(record.entity->kind())) return;
+  record.message_times = std::make_unique<MessageTimes>();
+}
+
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
   // They go after the lock, as they hold functions of the user.
   Records gone;
@@ -145,7 +152,7 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->takes_briefly = entity->takes_briefly();
   record->group = entity->group();
   record->node = node.fully_qualified_name();
-  if (records_times_) record->times = std::make_unique<CallbackTimes>();
+  if (records_times_) make_histograms(*record);
   const auto known_node =
       node_ids_.try_emplace(&node, static_cast<std::uint32_t>(node_ids_.size()));
   KnownGroup& group = groups_

@@ -94,7 +94,9 @@ struct CallbackRecord : DispatchState, Sink {
   std::atomic<std::uint32_t> gone{0};  // 1: removed and not executing; the remover sleeps on it
   std::atomic<bool> forgotten{false};  // removed, and in no list of the ready set but the inbox
   std::string node;
-  std::unique_ptr<CallbackTimes> times;  // where statistics are full
+  // Where statistics are full; the second one of what takes messages.
+  std::unique_ptr<CallbackTimes> times;
+  std::unique_ptr<MessageTimes> message_times;
 
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) CallbackCounts counts;

@@ -135,10 +135,16 @@ class Names {
   const bool has_schedulers_, has_compositions_;
 };
 
+/// Of a histogram with a full bucket, percentiles are marked.
+std::string percentile(const Histogram& latency, double fraction) {
+  if (latency.count() == 0) return "-";
+  return microseconds(latency.percentile(fraction)) + (latency.is_saturated() ? "~" : "");
+}
+
 std::vector<std::string> percentiles(const Histogram& latency) {
   std::vector<std::string> cells;
   for (const double fraction : {0.5, 0.9, 0.99, 0.999, 1.0}) {
-    cells.push_back(latency.count() == 0 ? "-" : microseconds(latency.percentile(fraction)));
+    cells.push_back(percentile(latency, fraction));
   }
   return cells;
 }
@@ -163,8 +169,7 @@ void print(const std::vector<Comparison>& rows, int repeats) {
         cells.push_back(count ? std::to_string(*count) : "-");
       }
       for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
-      cells.push_back(
-          row.timer_latency.count() == 0 ? "-" : microseconds(row.timer_latency.percentile(0.99)));
+      cells.push_back(percentile(row.timer_latency, 0.99));
       cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
       cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
       cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));

@@ -43,6 +43,11 @@ std::string us(const json& value) {
   return microseconds(from_us(value));
 }
 
+/// Of a histogram with a full bucket, percentiles are marked.
+std::string percentile(const json& times, const char* which) {
+  return us(times.at(which)) + (times.contains("saturated") ? "~" : "");
+}
+
 template <class T>
 std::string text(const json& value) {
   return fmt::format("{}", value.get<T>());
@@ -86,8 +91,8 @@ void print_callbacks(const json& run) {
                word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
                std::to_string(number("overruns")), number_or_dash(row.at("late")),
                number_or_dash(row.at("too_late")), std::to_string(number("deadline_misses")),
-               us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
-               us(latency.at("p999")), us(latency.at("max")), us(execution.at("p50")),
+               percentile(latency, "p50"), percentile(latency, "p90"), percentile(latency, "p99"),
+               percentile(latency, "p999"), us(latency.at("max")), percentile(execution, "p50"),
                us(execution.at("max"))});
   }
   table.print("callbacks (latency and execution in µs; a timer's latency is due → start)");
@@ -114,8 +119,8 @@ void print_chains(const json& run) {
         {row.at("name"), text<std::uint64_t>(row.at("instances")),
          has_deadline && row.at("instances") != 0 ? text<std::uint64_t>(row.at("misses")) : "-",
          text<std::uint64_t>(row.at("aborted")), has_deadline ? us(row.at("deadline_us")) : "-",
-         us(latency.at("p50")), us(latency.at("p90")), us(latency.at("p99")),
-         us(latency.at("p999")), us(latency.at("max"))});
+         percentile(latency, "p50"), percentile(latency, "p90"), percentile(latency, "p99"),
+         percentile(latency, "p999"), us(latency.at("max"))});
   }
   table.print("chains (release of the first callback → end of the last, in µs)");
 }

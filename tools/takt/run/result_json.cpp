@@ -32,6 +32,7 @@ json histogram_json(const Histogram& histogram, bool with_buckets) {
                  {"p99", us(histogram.percentile(0.99))},
                  {"p999", us(histogram.percentile(0.999))},
                  {"max", us(histogram.max())}};
+  if (histogram.is_saturated()) result["saturated"] = true;
   if (with_buckets) {
     json buckets = json::array();
     histogram.for_each_bucket([&](std::size_t bucket, Nanoseconds, std::uint64_t count) {
@@ -172,7 +173,7 @@ Histogram read_histogram(const json& latency) {
     histogram.add_bucket(bucket.at(0).get<std::size_t>(), bucket.at(1).get<std::uint64_t>());
   }
   if (histogram.count() != 0) {
-    histogram.set_exact(from_us(latency.at("min")), from_us(latency.at("max")),
+    histogram.set_exact(latency.at("count"), from_us(latency.at("min")), from_us(latency.at("max")),
                         from_us(latency.at("sum")));
   }
   return histogram;

@@ -52,6 +52,18 @@ TEST(ResultJson, KeepsAHistogramWhole) {
   EXPECT_EQ(read_histogram(json::object()).count(), 0u);
 }
 
+TEST(ResultJson, MarksAHistogramWithAFullBucketAndKeepsItsCount) {
+  ProcessResult result = result_of_one_callback();
+  Histogram& latency = result.callbacks[0].statistics.latency;
+  latency.record(1ms);
+  EXPECT_FALSE(process_json(result).at("callbacks").at(0).at("latency_us").contains("saturated"));
+  latency.add_bucket(4, std::uint64_t{Histogram::kFull} + 2);
+  const json written = process_json(result).at("callbacks").at(0).at("latency_us");
+  EXPECT_EQ(written.at("saturated"), true);
+  EXPECT_EQ(read_histogram(written).count(), std::uint64_t{Histogram::kFull} + 3);
+  EXPECT_TRUE(read_histogram(written).is_saturated());
+}
+
 TEST(ResultJson, LostIsWhatWasSentAndNeitherReceivedNorDropped) {
   ProcessResult result = result_of_one_callback();
   CallbackStatistics& statistics = result.callbacks[0].statistics;
