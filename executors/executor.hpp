@@ -141,14 +141,17 @@ constexpr bool has_message_times(EntityKind kind) noexcept {
   return kind != EntityKind::timer && kind != EntityKind::waitable;
 }
 
-/// The recorded statistics of one callback.
-struct CallbackStatistics : CallbackCounts, CallbackTimes, MessageTimes {
+/// A callback, and all that was counted of it.
+struct CountedCallback : CallbackCounts {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
   std::uint64_t expected = 0;      // messages sent to it; timers: received
   std::uint64_t from_outside = 0;  // of these, messages that came from other processes
   std::uint64_t dropped = 0;       // overwritten before they were taken, or of an aborted chain
 };
+
+/// The recorded statistics of one callback.
+struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {};
 
 /// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {

@@ -185,18 +185,6 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   node->release(this);
 }
 
-// Adds to the entry of the same name, if there is one.
-static void add_thread(std::vector<ThreadStatistics>& threads, const ThreadStatistics& thread) {
-  const auto known = std::find_if(threads.begin(), threads.end(), [&](const auto& candidate) {
-    return candidate.asked.name == thread.asked.name;
-  });
-  if (known == threads.end()) {
-    threads.push_back(thread);
-  } else {
-    detail::add_to(*known, thread);
-  }
-}
-
 // Called with the mutex held. `node`: the child's own, if it exists.
 bool IsolatedExecutor::is_used(const Child& child, const Node* node) {
   return child.adding != 0 || child.executor.is_used_by(node);
@@ -242,10 +230,7 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node
   child->may_go = false;
   if (is_used(*child, node)) return start(*child);  // it is used again
   try {
-    for (const auto& thread : child->executor.thread_statistics()) {
-      add_thread(past_threads_, thread);
-    }
-    if (past_threads_.size() > detail::PastStatistics::kMost) past_threads_.pop_back();
+    for (const auto& thread : child->executor.thread_statistics()) past_threads_.add(thread);
     for (auto& gone : child->executor.statistics()) past_.add(std::move(gone));
     std::erase(children_, child);
     child->is_gone = true;
@@ -345,8 +330,7 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
     for (auto& thread : child->executor.thread_statistics()) result.push_back(std::move(thread));
   }
   const std::lock_guard lock(mutex_);
-  for (const ThreadStatistics& thread : past_threads_) add_thread(result, thread);
-  return result;
+  return past_threads_.with(std::move(result));
 }
 
 TAKT_REGISTER_EXECUTOR("isolated", "a single-threaded executor and thread for each node or group",

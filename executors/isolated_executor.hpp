@@ -133,9 +133,9 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   mutable std::mutex mutex_;        // guards all below; control threads only
   std::vector<std::shared_ptr<Child>> children_;
   std::vector<std::weak_ptr<Node>> nodes_;  // with a thread for each group: those we listen to
-  detail::PastStatistics past_;             // of the children that were removed
-  std::vector<ThreadStatistics>
-      past_threads_;  // one for each name, as many as PastStatistics keeps
+  // Of the children that were removed.
+  detail::PastStatistics past_;
+  detail::PastThreads past_threads_{options_.trace_events};
   bool releases_timers_ = true;
   const ExceptionHandler* handler_ = nullptr;  // of the spin that runs children on their threads
   std::exception_ptr exception_;

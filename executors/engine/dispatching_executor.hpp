@@ -15,6 +15,7 @@
 #include "takt/base/visibility.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
+#include "takt/executors/engine/numbers.hpp"
 #include "takt/executors/engine/pace.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/ready_set.hpp"
@@ -121,11 +122,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
     }
     void parameters_changed(Node& node) override { executor.parameters_changed(node); }
     DispatchingExecutor& executor;
-  };
-
-  struct KnownGroup {
-    std::uint32_t id;
-    std::weak_ptr<Exclusion> exclusion;  // while there is a record of the group
   };
 
   /// A callback whose input is taken and which has not run yet.
@@ -360,8 +356,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool has_changes_ = false;
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
-  std::unordered_map<const CallbackGroup*, KnownGroup> groups_;
-  std::unordered_map<const Node*, std::uint32_t> node_ids_;
+  detail::Numbers<Exclusion> group_ids_;
+  detail::Numbers<const Node> node_ids_;
   std::vector<std::weak_ptr<Node>> nodes_;
   std::vector<ThreadStatistics> thread_statistics_;
   std::vector<TraceRing> traces_;  // one for each worker, or none

@@ -153,16 +153,13 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->group = entity->group();
   record->node = node.fully_qualified_name();
   if (records_times_) make_histograms(*record);
-  const auto known_node =
-      node_ids_.try_emplace(&node, static_cast<std::uint32_t>(node_ids_.size()));
-  KnownGroup& group = groups_
-                          .try_emplace(record->group.get(),
-                                       KnownGroup{static_cast<std::uint32_t>(groups_.size()), {}})
-                          .first->second;
-  record->exclusion = group.exclusion.lock();
+  auto& known_node = node_ids_.of(&node);
+  known_node.alive = node.weak_from_this();
+  auto& group = group_ids_.of(record->group.get());
+  record->exclusion = group.alive.lock();
   if (record->exclusion == nullptr) {
     record->exclusion = std::make_shared<Exclusion>(record->group->type());
-    group.exclusion = record->exclusion;
+    group.alive = record->exclusion;
   }
   record->supervision = std::make_shared<detail::Supervision>(threads_.size());
   record->supervision->node = record->node;
@@ -177,8 +174,8 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   record->wanted.info = {.id = next_callback_id_,
                          .kind = entity->kind(),
                          .registration = place + (listed == order.end() ? next_callback_id_ : 0),
-                         .group = group.id,
-                         .node = known_node.first->second};
+                         .group = group.number,
+                         .node = known_node.number};
   record->settings = record->wanted = settings(*record, node);
   ++next_callback_id_;
   {

@@ -2,19 +2,20 @@
 #include "takt/executors/engine/past_statistics.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
-#include <utility>
 
 namespace takt::detail {
 namespace {
 
-CallbackStatistics* find(std::vector<CallbackStatistics>& rows, const CallbackStatistics& like) {
-  const auto key = [](const CallbackStatistics& row) {
+bool is_same(const CountedCallback& a, const CountedCallback& b) {
+  const auto key = [](const CountedCallback& row) {
     return std::tie(row.node, row.group, row.callback, row.kind);
   };
-  const auto row = std::find_if(rows.begin(), rows.end(),
-                                [&](const auto& known) { return key(known) == key(like); });
-  return row == rows.end() ? nullptr : &*row;
+  return key(a) == key(b);
+}
+bool is_same(const ThreadStatistics& a, const ThreadStatistics& b) {
+  return a.asked.name == b.asked.name;
 }
 
 void add_to(CallbackStatistics& sum, const CallbackStatistics& more) {
@@ -33,37 +34,6 @@ void add_to(CallbackStatistics& sum, const CallbackStatistics& more) {
   sum.execution.merge(more.execution);
 }
 
-}  // namespace
-
-void PastStatistics::add(CallbackStatistics gone) {
-  CallbackStatistics* row = find(rows_, gone);
-  if (row == nullptr && rows_.size() >= kMost) {
-    gone.node = gone.group = gone.topic = "";
-    gone.callback = kOthers;
-    gone.kind = EntityKind::waitable;
-    row = find(rows_, gone);
-  }
-  if (row != nullptr) {
-    add_to(*row, gone);
-  } else {
-    rows_.push_back(std::move(gone));
-  }
-}
-
-std::vector<CallbackStatistics> PastStatistics::with(
-    std::vector<CallbackStatistics> present) const {
-  std::vector<CallbackStatistics> gone;
-  for (const CallbackStatistics& row : rows_) {
-    if (CallbackStatistics* again = find(present, row)) {
-      add_to(*again, row);
-    } else {
-      gone.push_back(row);
-    }
-  }
-  std::move(gone.begin(), gone.end(), std::back_inserter(present));
-  return present;
-}
-
 void add_to(ThreadStatistics& sum, const ThreadStatistics& more) {
   sum.counters += more.counters;
   sum.cpu_time += more.cpu_time;
@@ -72,6 +42,115 @@ void add_to(ThreadStatistics& sum, const ThreadStatistics& more) {
   sum.dropped_outputs += more.dropped_outputs;
   sum.trace_overwritten += more.trace_overwritten;
   sum.trace.insert(sum.trace.end(), more.trace.begin(), more.trace.end());
+}
+
+/// Drops the first events of a trace.
+void shorten_trace(ThreadStatistics& row, std::size_t most) {
+  const std::size_t surplus = row.trace.size() - std::min(row.trace.size(), most);
+  row.trace.erase(row.trace.begin(), row.trace.begin() + static_cast<std::ptrdiff_t>(surplus));
+  row.trace_overwritten += surplus;
+}
+
+template <class Row, class Like>
+auto find(std::vector<Row>& rows, const Like& like) {
+  return std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return is_same(row, like); });
+}
+
+}  // namespace
+
+FilledBuckets::FilledBuckets(const Histogram& histogram)
+    : count_(histogram.count()),
+      min_(histogram.min()),
+      max_(histogram.max()),
+      sum_(histogram.sum()) {
+  histogram.for_each_bucket([this](std::size_t bucket, Nanoseconds, std::uint64_t count) {
+    buckets_.push_back({static_cast<std::uint16_t>(bucket), static_cast<std::uint32_t>(count)});
+  });
+  buckets_.shrink_to_fit();
+}
+
+void FilledBuckets::add_to(Histogram& sum) const noexcept {
+  if (count_ == 0) return;
+  Histogram histogram;
+  for (const Bucket& bucket : buckets_) histogram.add_bucket(bucket.index, bucket.count);
+  histogram.set_exact(count_, min_, max_, sum_);
+  sum.merge(histogram);
+}
+
+PastStatistics::Row::Row(const CallbackStatistics& of)
+    : CountedCallback(of),
+      latency(of.latency),
+      execution(of.execution),
+      waiting(of.waiting),
+      take(of.take) {
+}
+
+CallbackStatistics PastStatistics::Row::statistics() const {
+  CallbackStatistics result;
+  static_cast<CountedCallback&>(result) = *this;
+  latency.add_to(result.latency);
+  execution.add_to(result.execution);
+  waiting.add_to(result.waiting);
+  take.add_to(result.take);
+  return result;
+}
+
+void PastStatistics::add(CallbackStatistics gone) {
+  if (const auto row = find(rows_, gone); row != rows_.end()) {
+    add_to(gone, row->statistics());
+    rows_.erase(row);
+  }
+  rows_.emplace_back(gone);
+  if (rows_.size() <= kMost) return;
+  if (!others_) others_.emplace().callback = kOthers;
+  add_to(*others_, rows_.front().statistics());
+  rows_.erase(rows_.begin());
+}
+
+std::vector<CallbackStatistics> PastStatistics::with(
+    std::vector<CallbackStatistics> present) const {
+  std::vector<CallbackStatistics> gone;
+  for (const Row& row : rows_) {
+    if (const auto again = find(present, row); again != present.end()) {
+      add_to(*again, row.statistics());
+    } else {
+      gone.push_back(row.statistics());
+    }
+  }
+  std::move(gone.begin(), gone.end(), std::back_inserter(present));
+  if (others_) present.push_back(*others_);
+  return present;
+}
+
+void PastThreads::add(const ThreadStatistics& gone) {
+  ThreadStatistics sum = gone;
+  if (const auto row = find(rows_, gone); row != rows_.end()) {
+    sum = std::move(*row);
+    add_to(sum, gone);
+    rows_.erase(row);
+  }
+  shorten_trace(sum, trace_events_);
+  rows_.push_back(std::move(sum));
+  if (rows_.size() <= PastStatistics::kMost) return;
+  if (!others_) {
+    others_.emplace();
+    others_->asked.name = others_->in_force.name = kOthers;
+  }
+  add_to(*others_, rows_.front());
+  shorten_trace(*others_, 0);
+  rows_.erase(rows_.begin());
+}
+
+std::vector<ThreadStatistics> PastThreads::with(std::vector<ThreadStatistics> present) const {
+  for (const ThreadStatistics& row : rows_) {
+    if (const auto again = find(present, row); again != present.end()) {
+      add_to(*again, row);
+    } else {
+      present.push_back(row);
+    }
+  }
+  if (others_) present.push_back(*others_);
+  return present;
 }
 
 }  // namespace takt::detail

@@ -1,9 +1,12 @@
-// Statistics of callbacks that an executor no longer has.
+// Statistics of callbacks and threads that an executor no longer has.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_
 #define TAKT_EXECUTORS_ENGINE_PAST_STATISTICS_HPP_
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "takt/base/visibility.hpp"
@@ -12,26 +15,63 @@
 namespace takt {
 namespace TAKT_PUBLIC detail {
 
+/// A histogram that is at rest: only its buckets that are not empty, so mostly a few hundred bytes.
+class FilledBuckets {
+ public:
+  FilledBuckets() = default;
+  explicit FilledBuckets(const Histogram& histogram);
+  void add_to(Histogram& sum) const noexcept;
+
+ private:
+  struct Bucket {
+    std::uint16_t index;
+    std::uint32_t count;
+  };
+  std::vector<Bucket> buckets_;
+  std::uint64_t count_ = 0;
+  Nanoseconds min_{0}, max_{0}, sum_{0};
+};
+
 /// The statistics of removed callbacks, for the result of a run: for example of a lifecycle node
 /// that drops its callbacks before the end. Node, group, name and kind identify a callback; one
-/// that is added and removed again stays one row. After kMost rows, all others are added up in one
-/// more row, `kOthers`. Thread safety: none. Real-time: no.
+/// that is added and removed again stays one row. It keeps a row of each of the kMost that were
+/// removed last, and adds up all others in one more row, `kOthers`: so what it takes does not grow
+/// with the components that come and go. Thread safety: none. Real-time: no.
 class PastStatistics {
  public:
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMost = 100;
   static constexpr const char* kOthers = "(other removed callbacks)";
 
   void add(CallbackStatistics gone);
   /// The rows of the present callbacks, with their counts from before they were added again, then
-  /// the rows of the removed ones.
+  /// the rows of the removed ones, and last that of the others.
   std::vector<CallbackStatistics> with(std::vector<CallbackStatistics> present) const;
 
  private:
-  std::vector<CallbackStatistics> rows_;
+  struct Row : CountedCallback {
+    explicit Row(const CallbackStatistics& of);
+    CallbackStatistics statistics() const;
+    FilledBuckets latency, execution, waiting, take;
+  };
+  std::vector<Row> rows_;  // the last one was removed last
+  std::optional<CallbackStatistics> others_;
 };
 
-/// Adds up the statistics of one thread that ran several times.
-void add_to(ThreadStatistics& sum, const ThreadStatistics& more);
+/// The same for the threads of removed nodes; a thread's name identifies it. Of what they have
+/// traced, each row has the last `trace_events` executions, and that of the others none.
+class PastThreads {
+ public:
+  static constexpr const char* kOthers = "(other removed threads)";
+
+  explicit PastThreads(std::size_t trace_events) : trace_events_(trace_events) {}
+  void add(const ThreadStatistics& gone);
+  std::vector<ThreadStatistics> with(std::vector<ThreadStatistics> present) const;
+
+ private:
+  const std::size_t trace_events_;
+  std::vector<ThreadStatistics> rows_;
+  std::optional<ThreadStatistics> others_;
+};
 
 }  // namespace detail
 }  // namespace takt

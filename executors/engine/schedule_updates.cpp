@@ -63,6 +63,8 @@ void DispatchingExecutor::publish_update() {
     if (earlier != nullptr) send(std::move(earlier));
     throw;
   }
+  group_ids_.forget_gone();
+  node_ids_.forget_gone();
   changes_.removed.clear();
   changes_.changed.clear();
   for (CallbackRecord* record : update->added) static_cast<Record*>(record)->is_handed_over = true;
