@@ -13,6 +13,7 @@
 #include "commands.hpp"
 #include "model/extraction.hpp"
 #include "run/child.hpp"
+#include "run/end_signals.hpp"
 #include "run/processes.hpp"
 #include "run/result_json.hpp"
 #include "run/trace.hpp"
@@ -256,11 +257,12 @@ std::vector<std::string> words_of(const Options& options) {
 
 /// This process is a part of a system, and its parent controls it.
 void serve_parent(const Options& options) {
+  EndGuard guard(options.connection);  // also while the file and its libraries are read
+  guard.begins();
   for (const SystemDescription& process : processes(options)) {
     if (process.name != options.process) continue;
-    if (const int status = serve(process, overrides(options), options.connection); status != 0) {
-      throw CLI::RuntimeError(status);
-    }
+    const int status = serve(process, overrides(options), options.connection, guard);
+    if (status != 0) throw CLI::RuntimeError(status);
     return;
   }
   throw Error(fmt::format("there is no process '{}' any more", options.process),

@@ -58,8 +58,10 @@ void wait_for_matches(const Container& container, const json& wanted, const Chan
 /// A container controlled by the parent process.
 class Child {
  public:
-  Child(const SystemDescription& system, ContainerOverrides overrides, Channel& parent)
+  Child(const SystemDescription& system, ContainerOverrides overrides, Channel& parent,
+        EndGuard& guard)
       : parent_(parent),
+        guard_(guard),
         container_(system, with_guard(std::move(overrides))),
         serves_itself_(system.dds && system.dds->serves_own_process) {}
 
@@ -69,7 +71,7 @@ class Child {
     for (;;) {
       if (!wait_for_command()) continue;
       const std::optional<json> command = parent_.receive();
-      if (!command) return;
+      if (!command) return guard_.ends(guard_.signal());
       parent_.send(answer_to(*command));
     }
   }
@@ -113,10 +115,11 @@ class Child {
       container_.start([failed = failed_] { eventfd_write(failed, 1); });
     } else if (word == "release") {
       container_.release();
+      guard_.has_begun();
       check_ = later(Clock::steady().now(), kDiscoveryTime);
     } else if (word == "hold") {
       check_ = kNever;
-      guard_.ends(0);
+      guard_.ends(command.at("signal"));
       container_.hold();
     } else if (word == "status") {
       answer = state();
@@ -131,8 +134,8 @@ class Child {
   }
 
   Channel& parent_;
+  EndGuard& guard_;
   const int failed_ = eventfd(0, EFD_CLOEXEC);  // an executor of this process failed
-  EndGuard guard_;                              // only for the end; the parent guards the start
   Container container_;
   const bool serves_itself_;
   TimePoint check_ = kNever;
@@ -140,11 +143,12 @@ class Child {
 
 }  // namespace
 
-int serve(const SystemDescription& system, ContainerOverrides overrides, int socket) {
+int serve(const SystemDescription& system, ContainerOverrides overrides, int socket,
+          EndGuard& guard) {
   fcntl(socket, F_SETFD, FD_CLOEXEC);  // it came through exec, and goes no further
   Channel parent(socket);
   try {
-    Child(system, std::move(overrides), parent).run();
+    Child(system, std::move(overrides), parent, guard).run();
     return 0;
   } catch (const std::exception& error) {
     Logger::instance().flush();

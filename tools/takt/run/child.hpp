@@ -7,14 +7,18 @@
 
 #include "takt/containers/container.hpp"
 
+#include "run/end_signals.hpp"
+
 namespace takt::tools {
 
 /// Time after which running processes have discovered each other.
 inline constexpr std::chrono::seconds kDiscoveryTime(10);
 
 /// The main function of a child. It executes the parent's commands from the socket, until the
-/// parent closes the connection or an executor fails. Returns the exit status.
-int serve(const SystemDescription& system, ContainerOverrides overrides, int socket);
+/// parent closes the connection or an executor fails. `guard` watches the socket already. Returns
+/// the exit status.
+int serve(const SystemDescription& system, ContainerOverrides overrides, int socket,
+          EndGuard& guard);
 
 }  // namespace takt::tools
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/end_signals.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -16,24 +17,32 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/signal_echo.hpp"
 #include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 namespace {
 
+constexpr std::array kEndSignals{SIGINT, SIGTERM, SIGHUP};
+detail::SignalEcho echo;
+
+bool is_ignored(int signal) {
+  struct sigaction action {};
+  sigaction(signal, nullptr, &action);
+  return signal == SIGHUP && action.sa_handler == SIG_IGN;
+}
+
 sigset_t end_signals() {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
-  struct sigaction hang_up {};
-  sigaction(SIGHUP, nullptr, &hang_up);
-  if (hang_up.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);
+  for (const int signal : kEndSignals) {
+    if (!is_ignored(signal)) sigaddset(&signals, signal);
+  }
   return signals;
 }
 
-std::string constructor_of(const std::string& component) {
-  return component.empty() ? "the set-up of the run"
-                           : fmt::format("the constructor of component '{}'", component);
+void end_unless_echo(int signal) {
+  if (!echo.is_echo(signal)) detail::end_by_signal(signal);
 }
 
 }  // namespace
@@ -46,29 +55,40 @@ EndSignals::EndSignals() {
   sigset_t signals = end_signals();
   sigaddset(&signals, SIGUSR1);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  fd_ = signalfd(-1, &signals, SFD_CLOEXEC);
+  fd_ = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
   if (fd_ < 0) throw Error("cannot create a signalfd: " + errno_message(errno));
 }
 
 EndSignals::~EndSignals() {
+  let_through();
   close(fd_);
 }
 
 int EndSignals::take() const {
   signalfd_siginfo signal{};
-  pollfd events{fd_, POLLIN, 0};
-  const bool has_come = poll(&events, 1, 0) == 1 && read(fd_, &signal, sizeof signal) > 0;
-  return has_come ? static_cast<int>(signal.ssi_signo) : 0;
+  while (read(fd_, &signal, sizeof signal) > 0) {
+    const auto number = static_cast<int>(signal.ssi_signo);
+    if (!echo.is_echo(number)) return number;
+  }
+  return 0;
 }
 
 void EndSignals::let_through() const {
-  while (take() != 0) {
+  for (const int signal : kEndSignals) {
+    if (!is_ignored(signal)) std::signal(signal, end_unless_echo);
   }
   const sigset_t signals = end_signals();
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
 }
 
-EndGuard::EndGuard() : woken_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+EndGuard::EndGuard(const EndSignals& signals) : EndGuard(&signals, -1) {
+}
+
+EndGuard::EndGuard(int parent) : EndGuard(nullptr, parent) {
+}
+
+EndGuard::EndGuard(const EndSignals* signals, int parent)
+    : signals_(signals), parent_(parent), woken_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (woken_ < 0) throw Error("cannot create an eventfd: " + errno_message(errno));
 }
 
@@ -89,8 +109,8 @@ void EndGuard::wake() const {
   eventfd_write(woken_, 1);
 }
 
-void EndGuard::begins(const EndSignals& signals) {
-  start(&signals);
+void EndGuard::begins() {
+  start(Phase::start);
 }
 
 int EndGuard::signal() const {
@@ -104,73 +124,97 @@ int EndGuard::has_begun() {
 }
 
 void EndGuard::ends(int signal) {
-  signal_ = signal;
-  start(nullptr);
+  {
+    const std::lock_guard lock(mutex_);
+    signal_ = signal;
+    end_limit_ = std::min(end_limit_, later(Clock::steady().now(), kEndLimit));
+  }
+  start(Phase::end);
 }
 
-void EndGuard::start(const EndSignals* signals) {
-  if (thread_.joinable()) return;
-  is_over_ = false;
-  thread_ = std::thread([this, signals] { watch(signals); });
+void EndGuard::start(Phase phase) {
+  {
+    const std::lock_guard lock(mutex_);
+    phase_ = phase;
+  }
+  wake();
+  if (!thread_.joinable()) thread_ = std::thread([this] { watch(); });
 }
 
 void EndGuard::stop() {
   if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
-    is_over_ = true;
+    phase_ = Phase::none;
   }
   wake();
   thread_.join();
 }
 
-// The run ends without a signal: wait only for constructors.
-void EndGuard::watch(const EndSignals* signals) {
-  TimePoint limit = kNever;
+void EndGuard::watch() {
+  TimePoint hurried_limit = kNever;
   for (;;) {
-    std::string component;
-    bool waits = false;
+    TimePoint limit = kNever;
+    const TimePoint now = Clock::steady().now();
     {
       const std::lock_guard lock(mutex_);
-      if (is_over_) return;
-      component = component_;
-      waits = signals != nullptr ? signal_ != 0 : !component_.empty();
+      if (phase_ == Phase::none) return;
+      const bool hurries = signal_ != 0 || has_lost_parent_;
+      // The run ends without a signal: wait only for constructors.
+      if (!has_lost_parent_ && (phase_ == Phase::start ? !hurries : component_.empty())) {
+        hurried_limit = kNever;
+      } else if (hurried_limit == kNever) {
+        const std::chrono::seconds most = hurries ? kHurriedEndLimit : kEndLimit;
+        hurried_limit = later(now, most);
+        rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
+                      has_lost_parent_ ? "the process that controls this one has died"
+                      : signal_ != 0   ? name_of_signal(signal_)
+                                       : "the run is over",
+                      unfinished(), most.count());
+      }
+      limit = std::min(end_limit_, hurried_limit);
+      if (now >= limit) end_now();
     }
-    const TimePoint now = Clock::steady().now();
-    if (!waits) {
-      limit = kNever;
-    } else if (limit == kNever) {
-      limit = later(now, kConstructorLimit);
-      rt::to_stderr("takt: {}; waiting for {}, {} s at most\n",
-                    signal_ != 0 ? name_of_signal(signal_) : "the run is over",
-                    constructor_of(component), kConstructorLimit.count());
-    } else if (now >= limit) {
-      end_now(component);
-    }
-    std::array<pollfd, 2> events{
-        {{woken_, POLLIN, 0}, {signals != nullptr ? signals->fd() : -1, POLLIN, 0}}};
-    const Nanoseconds rest = limit == kNever ? Nanoseconds::zero() : limit - now;
-    const timespec time{rest / std::chrono::seconds(1), (rest % std::chrono::seconds(1)).count()};
-    ppoll(events.data(), events.size(), limit == kNever ? nullptr : &time, nullptr);
-    eventfd_t ignored = 0;
-    eventfd_read(woken_, &ignored);
-    if (const int signal = signals != nullptr ? signals->take() : 0; signal != 0) {
-      if (limit != kNever) end_now(component);
-      const std::lock_guard lock(mutex_);
-      signal_ = signal;
-    }
+    wait(limit - now);
   }
 }
 
+// Until there is something new, at most this long.
+void EndGuard::wait(Nanoseconds most) {
+  int signals_fd = -1, parent_fd = -1;
+  {
+    const std::lock_guard lock(mutex_);
+    if (signals_ != nullptr && phase_ == Phase::start) signals_fd = signals_->fd();
+    if (!has_lost_parent_) parent_fd = parent_;
+  }
+  // The parent has died when it neither sends nor receives any more.
+  std::array<pollfd, 3> events{{{woken_, POLLIN, 0}, {signals_fd, POLLIN, 0}, {parent_fd, 0, 0}}};
+  const timespec time{most / std::chrono::seconds(1), (most % std::chrono::seconds(1)).count()};
+  ppoll(events.data(), events.size(), &time, nullptr);
+  eventfd_t ignored = 0;
+  eventfd_read(woken_, &ignored);
+  const std::lock_guard lock(mutex_);
+  if ((events[2].revents & POLLHUP) != 0) has_lost_parent_ = true;
+  const int signal = events[1].revents != 0 ? signals_->take() : 0;
+  if (signal == 0) return;
+  if (signal_ != 0) end_now();  // it is the second
+  signal_ = signal;
+}
+
+// With the lock held.
+std::string EndGuard::unfinished() const {
+  if (!component_.empty()) return fmt::format("the constructor of component '{}'", component_);
+  return phase_ == Phase::start ? "the set-up of the run" : "a callback or a destructor";
+}
+
 // End by the signal itself, so that the parent process sees it.
-void EndGuard::end_now(const std::string& component) const {
-  rt::to_stderr("takt: {} did not return; ending the process without destructors\n",
-                constructor_of(component));
+void EndGuard::end_now() const {
+  rt::to_stderr("takt: {} did not return; ending the process without destructors\n", unfinished());
   Logger::instance().flush();
-  if (signal_ == SIGINT || signal_ == SIGTERM || signal_ == SIGHUP) {
-    const sigset_t signals = end_signals();
+  const sigset_t signals = end_signals();
+  if (signal_ != 0 && sigismember(&signals, signal_) == 1) {
+    std::signal(signal_, SIG_DFL);
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-    ::signal(signal_, SIG_DFL);
     raise(signal_);
   }
   _exit(1);

@@ -49,7 +49,8 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
       check = kNever;
     }
     const timespec time = to_timespec(std::min(progress.show(now), check - now));
-    if (ppoll(&events, 1, &time, nullptr) > 0) return signals.take();
+    ppoll(&events, 1, &time, nullptr);
+    if (const int signal = signals.take(); signal != 0) return signal;
   }
   return 0;
 }
@@ -58,20 +59,19 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
               const EndSignals& signals, bool loads) {
   std::vector<ComponentDescription> later;
   if (loads) later.swap(system.components);
-  EndGuard guard;
+  EndGuard guard(signals);
   overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
-  guard.begins(signals);
+  guard.begins();
   Container container(system, overrides);
   if (guard.signal() == 0) container.start([] { kill(getpid(), SIGUSR1); });
   // Does what load_node does, without the request, which would add to the measurement.
   for (ComponentDescription& component : later) {
     if (guard.signal() == 0) container.load(std::move(component));
   }
-  int end = guard.has_begun();
-  if (end != 0 && end != SIGUSR1) {
-    signals.let_through();
-    throw std::runtime_error(name_of_signal(end) + " arrived before the run had started");
+  if (const int signal = guard.signal(); signal != 0 && signal != SIGUSR1) {
+    throw std::runtime_error(name_of_signal(signal) + " arrived before the run had started");
   }
+  int end = guard.has_begun();
   container.release();
   if (end == 0) end = wait_for_end(duration, signals, container);
   signals.let_through();
@@ -142,7 +142,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   std::vector<Attendant> attendants{{"takt", 0}};
   if (roudi != 0) attendants.emplace_back("iox-roudi", roudi);
   supervisor.watch(options.duration);
-  if (uses_shared_memory(made)) supervisor.bound_end();
+  supervisor.bound_end(uses_shared_memory(made));
   supervisor.ask("hold");
   json usages = json::array();
   for (const Attendant& attendant : attendants) usages.push_back(attendant.usage());

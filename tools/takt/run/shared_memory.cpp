@@ -87,10 +87,12 @@ json survey_apart(const std::vector<SystemDescription>& processes,
                   const ContainerOverrides& overrides) {
   std::array<int, 2> ends{};
   if (pipe(ends.data()) != 0) throw Error("cannot create a pipe: " + errno_message(errno));
+  const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (pid == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGKILL);  // it has the locks of its parent
+    prctl(PR_SET_PDEATHSIG, SIGKILL);  // a signal ends the parent at once
+    if (getppid() != parent) _exit(1);
     const std::string text = json_text(survey(processes, overrides));
     for (std::size_t done = 0; done < text.size();) {
       const ssize_t now = write(ends[1], text.data() + done, text.size() - done);

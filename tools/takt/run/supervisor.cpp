@@ -33,11 +33,9 @@ namespace {
 using nlohmann::json;
 using namespace std::chrono_literals;
 
-constexpr auto kSharedMemoryEndLimit = 30s;
-// After a child was killed, which may have held a lock in shared memory: all that wait for it are
-// killed, too.
-constexpr auto kEndLimitAfterDeaths = 10s;
-constexpr auto kEndLimitAfterKills = 2s;
+// After a child was killed, which may have held a lock in shared memory: a child that deletes an
+// entity waits 3 s for it (transport/dds/bounded_end.hpp), and can end then.
+constexpr auto kEndLimitAfterDeaths = 5s;
 
 }  // namespace
 
@@ -112,26 +110,18 @@ Supervisor::~Supervisor() {
   for (const auto& child : children_) {
     if (child->channel) child->channel->finish();  // a child that still runs sees this end
   }
-  const TimePoint limit = later(Clock::steady().now(), kConstructorLimit);
-  bool has_said = false;
+  if (limit_ == kNever) bound_end(false);  // the start has failed
+  say_who_is_unmade();
   while (end_some()) {
     const TimePoint now = Clock::steady().now();
-    const std::string unmade = unmade_children();
-    if (!unmade.empty() && !std::exchange(has_said, true)) {
-      rt::to_stderr("takt: waiting for constructors of process {}, {} s at most\n", unmade,
-                    kConstructorLimit.count());
-    }
-    if (!unmade.empty() && now >= limit) {
-      end_now([](const Child& child) { return !child.is_made; },
-              "its constructors did not return in time");
-    } else if (now >= limit_) {
-      end_now([](const Child&) { return true; }, "it does not end in time");
+    if (now >= limit_) {
+      end_now("it does not end in time");
       limit_ = kNever;
     } else if (const int signal = signals_.take(); signal != 0) {
-      end_now([](const Child&) { return true; }, "a second " + name_of_signal(signal) + " arrived");
+      if (is_hurried_) end_now("another " + name_of_signal(signal) + " arrived");
+      hurry();
     }
-    const TimePoint next = std::min({later(now, 1h), limit_, unmade.empty() ? kNever : limit});
-    pump(next - now);
+    pump(std::min(later(now, 1h), limit_) - now);
   }
 }
 
@@ -146,7 +136,7 @@ std::vector<json> Supervisor::hear() {
 
 std::vector<json> Supervisor::ask(const std::string& word) {
   for (const auto& child : children_) {
-    if (child->takes_part()) child->channel->send({{"do", word}});
+    if (child->takes_part()) child->channel->send({{"do", word}, {"signal", signal_}});
   }
   return hear();
 }
@@ -169,9 +159,9 @@ void Supervisor::release() {
   }
 }
 
-void Supervisor::bound_end() {
-  limit_ =
-      later(Clock::steady().now(), are_complete() ? kSharedMemoryEndLimit : kEndLimitAfterDeaths);
+void Supervisor::bound_end(bool uses_shared_memory) {
+  const bool may_hang = uses_shared_memory && !are_complete();
+  limit_ = later(Clock::steady().now(), may_hang ? kEndLimitAfterDeaths : kEndLimit);
 }
 
 void Supervisor::watch(Nanoseconds duration) {
@@ -185,7 +175,8 @@ void Supervisor::watch(Nanoseconds duration) {
       next = std::min(next, child->restart_at);
       is_any_left |= child->pid > 0 || child->restart_at != kNever;
     }
-    if (!is_any_left || signals_.take() != 0) break;
+    signal_ = signals_.take();
+    if (!is_any_left || signal_ != 0) break;
     pump(std::min(progress.show(now), next - now));
     for (const auto& child : children_) {
       if (child->pid > 0) go_on(*child);
@@ -279,14 +270,21 @@ json Supervisor::hear(Child& child) {
 
 void Supervisor::wait_for(const Child& child) {
   if (const int signal = signals_.take(); signal != 0) {
+    hurry();
     throw std::runtime_error(fmt::format("{} arrived while waiting for process '{}'",
                                          name_of_signal(signal), child.name));
   }
   if (Clock::steady().now() > limit_) {
     kill(child.pid, SIGKILL);
-    limit_ = later(Clock::steady().now(), kEndLimitAfterKills);  // the others can end now
+    hurry();  // the others can end now
   }
   pump(1s);
+}
+
+// What is sound has this time for its destructors; what hangs is killed then.
+void Supervisor::hurry() {
+  limit_ = later(Clock::steady().now(), kHurriedEndLimit);
+  is_hurried_ = true;
 }
 
 // Waits for output and responses of the children, at most this long, and reads them.
@@ -323,21 +321,21 @@ bool Supervisor::end_some() {
   return is_any_left;
 }
 
-std::string Supervisor::unmade_children() const {
+void Supervisor::say_who_is_unmade() const {
   std::vector<std::string> names;
   for (const auto& child : children_) {
     if (child->pid > 0 && !child->is_made) names.push_back("'" + child->name + "'");
   }
-  return fmt::format("{}", fmt::join(names, ", "));
+  if (names.empty()) return;
+  rt::to_stderr("takt: waiting for constructors of process {}, {} s at most\n",
+                fmt::join(names, ", "), (is_hurried_ ? kHurriedEndLimit : kEndLimit).count());
 }
 
-template <class Predicate>
-void Supervisor::end_now(Predicate is_meant, const std::string& why) {
+void Supervisor::end_now(const std::string& why) {
   for (const auto& child : children_) {
-    if (child->pid <= 0 || !is_meant(*child)) continue;
+    if (child->pid <= 0) continue;
     rt::to_stderr("takt: killing process '{}': {}\n", child->name, why);
     kill(child->pid, SIGKILL);
-    child->is_made = true;  // do not wait for its constructors
   }
 }
 

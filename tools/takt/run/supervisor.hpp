@@ -36,9 +36,9 @@ class Supervisor {
   /// Releases the first timers. A child that ends from here on is restarted as in `watch`.
   void release();
 
-  /// From now on, kills a child that does not end or respond in time: it may wait forever for a
-  /// lock in shared memory that a killed process held.
-  void bound_end();
+  /// From now on, kills a child that does not end or respond in time: a callback may hang, or it
+  /// may wait forever for a lock in shared memory that a killed process held.
+  void bound_end(bool uses_shared_memory);
 
   /// Runs for this time, until a signal arrives, or until no child is left. Restarts a child that
   /// ends if its description demands it; the others continue, however long its constructors take.
@@ -57,11 +57,11 @@ class Supervisor {
   std::optional<nlohmann::json> answer_of(Child& child);
   nlohmann::json hear(Child& child);
   void wait_for(const Child& child);
+  void hurry();
   void pump(Nanoseconds most);
   bool end_some();
-  std::string unmade_children() const;
-  template <class Predicate>
-  void end_now(Predicate is_meant, const std::string& why);
+  void say_who_is_unmade() const;
+  void end_now(const std::string& why);
   static void forget(Child& child);
   std::string end_of(Child& child);
   void handle_end(Child& child);
@@ -71,7 +71,8 @@ class Supervisor {
   TimePoint limit_ = kNever;
   std::vector<std::unique_ptr<Child>> children_;
   std::vector<std::string> deaths_;
-  bool has_run_ = false, is_ending_ = false;
+  int signal_ = 0;  // that has ended the run; 0: none
+  bool has_run_ = false, is_ending_ = false, is_hurried_ = false;
 };
 
 }  // namespace takt::tools

@@ -92,7 +92,7 @@ with tempfile.TemporaryDirectory() as folder:
             check("a run leaves nothing behind", False, left_behind())
             break
 
-    # One that hangs in shared memory is not waited for longer than 30 s. Stopped, it hangs too.
+    # One that hangs in shared memory is not waited for longer than 20 s. Stopped, it hangs too.
     with open(system, "a") as file:
         file.write("      - {component: Witness, library: " + os.path.abspath(library) + "}\n")
     run = subprocess.Popen([takt, "run", system], env=dict(environment, WITNESS=folder),

@@ -58,6 +58,11 @@ class Run:
         os.mkfifo(self.path(name + ".gate"))
         return self
 
+    def jam(self, name):
+        """The callback of this component never returns."""
+        os.mkfifo(self.path(name + ".jam"))
+        return self
+
     def open(self, name):
         """The constructor that waits, or is about to, goes on."""
         for _ in range(LIMIT * 100):
@@ -77,6 +82,11 @@ class Run:
             time.sleep(0.01)
         return False
 
+    def begin_jammed(self):
+        self.jam("slow").begin()
+        self.wait("slow.ticks", 1)
+        return self
+
     def end(self):
         try:
             return self.process.wait(LIMIT)
@@ -93,7 +103,27 @@ def children_of(process):
     return [int(pid) for pid in open(tasks).read().split()]
 
 
+def wait_for_ends(pids):
+    """Until these processes have ended, also when their parent has not waited for them."""
+    def has_ended(pid):
+        try:
+            return open(f"/proc/{pid}/stat").read().rpartition(")")[2].split()[0] == "Z"
+        except OSError:
+            return True
+    for _ in range(LIMIT * 100):
+        if all(map(has_ended, pids)):
+            return True
+        time.sleep(0.01)
+    return False
+
+
 ONE = "container:\n  name: one\n  components:\n" + component("sound") + component("slow")
+
+# These end by themselves while the others are looked at.
+TWO_SLOW = "containers:\n" + container("sound") + container("slow")
+patient = [Run(text).begin_jammed() for text in (ONE, TWO_SLOW)]
+for run in patient:
+    run.send(signal.SIGINT)
 
 for number in (signal.SIGINT, signal.SIGTERM):
     run = Run(ONE).close("slow").begin()
@@ -129,7 +159,7 @@ loader.wait()
 
 # ---- Several processes ----
 
-run = Run("containers:\n" + container("sound") + container("slow")).close("slow").begin()
+run = Run(TWO_SLOW).close("slow").begin()
 run.wait("slow.entered", 1)
 run.wait("sound.made", 1)
 run.send(signal.SIGTERM)
@@ -138,6 +168,30 @@ check("of several processes the sound ones end by themselves", status == 1
       and run.read("sound.gone"), status, run.read("log"))
 check("the other one is killed, and named", "killing process 'slow_process'" in run.read("log"),
       run.read("log"))
+
+# A second signal only let the destructors begin, which waited for the callback for ever; a child
+# whose parent was killed did so, too.
+INT, TERM, KILL = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
+for what, first, second in (("a second SIGINT", INT, INT), ("SIGTERM right after SIGINT", INT, TERM),
+                            ("SIGKILL of their parent", KILL, None)):
+    run = Run(TWO_SLOW).begin_jammed()
+    run.wait("sound.ticks", 3)
+    children = children_of(run.process)
+    run.send(first)
+    if second:
+        time.sleep(0.6 if second == first else 0)
+        run.send(second)
+    status = run.end()
+    check(f"{what} ends all processes though a callback hangs", status == (-KILL if first == KILL else 1)
+          and wait_for_ends(children) and len(children) == 2, status, run.read("log"))
+    check("the sound one by its destructors", run.read("sound.gone"), run.read("log"))
+
+run = Run(TWO_SLOW).close("slow").begin()
+run.wait("slow.entered", 1)
+children = children_of(run.process)
+run.send(KILL)
+run.end()
+check("as does SIGKILL during a constructor", wait_for_ends(children), run.read("log"))
 
 # A child that was restarted, and was in its constructor, stopped the supervision of all others:
 # deaths went unseen, and Ctrl-C killed sound processes, whose destructors never ran.
@@ -192,6 +246,19 @@ check("but not under nohup", run.process.poll() is None and not run.read("sound.
 run.send(signal.SIGTERM)
 check("where SIGTERM does", run.end() == 0, run.read("log"))
 
+# ---- Twice at once ----
+
+# `timeout -s INT` sends the signal to the process and to its group: the second one killed.
+for text in (ONE, TWO):
+    run = Run(text, ("run", "FILE", "--json", "@result.json")).begin()
+    run.wait("sound.ticks", 3)
+    for _ in range(2):
+        run.send(INT)
+        time.sleep(0.002)
+    status = run.end()
+    check("the same signal twice at once is one", status == 0 and run.read("sound.gone")
+          and json.loads(run.read("result.json"))["runs"], status, run.read("log"))
+
 # ---- Comparisons ----
 
 MANY = ("--duration", "200ms", "--repeat", "1000", "--json", "@result.json")
@@ -211,6 +278,16 @@ for words in (("compare", "FILE", "--executors", "events,single_threaded", *MANY
           len(run.read("sound.gone")) == len(run.read("sound.made")),
           run.read("sound.gone"), run.read("sound.made"))
 
+# The run that was under way went on for as long as it was to last.
+run = Run("container:\n  name: one\n  components:\n" + component("sound"),
+          ("compare", "FILE", "--executors", "events", "--duration", "1h")).begin()
+run.wait("sound.ticks", 3)
+children = children_of(run.process)
+run.send(KILL)
+run.end()
+check("SIGKILL of takt compare ends the run that was under way", wait_for_ends(children)
+      and run.read("sound.gone"), run.read("log"))
+
 # ---- Names ----
 
 pair = "    components: [{component: Witness, library: " + library + "}]\n"
@@ -220,4 +297,7 @@ check("two nodes that the code calls the same, in two processes, are an error of
       status == 2 and "system.yaml:5: the node of 'Witness' is called '/witness', as that of "
       "'Witness' in " in run.read("log"), status, run.read("log"))
 
+for run, by_itself in zip(patient, (-INT, 1)):
+    status = run.end()
+    check("one signal ends what hangs in a callback, too", status == by_itself, status, run.read("log"))
 finish()

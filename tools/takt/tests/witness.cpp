@@ -1,6 +1,6 @@
 // A component that leaves traces in the directory $WITNESS, for signals_test.py: its constructor
 // and destructor each append a line to a file of its name, its timer a byte. While there is a FIFO
-// NAME.gate, the constructor waits until somebody opens it.
+// NAME.gate, the constructor waits until somebody opens it; so does the timer, at NAME.jam.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <filesystem>
@@ -16,15 +16,21 @@ class Witness : public takt::Node {
  public:
   explicit Witness(const takt::NodeOptions& options) : Node("witness", options) {
     leave("entered", "\n");
-    if (std::filesystem::exists(path("gate"))) std::ifstream gate(path("gate"));
+    wait_at("gate");
     leave("made", "\n");
-    timer_ = create_timer("tick", 5ms, [this] { leave("ticks", "."); });
+    timer_ = create_timer("tick", 5ms, [this] {
+      leave("ticks", ".");
+      wait_at("jam");
+    });
   }
   ~Witness() override { leave("gone", "\n"); }
 
  private:
   std::string path(const char* what) const {
     return std::string(std::getenv("WITNESS")) + "/" + name() + "." + what;
+  }
+  void wait_at(const char* what) const {
+    if (std::filesystem::exists(path(what))) std::ifstream fifo(path(what));
   }
   void leave(const char* what, const char* text) const {
     std::ofstream(path(what), std::ios::app) << text;
