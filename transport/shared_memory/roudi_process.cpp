@@ -1,7 +1,9 @@
 // RouDi must not be the child of a process that may be killed. Its parent is a keeper, a process
 // that ends only when the kernel gives it a lock:
-//   1. A process that needs RouDi takes the lock `start`, so that one at a time looks for it, and
-//      then a share of the lock `users`, which it keeps. Its children inherit that.
+//   1. A process that needs RouDi first finds out how much memory to ask for. Then it takes the
+//   lock
+//      `start`, so that one at a time looks for RouDi, and then a share of the lock `users`, which
+//      it keeps. Its children inherit that.
 //   2. If RouDi does not run, it forks a keeper, which starts RouDi, reports through a pipe, and
 //      releases `start`.
 //   3. The keeper waits for the exclusive lock `users`. The kernel gives it when no user is left,
@@ -18,6 +20,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -56,25 +59,25 @@ class RoudiProcess::LockFile {
     return result == 0;
   }
 
-  /// Throws Error if another user can hold the lock, or if it does not come free: the folder is
-  /// everybody's, and the name can be foreseen.
-  void lock_within(int how, Nanoseconds limit) const {
-    struct stat file {};
-    if (fd_ < 0 || fstat(fd_, &file) != 0 || file.st_uid != geteuid()) {
-      throw Error(fmt::format("{} is not ours: {}", path_,
-                              fd_ < 0 ? errno_message(errno)
-                                      : fmt::format("it belongs to user {}", file.st_uid)),
-                  "remove it; RouDi cannot be started while it is there");
-    }
+  /// Returns false if the lock does not come free in time.
+  bool lock_within(int how, Nanoseconds limit) const {
     const TimePoint end = later(std::chrono::steady_clock::now(), limit);
     while (!lock(how | LOCK_NB)) {
-      if (std::chrono::steady_clock::now() > end) {
-        throw Error(fmt::format("{} is locked for {} s by another run that starts RouDi", path_,
-                                std::chrono::duration<double>(limit).count()),
-                    "end that run");
-      }
+      if (std::chrono::steady_clock::now() > end) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
+    return true;
+  }
+
+  /// Throws Error if another user can hold the lock: the folder is everybody's, and the name can be
+  /// foreseen.
+  void check_owner() const {
+    struct stat file {};
+    if (fd_ >= 0 && fstat(fd_, &file) == 0 && file.st_uid == geteuid()) return;
+    throw Error(fmt::format("{} is not ours: {}", path_,
+                            fd_ < 0 ? errno_message(errno)
+                                    : fmt::format("it belongs to user {}", file.st_uid)),
+                "remove it; RouDi cannot be started while it is there");
   }
 
   /// The main function of the keeper. It keeps `report` and, until RouDi serves, the lock `start`,
@@ -94,7 +97,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
 constexpr std::size_t kMostPools = 32;
 constexpr auto kStartLimit = 20s;
-constexpr auto kEndLimit = 2s;  // until another process lets go of a lock at the end
+constexpr auto kLockLimit = 2s;  // until another process lets go of a lock that it needs shortly
 
 constexpr std::size_t chunk_bytes(std::size_t message_bytes) {
   return (message_bytes + kChunkOverhead + 7) / 8 * 8;
@@ -287,17 +290,32 @@ void RoudiProcess::LockFile::keep(int report, const LockFile& start, std::vector
 
 RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
     : users_(std::make_unique<LockFile>("users", 0)) {
-  const LockFile start("start");
-  start.lock_within(LOCK_EX, kStartLimit);  // which another start has, too
-  users_->lock_within(LOCK_SH, kEndLimit);  // which a keeper holds exclusively when it ends
+  const auto want = [&pools] {
+    if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
+    return pools();
+  };
+  std::optional<std::vector<ChunkPool>> wanted;
+  if (find_roudi().pid == 0) wanted = want();  // which takes long, so without a lock
+  const LockFile start("start"), keepers("keepers");
+  start.check_owner();
+  users_->check_owner();
+  // Another start needs longer only while its keeper starts RouDi.
+  if (!start.lock_within(LOCK_EX, kLockLimit) &&
+      (keepers.lock(LOCK_EX | LOCK_NB) || !start.lock_within(LOCK_EX, kStartLimit))) {
+    throw Error("another run holds the lock with which one at a time starts RouDi",
+                "end that run: lslocks shows who has /tmp/.takt_roudi_*.start");
+  }
+  if (!users_->lock_within(LOCK_SH, kLockLimit)) {
+    throw Error("the RouDi of another run does not end",
+                "end it: lslocks shows who has /tmp/.takt_roudi_*.users");
+  }
   pid_ = find_roudi().pid;
-  if (pid_ != 0) return;  // if it cannot be used, joining reports why
-  if (!is_installed()) throw Error("iox-roudi is not installed", "apt-get install iceoryx");
-  const std::vector<ChunkPool> wanted = pools();
+  if (pid_ != 0) return;         // if it cannot be used, joining reports why
+  if (!wanted) wanted = want();  // RouDi has ended since
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) throw Error("no pipe: " + errno_message(errno));
   keeper_ = fork();
-  if (keeper_ == 0) LockFile::keep(ends[1], start, wanted);
+  if (keeper_ == 0) LockFile::keep(ends[1], start, std::move(*wanted));
   close(ends[1]);
   const std::string said = read_report(ends[0]);
   pid_ = std::atoi(said.c_str());
@@ -306,17 +324,15 @@ RoudiProcess::RoudiProcess(const std::function<std::vector<ChunkPool>()>& pools)
   throw Error(said.empty() ? "the process that starts RouDi has died" : said);
 }
 
-RoudiProcess::~RoudiProcess() try {
+// What does not come free is not waited for: the keeper ends without us.
+RoudiProcess::~RoudiProcess() {
   users_.reset();
   const LockFile start("start"), users("users"), keepers("keepers");
-  start.lock_within(LOCK_EX, kEndLimit);
+  if (!start.lock_within(LOCK_EX, kLockLimit)) return;
   // Others hold shares of it, unless a keeper holds it exclusively.
   if (!users.lock(LOCK_EX | LOCK_NB) && users.lock(LOCK_SH | LOCK_NB)) return;
   users.lock(LOCK_UN);
-  keepers.lock_within(LOCK_EX, kEndLimit);
-  if (keeper_ > 0) waitpid(keeper_, nullptr, 0);
-} catch (const Error&) {
-  // The keeper ends without us.
+  if (keepers.lock_within(LOCK_EX, kLockLimit) && keeper_ > 0) waitpid(keeper_, nullptr, 0);
 }
 
 bool RoudiProcess::is_installed() {
