@@ -32,4 +32,12 @@ std::string lost_result(const std::string& service, const GoalId& goal, bool has
                      service, to_string(goal));
 }
 
+const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal) {
+  if (goal == nullptr) {
+    throw Error("a result or a cancellation is asked of a goal that was not accepted (nullptr)",
+                "look whether send_goal() gave a goal before you ask for it");
+  }
+  return goal->id();
+}
+
 }  // namespace takt

@@ -71,6 +71,8 @@ struct GoalResult {
 };
 /// Why a result of this service is not known. `has_answer`: it has said so itself.
 std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer);
+/// Throws Error for nullptr, which stands for a goal that was not accepted.
+const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal);
 
 struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
@@ -163,13 +165,13 @@ class ActionClient {
   Task<GoalResult<A>> result(Handle goal) {
     const std::shared_ptr<Goals> goals = goals_;
     const Place place = asked_.take();
-    const typename GetResult<A>::Request request{goal->id()};
+    const typename GetResult<A>::Request request{id_of(goal)};
     const auto answer = co_await result_->call(request);
     co_return goals->end(*goal, answer ? &*answer : nullptr);
   }
   /// An answer without goals: it did not come in time, or says why in return_code.
   Task<CancelResult> cancel_goal(Handle goal) {
-    const CancelGoal::Request request = cancel_request(goal->id());
+    const CancelGoal::Request request = cancel_request(id_of(goal));
     const auto answer = co_await cancel_->call(request);
     co_return answer ? *answer : CancelResult{};
   }
@@ -204,7 +206,7 @@ class ActionClient {
     ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(callback));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
-    cancel(cancel_request(goal->id()), std::move(callback));
+    cancel(cancel_request(id_of(goal)), std::move(callback));
   }
   /// The goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
@@ -291,7 +293,7 @@ class ActionClient {
 
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
                          Handle goal, Place place, ResultCallback callback) {
-    const GoalId id = goal->id();
+    const GoalId id = id_of(goal);
     client.async_send_request({id}, [goals, goal = std::move(goal), place = std::move(place),
                                      callback = std::move(callback)](
                                         const typename GetResult<A>::Response* answer) mutable {

@@ -224,6 +224,13 @@ TEST_F(ActionClientTest, AGoalIsAbortedWhenItsServerIsDropped) {
   held_.at(0)->succeed({});  // its client has the result
 }
 
+// It was dereferenced: a client whose goal was refused crashed when it asked for the result.
+TEST_F(ActionClientTest, AGoalThatWasNotAcceptedHasNoResult) {
+  const auto client = create_action_client<Drive>(*node_, "drive");
+  EXPECT_THROW(client->async_get_result(nullptr, noted("goal").result), Error);
+  EXPECT_THROW(client->async_cancel_goal(nullptr, {}), Error);
+}
+
 TEST_F(ActionClientTest, WhatNoServerCanAnswerEndsAfterTwoSeconds) {
   auto server = make_server();
   const auto client = create_action_client<Drive>(*node_, "drive");
