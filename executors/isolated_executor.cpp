@@ -213,12 +213,17 @@ void IsolatedExecutor::remove_forgotten() {
   }
 }
 
-// Ends the children that were removed inside a callback.
+// Ends the children that were removed inside a callback. It holds no node of others, not even for a
+// moment: the thread that drops what was its last pointer relies on its end.
 void IsolatedExecutor::finish_removals() {
+  const auto may_end = [](const Child& child) { return child.may_go && !child.runs.load(); };
   for (const auto& child : children()) {
-    const std::shared_ptr<Node> node = child->node.lock();
     std::unique_lock lock(mutex_);
-    if (child->may_go && !child->runs.load()) end(child, node.get(), lock);
+    if (!may_end(*child)) continue;
+    lock.unlock();
+    const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
+    lock.lock();
+    if (may_end(*child)) end(child, node.get(), lock);
   }
 }
 
