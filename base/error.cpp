@@ -7,11 +7,14 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/printable.hpp"
+
 namespace takt {
 
 Error::Error(const std::string& what, const std::string& what_to_do, const std::string& where)
-    : std::runtime_error((where.empty() ? "" : where + ": ") + what +
-                         (what_to_do.empty() ? "" : "; " + what_to_do)) {
+    : std::runtime_error(printable((where.empty() ? "" : where + ": ") + what +
+                                       (what_to_do.empty() ? "" : "; " + what_to_do),
+                                   Lines::keep)) {
 }
 namespace {
 

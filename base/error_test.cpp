@@ -24,6 +24,12 @@ TEST(Error, LeavesOutWhatIsNotGiven) {
   EXPECT_STREQ(Error("depth is 0", "", "a.yaml:3").what(), "a.yaml:3: depth is 0");
 }
 
+// A zero byte in what was quoted ended the message, so that the advice was lost.
+TEST(Error, EscapesWhatItQuotes) {
+  EXPECT_STREQ(Error(std::string("a line '\0\x1b'", 11), "write text", "a.msg").what(),
+               "a.msg: a line '\\u0000\\u001b'; write text");
+}
+
 TEST(Suggest, NamesTheClosestWordAndAllOthers) {
   EXPECT_EQ(suggest("fivo", kSchedulers), "did you mean 'fifo'? valid: chain_priority, fifo, ros");
   EXPECT_EQ(suggest("chain_priorty", kSchedulers),

@@ -66,15 +66,18 @@ std::size_t RegularFile::read(std::uint64_t offset, std::span<std::byte> to) con
 }
 
 std::string RegularFile::text(std::size_t most) const {
+  const auto check_size = [&](std::uint64_t size) {
+    if (size <= most) return;
+    throw Error(fmt::format("the file is larger than {} MiB", most >> 20U), "name another file");
+  };
+  check_size(size_);  // before there is room for it
   std::string content;
   // Files of /proc report size 0, and a file may grow.
-  for (std::size_t room = std::min(size_, std::uint64_t{most}) + 1;;) {
+  for (std::size_t room = size_ + 1;;) {
     const std::size_t begin = content.size();
     content.resize(std::min(begin + room, most + 1));
     content.resize(begin + read(begin, std::as_writable_bytes(std::span(content).subspan(begin))));
-    if (content.size() > most) {
-      throw Error(fmt::format("the file is larger than {} MiB", most >> 20U), "name another file");
-    }
+    check_size(content.size());
     if (content.size() < begin + room) return content;
     room = std::max<std::size_t>(content.size(), 4096);
   }

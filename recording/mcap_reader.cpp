@@ -28,6 +28,15 @@ RegularFile opened(const FilePlace& place) {
   }
 }
 
+std::size_t read_from(const RegularFile& file, const std::string& path, std::uint64_t offset,
+                      std::span<std::byte> to) {
+  try {
+    return file.read(offset, to);
+  } catch (const Error& error) {
+    throw Error(error.what(), "", path);
+  }
+}
+
 Error shorter(const std::string& path) {
   return Error("the recording was truncated during reading",
                "do not change the file while it is played", path);
@@ -72,7 +81,7 @@ class McapReader::Cursor {
     if (begin < window_begin_ || position_ > window_begin_ + window_.size()) {
       window_begin_ = begin;
       window_.resize(std::max(size, kWindowBytes));
-      window_.resize(file_.read(begin, window_));
+      window_.resize(read_from(file_, path_, begin, window_));
       if (window_.size() < size) throw shorter(path_);
     }
     return std::span(window_).subspan(begin - window_begin_, size);
@@ -87,7 +96,7 @@ class McapReader::Cursor {
 
 McapReader::McapReader(const FilePlace& place) : path_(place.path()), file_(opened(place)) {
   std::string magic(kMagic.size(), '\0');
-  file_.read(0, std::as_writable_bytes(std::span(magic)));
+  read_from(file_, path_, 0, std::as_writable_bytes(std::span(magic)));
   if (magic != kMagic) {
     throw Error("this is no MCAP file",
                 "use a file written by takt::Recorder, or by ros2 bag as MCAP", path_);
@@ -108,7 +117,7 @@ std::span<const std::byte> McapReader::bytes(const RecordedMessage& message) {
   }
   chunk_ = 0;
   bytes_.resize(message.size);
-  if (file_.read(message.begin, bytes_) != bytes_.size()) throw shorter(path_);
+  if (read_from(file_, path_, message.begin, bytes_) != bytes_.size()) throw shorter(path_);
   return bytes_;
 }
 
@@ -214,7 +223,7 @@ void McapReader::check_uncompressed(const Content& content) const {
   for (std::uint64_t done = 0; done < content.size;) {
     const std::span<std::byte> part =
         std::span(window).first(std::min<std::uint64_t>(window.size(), content.size - done));
-    if (file_.read(content.begin + done, part) != part.size()) throw shorter(path_);
+    if (read_from(file_, path_, content.begin + done, part) != part.size()) throw shorter(path_);
     crc = crc32_of(part, crc);
     done += part.size();
   }
@@ -228,7 +237,7 @@ std::vector<std::byte> McapReader::decompressed(const Content& content) const {
                 fmt::format("at most {} are read", kMostChunkBytes), path_);
   }
   std::vector<std::byte> from(content.size), to(content.uncompressed);
-  if (file_.read(content.begin, from) != from.size()) throw shorter(path_);
+  if (read_from(file_, path_, content.begin, from) != from.size()) throw shorter(path_);
   if (!decompress(content.compression, from, to) ||
       (content.crc != 0 && crc32_of(to) != content.crc)) {
     damaged(content);

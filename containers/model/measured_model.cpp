@@ -254,6 +254,7 @@ MeasuredModel read_measured_model(const std::string& path) {
   const document::Value root = document::read(path, errors);
   MeasuredModel model = ModelReader(errors).read(root);
   errors.throw_if_any();
+  model.path = path;
   return model;
 }
 

@@ -51,6 +51,7 @@ struct MeasuredChain {
 
 /// The content of a *.model.yaml file.
 struct MeasuredModel {
+  std::string path;         // of itself, for messages; empty: it was not read from a file
   std::string file;         // the system file it was measured with
   std::string machine;      // for people: processors, kernel, clock
   Nanoseconds duration{0};  // of the shortest run

@@ -30,7 +30,7 @@ void ModelBuilder::add_unknown_callbacks() {
       throw Error(fmt::format("the model has a callback '{}', which ran {} times, and '{}' has no "
                               "node of that name",
                               seen.name, seen.executions, description_.file),
-                  "give the model of this system");
+                  "give the model of this system", measured_->path);
     }
     for (const std::size_t executor : executors) {
       model_.system.executors[executor].unknown = fmt::format(

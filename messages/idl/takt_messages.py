@@ -68,6 +68,11 @@ def read_interface(file):
     return text
 
 
+def printable(text):
+    """What a file says must not steer the terminal."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+
+
 def snake_case(name):
     """As ROS 2 names its headers: LaserScan is laser_scan, and IMUData is imu_data."""
     name = re.sub(r"(.)([A-Z][a-z]+)", r"\1_\2", name)
@@ -311,7 +316,7 @@ def compile_idl(options, file, idl):
         raise Wrong(messages or f"{file}: {options.idlc} has made nothing of it, and says nothing; "
                     f"try: {' '.join(command)}")
     if messages:
-        print(messages, file=sys.stderr)
+        print(printable(messages), file=sys.stderr)
     text = re.sub(r'(?m)^#include "(.*)"$',
                   lambda match: f'#include "{include(options, file, pathlib.Path(match[1]))}"',
                   body.read_text())
@@ -387,7 +392,7 @@ def main():
             except Wrong as error:
                 wrong.append(str(error))
             except OSError as error:
-                wrong.append(f"{error.filename}: {error.strerror}")
+                wrong.append(f"{error.filename or item[0]}: {error.strerror}")
             except UnicodeDecodeError:
                 wrong.append(f"{item[0]}: is no UTF-8 text")
 
@@ -412,7 +417,7 @@ def main():
     if options.register and not wrong:
         write(options.register, registration([header_of(idl) for _, idl in work]))
     if wrong:
-        print("\n".join(wrong), file=sys.stderr)
+        print(printable("\n".join(wrong)), file=sys.stderr)
     return 1 if wrong else 0
 
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <new>
 #include <utility>
 
 #include <fmt/format.h>
@@ -288,6 +289,9 @@ Trace read_trace(const std::string& path) {
   const std::string text = read_text(path, kMostTraceBytes);
   try {
     return trace_of(json::parse(text));
+  } catch (const std::bad_alloc&) {
+    throw Error("no memory is left to read this trace",
+                "raise the limit (ulimit -v), or run for a shorter time", path);
   } catch (const std::exception& error) {  // of the JSON, or no such process or thread
     throw Error(fmt::format("this is no trace of this version of Takt ({})", error.what()),
                 "give a file that `takt run --trace` wrote", path);
