@@ -37,6 +37,7 @@ RULES = {
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
     "reader": "files are read by one reader",
+    "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
     "time-sum": "no plain sum of a time and a duration: later()",
@@ -156,6 +157,12 @@ def check_output(file, _):
 def check_readers(file, _):
     for line, what in file_rules.readers(file.path, file.lines):
         yield Finding(file.path, line, "reader", what)
+
+
+def check_environment(file, root):
+    test = root / file_rules.TEST_OF_ENVIRONMENT
+    for line, what in file_rules.variables(file.path, file.lines, test.read_text(encoding="utf-8") if test.is_file() else ""):
+        yield Finding(file.path, line, "environment", what)
 
 
 def anchor_of(heading):
@@ -332,7 +339,7 @@ def main():
     findings = list(check_format(files, root))
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
-                     check_contract, check_temporary, check_output, check_readers,
+                     check_contract, check_temporary, check_output, check_readers, check_environment,
                      check_links, check_phrases, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()

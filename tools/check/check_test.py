@@ -157,6 +157,15 @@ def test_rules():
     refused("readers of their own",
             {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
             "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
+    refused("a variable of the environment that its test does not try",
+            {"base/a.cpp": SPDX + 'auto a = std::getenv("NEW");\nauto b = std::getenv("KNOWN");\nauto c = "A_B";\n',
+             "base/b.cpp": SPDX + 'auto a = std::getenv(name);\nbool b = c == "TAKT_A";\nauto d = read("TAKT_B");\n',
+             "tools/takt/tests/environment_test.py": SPDX.replace("//", "#") + 'VARIABLES = {"KNOWN": []}\n'},
+            "base/a.cpp:2: takt reads NEW: let tools/takt/tests/environment_test.py try it",
+            "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
+
+
+def test_links():
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
              "c.md": "```\n# no\n```\n"},
@@ -225,6 +234,7 @@ def test_exceptions():
 if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
+test_links()
 test_time_sums()
 test_phrases()
 test_format()

@@ -15,6 +15,12 @@ NAMES_OF_ROUDI = re.compile(r'"/tmp/(?:roudi|iox-|\.takt_roudi_)')
 PRINTS = re.compile(r"\bfmt::print\((?!file\b)")
 DUMPS = re.compile(r"\.dump\(")
 
+# What another program has put there is input, and tested as such.
+VARIABLE = re.compile(r'\b(?:getenv|envname)\("(\w+)"\)')
+READS_VARIABLES = re.compile(r"\bgetenv\([^\")]")  # of names that stand elsewhere in the file
+NAME = re.compile(r'(?<!== )"([A-Z][A-Z0-9]*_[A-Z0-9_]+)"')
+TEST_OF_ENVIRONMENT = "tools/takt/tests/environment_test.py"
+
 # A FIFO would hold it up, and /dev/zero fill the memory.
 READS = re.compile(r'std::ifstream\b|\bfopen\([^;]*"r|\bBIO_new_file\(')
 READS_OF_THE_KERNEL = re.compile(r'ifstream[^;]*"/(?:proc|sys)/')
@@ -59,3 +65,14 @@ def readers(path, lines):
     for number, line in enumerate(lines, 1):
         if READS.search(line) and not READS_OF_THE_KERNEL.search(line):
             yield number, "use RegularFile or read_text(), which end whatever the file is"
+
+
+def variables(path, lines, test):
+    """(line number, what is wrong); `test`: the text of that of the environment."""
+    if not is_product(path) or "/conformance/" in path:
+        return
+    pattern = NAME if any(READS_VARIABLES.search(line) for line in lines) else VARIABLE
+    for number, line in enumerate(lines, 1):
+        for name in pattern.findall(line):
+            if f'"{name}"' not in test:
+                yield number, f"takt reads {name}: let {TEST_OF_ENVIRONMENT} try it"

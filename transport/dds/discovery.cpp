@@ -12,6 +12,8 @@
 namespace takt {
 namespace {
 
+constexpr std::size_t kMostPeers = 100;
+
 std::string_view environment(const char* name) {
   const char* const text = std::getenv(name);
   return text == nullptr ? "" : text;
@@ -51,6 +53,10 @@ std::vector<std::string> default_static_peers() {
     if (!std::all_of(peer.begin(), peer.end(), belongs_to_an_address)) {
       throw Error(fmt::format("'{}' in {} is no address", peer, kName),
                   "separate names or numbers of hosts by semicolons");
+    }
+    if (peers.size() == kMostPeers) {  // each is looked up
+      throw Error(fmt::format("{} names more than {} hosts", kName, kMostPeers),
+                  "name those that you need");
     }
     peers.emplace_back(peer);
   }

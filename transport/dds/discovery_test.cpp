@@ -48,6 +48,10 @@ TEST_F(Environment, NamesPeers) {
   EXPECT_THAT(default_static_peers(), ElementsAre("192.168.1.2", "robot-7.local"));
   set(kPeers, "192.168.1.2;<Peer/>");
   EXPECT_THAT(default_static_peers, ThrowsMessage<Error>(HasSubstr("'<Peer/>'")));
+  std::string many;  // the names of 10,000 were looked up for minutes
+  for (int i = 0; i < 101; ++i) many += "host;";
+  set(kPeers, many.c_str());
+  EXPECT_THAT(default_static_peers, ThrowsMessage<Error>(HasSubstr("more than 100 hosts")));
 }
 
 TEST_F(Environment, LocalhostOnlyOverrulesTheOthers) {

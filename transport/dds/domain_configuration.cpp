@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/dds/domain_configuration.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <ifaddrs.h>
@@ -10,6 +12,9 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/regular_file.hpp"
 
 namespace takt {
 namespace {
@@ -95,6 +100,27 @@ std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
   return xml + fmt::format("</Locator><Prefix>takt_{}</Prefix>", options.domain);
 }
 
+/// What CYCLONEDDS_URI says: files, or XML, separated by commas.
+/// Throws Error where a file is no regular one: Cyclone would wait for ever for a FIFO's writer.
+std::string configuration_of_user() {
+  const char* const text = std::getenv("CYCLONEDDS_URI");
+  if (text == nullptr) return {};
+  constexpr std::string_view kScheme = "file://";
+  for (std::string_view rest = text;;) {
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \t\r\n,"), rest.size()));
+    if (rest.empty() || rest.front() == '<') return text;
+    std::string_view file = rest.substr(0, rest.find(','));
+    rest.remove_prefix(file.size());
+    if (file.starts_with(kScheme)) file.remove_prefix(kScheme.size());
+    if (file.find('$') != std::string_view::npos) continue;  // Cyclone puts in a variable
+    try {
+      const RegularFile readable{std::string(file)};
+    } catch (const Error& error) {
+      throw Error(error.what(), "", fmt::format("CYCLONEDDS_URI: {}", file));
+    }
+  }
+}
+
 }  // namespace
 
 bool has_data_thread(const DdsOptions& options) {
@@ -127,14 +153,13 @@ std::optional<int> free_participant_index(int domain, int from) {
 // is in docs/explanation/decisions/0032_settings_of_cyclone_are_measured.md.
 std::string domain_configuration(const DdsOptions& options, int participant_index,
                                  std::uint64_t roudi) {
-  const char* const users = std::getenv("CYCLONEDDS_URI");
   return fmt::format(
       R"(<CycloneDDS><Domain id="any"><General>{}<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize></General>)"
       R"(<Discovery>{}<LeaseDuration>2s</LeaseDuration></Discovery>)"
       R"(<Internal><SocketReceiveBufferSize min="default" max="10MB"/><Watermarks><WhcHigh>16MB</WhcHigh></Watermarks></Internal></Domain></CycloneDDS>,)"
       R"({},)"
       R"(<CycloneDDS><Domain id="any"><Internal><MultipleReceiveThreads>{}</MultipleReceiveThreads></Internal><SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
-      interfaces(options), discovery(options, participant_index), users == nullptr ? "" : users,
+      interfaces(options), discovery(options, participant_index), configuration_of_user(),
       has_data_thread(options), shared_memory(options, roudi));
 }
 

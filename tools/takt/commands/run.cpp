@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/printable.hpp"
 #include "takt/base/time.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
 #include "model/extraction.hpp"
@@ -169,10 +173,23 @@ void print_processes(const json& run) {
   table.print("processes (allocations: on executor threads, while spinning)");
 }
 
+/// `content`: of the variable, which an error must name if nobody has given the option.
+template <class Registry>
+void check_name(const Registry& registry, const std::string& name, const char* variable,
+                const char* content) {
+  if (name.empty()) return;
+  try {
+    registry.check(name);
+  } catch (const Error& error) {
+    const bool is_given = content == nullptr || name != content;
+    throw Error(printable(error.what()), "", is_given ? "" : variable);
+  }
+}
+
 /// Call it when the file is read, which may load executors and schedulers.
 void check_names(const Options& options) {
-  if (!options.executor.empty()) executors().check(options.executor);
-  if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  check_name(executors(), options.executor, "TAKT_EXECUTOR", std::getenv("TAKT_EXECUTOR"));
+  check_name(schedulers(), options.scheduler, "TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"));
 }
 
 /// An empty container for components that are loaded later.

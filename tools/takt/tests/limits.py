@@ -48,7 +48,7 @@ def run(words, folder, environment):
 
 
 def faults(status, output, errors, names, is_refused):
-    """What is wrong with the end of a command that has read one of these files."""
+    """What is wrong with the end of a command that depends on what these names stand for."""
     if status is None:
         yield f"it did not end in {MOST_SECONDS} s"
         return
@@ -67,7 +67,7 @@ def faults(status, output, errors, names, is_refused):
         yield "it writes what is no UTF-8"
     is_error = status == 2 or status == 1 and not output  # 1: what takt analyze has found
     if is_error and not any(name.encode() in errors for name in names):
-        yield "its error names no file"
+        yield "its error names none of " + ", ".join(names)
     # takt bench runs takt run.
     lines = errors.replace(b"takt: a run ended with status 2; see its message above\n", b"").splitlines()
     if is_refused and len(lines) != 1:

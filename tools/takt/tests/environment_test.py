@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Whatever the variables of the environment say: a command works, or its one error names the variable.
+
+usage: environment_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import shutil
+import tempfile
+
+from command import takt
+from checks import check, environment, finish
+from limits import faults, run
+
+# Each variable that takt reads (tools/check knows the others by this list), and the commands that do.
+JOINS, INDEX = ["run", "joined.yaml", "--duration", "10ms"], ["component", "types"]
+RUNS = ["run", "plain.yaml", "--duration", "10ms"]
+TEMPORARY = ["latency", "--load", "io", "-l", "10", "-q", "--executor", "none"]
+VARIABLES = {
+    "AMENT_PREFIX_PATH": [INDEX, ["interface", "show", "fz/msg/Nothing"]],
+    "CYCLONEDDS_URI": [JOINS],
+    "PATH": [["run", "shared.yaml", "--duration", "10ms"]],  # where RouDi is
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": [JOINS],
+    "ROS_DOMAIN_ID": [JOINS],
+    "ROS_LOCALHOST_ONLY": [JOINS],
+    "ROS_STATIC_PEERS": [JOINS],
+    "TAKT_COMPONENT_PATH": [INDEX],
+    "TAKT_EXECUTOR": [RUNS],
+    "TAKT_SCHEDULER": [RUNS],
+    # Which the library of C++ reads:
+    "TMPDIR": [TEMPORARY],
+}
+# Which takt does not read, though others do.
+OTHERS = ("HOME", "COLUMNS", "NO_COLOR", "LC_ALL", "TERM", "XDG_CONFIG_HOME", "XDG_RUNTIME_DIR")
+VALUES = ["", "nonsense", "-1", "99999999999999999999", "%s%n", "\udcff\udcfe", "\x1b]0;owned\x07", "line\nbreak",
+          "../..", "/dev/zero", "/nowhere", "x" * 100_000, "/" * 100_000, "a;" * 10_000, "<", "<CycloneDDS>",
+          "file:///nowhere", "file://{folder}/fifo", "file:///dev/zero", "file://{folder}", "{folder}/fifo", "{folder}/plain.yaml"]
+
+folder = pathlib.Path(tempfile.mkdtemp())
+(folder / "plain.yaml").write_text("realtime: off\ncontainer: {components: [{component: takt::Workload, name: idle}]}\n")
+for name, shared_memory in (("joined", "off"), ("shared", "require")):
+    (folder / f"{name}.yaml").write_text(f"dds: {{shared_memory: {shared_memory}}}\n" + (folder / "plain.yaml").read_text())
+os.mkfifo(folder / "fifo")
+
+
+def wrong_ends(variables, words, value):
+    value = value.replace("{folder}", str(folder))
+    status, output, errors = run([takt, *words], folder, environment | dict.fromkeys(variables, value))
+    # Without a path, RouDi is missing.
+    return [f"{value[:60]!r}: {' '.join(words)}: {fault}: {status} {errors[:300]} {output[:100]}"
+            for fault in faults(status, output, errors, (*variables, "iox-roudi"), False)]
+
+
+for variable, commands in VARIABLES.items():
+    wrong = [fault for value in VALUES for words in commands for fault in wrong_ends([variable], words, value)]
+    check(f"{variable} may be anything", not wrong, "\n".join(wrong[:5]))
+wrong = [fault for value in VALUES for fault in wrong_ends(OTHERS, RUNS, value)]
+check(f"so may {', '.join(OTHERS)}", not wrong, "\n".join(wrong[:5]))
+shutil.rmtree(folder)
+finish()
