@@ -4,7 +4,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "takt/analysis/textbook/textbook.hpp"
+#include "takt/base/error.hpp"
 
 namespace takt::analysis::textbook {
 namespace {
@@ -106,12 +109,19 @@ class InBusyWindow {
   const Supply supply_;
 };
 
+constexpr int kMostRounds = 1000;
+
 // The response times depend on each other: from the executions upwards until nothing changes.
 template <class ResponseOf>
 Result common_fixed_point(const TaskSet& set, ResponseOf&& response_of) {
   std::vector<Time> responses;
   for (const Task& task : set.tasks) responses.push_back(task.execution);
-  for (bool has_changed = true; has_changed;) {
+  bool has_changed = true;
+  for (int round = 0; has_changed; ++round) {
+    if (round == kMostRounds) {  // in steps of an execution, up to a limit that is far away
+      throw Error(fmt::format("the response times still grow after {} rounds", kMostRounds),
+                  "give a smaller limit, shorter executions or longer periods");
+    }
     has_changed = false;
     std::vector<Time> next;
     for (std::size_t i = 0; i < responses.size(); ++i) {

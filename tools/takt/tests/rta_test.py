@@ -58,6 +58,9 @@ fails("too much work is reported", ["fp"], '{"tasks": [{"C": 7, "T": 5, "priorit
 fails("more instants than can be looked at are reported", ["casini_event_source"],
       '{"tasks": [{"C": 2, "T": 5, "J": 1000000000}], "limit": 1000000000000000}',
       "more than 1000000 arrivals", "shorter jitter")
+# Response times that depend on each other grew in small steps, for hours, up to the limit of a minute of ns.
+fails("response times that do not converge are reported", ["blass_rr"], '{"tasks": [{"C": 2, "T": 8}, {"C": 3, "T": 12}, '
+      '{"C": 4, "T": 16}]}', "still grow after 1000 rounds", "smaller limit")
 # Those before the first that counts were looked at, one by one.
 status, output, errors = run(["edf"], '{"tasks": [{"C": 79, "T": 120, "D": 1000000000000000}, '
                              '{"C": 11, "T": 34, "D": 100}]}')
