@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/action.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <map>
 #include <memory>
@@ -77,8 +78,13 @@ json row(const std::string& name, const Action& action) {
 }
 
 void list(const Options& options) {
+  const auto is_shown = [&](const auto& action) { return options.all || !is_hidden(action.first); };
+  const Graph graph = Observer(options).whole_graph([&](const Graph& seen) {
+    const auto actions = actions_of(seen);
+    return std::any_of(actions.begin(), actions.end(), is_shown);
+  });
   json rows = json::array();
-  for (const auto& [name, action] : actions_of(Observer(options).graph())) {
+  for (const auto& [name, action] : actions_of(graph)) {
     if (is_hidden(name) && !options.all) continue;
     rows.push_back(row(name, action));
     if (!options.prints()) continue;
@@ -92,7 +98,8 @@ void list(const Options& options) {
 
 void info(const Options& options) {
   const std::string name = absolute(options.action);
-  const auto actions = actions_of(Observer(options).graph());
+  const auto actions = actions_of(Observer(options).whole_graph(
+      [&](const Graph& seen) { return actions_of(seen).contains(name); }));
   const auto found = actions.find(name);
   if (found == actions.end()) no_action(name, actions);
   const Action& action = found->second;
@@ -235,7 +242,7 @@ class GoalRun {
               [this] { return is_interrupted(); }))
       return;
     if (signal_ != 0) throw CLI::RuntimeError(128 + signal_);
-    const auto actions = actions_of(observer_.graph());
+    const auto actions = actions_of(observer_.participant()->graph());
     const auto found = actions.find(name_);
     if (found == actions.end()) no_action(name_, actions);
     if (const auto& types = found->second.types; !types.contains(options_.type)) {

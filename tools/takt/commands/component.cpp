@@ -70,9 +70,12 @@ void list(const Options& options) {
   if (options.container.empty()) containers = caller.find(kList);
   json rows = json::array();
   Table table({"container", "id", "component"});
-  for (const std::string& container : containers) {
-    const auto answer =
-        caller.call<ci::ListNodes>(service_of(container, kList), {}, called(container));
+  if (!options.container.empty() &&
+      !caller.finds<ci::ListNodes>(service_of(options.container, kList), 3s)) {
+    caller.nobody(service_of(options.container, kList), called(options.container));
+  }
+  const auto answers = caller.ask_all<ci::ListNodes>(containers, kList, {}, kListLimit);
+  for (const auto& [container, answer] : answers.in_time) {
     if (answer.unique_ids.empty()) table.add({container, "-", "(empty)"});
     for (std::size_t i = 0; i < std::min(answer.unique_ids.size(), answer.full_node_names.size());
          ++i) {
@@ -88,6 +91,7 @@ void list(const Options& options) {
     table.print("components");
   }
   if (!options.json_path.empty()) write_json(rows, options.json_path);
+  Caller::name_silent("container", answers.silent, kListLimit);
 }
 
 // The notation gives the type: 1, 1.0, true, [1, 2], word.

@@ -1,6 +1,7 @@
 // takt lifecycle: shows and changes the state of lifecycle nodes.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string_view>
 
@@ -65,15 +66,29 @@ void list(const Options& options) {
   Caller caller(options.domain.number());
   json rows = json::array();
   Table table({"node", "state", "can"});
-  for (const std::string& node : caller.find("/change_state")) {
-    const std::string state = state_of(caller, node);
-    const std::vector<std::string> can = labels_of(transitions_of(caller, node));
-    table.add({"/" + node, state, fmt::format("{}", fmt::join(can, ", "))});
-    rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can}});
+  auto states =
+      caller.ask_all<lm::GetState>(caller.find("/change_state"), "/get_state", {}, kListLimit);
+  std::vector<std::string> nodes;
+  for (const auto& [node, answer] : states.in_time) nodes.push_back(node);
+  const auto transitions = caller.ask_all<lm::GetAvailableTransitions>(
+      nodes, "/get_available_transitions", {}, kListLimit);
+  std::map<std::string, std::vector<std::string>> can;
+  for (const auto& [node, answer] : transitions.in_time) {
+    can[node] = labels_of(answer.available_transitions);
   }
-  if (rows.empty()) rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain.number());
+  for (const auto& [node, answer] : states.in_time) {
+    const std::string& state = answer.current_state.label;
+    table.add({"/" + node, state, fmt::format("{}", fmt::join(can[node], ", "))});
+    rows.push_back({{"node", "/" + node}, {"state", state}, {"transitions", can[node]}});
+  }
+  std::vector<std::string>& silent = states.silent;
+  silent.insert(silent.end(), transitions.silent.begin(), transitions.silent.end());
+  if (rows.empty() && silent.empty()) {
+    rt::to_stderr("no lifecycle node on DDS domain {}\n", options.domain.number());
+  }
   if (options.json_path != "-") table.print("lifecycle nodes");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
+  Caller::name_silent("lifecycle node", silent, kListLimit);
 }
 
 void get(const Options& options) {

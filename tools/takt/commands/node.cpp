@@ -23,11 +23,14 @@ struct Options : ObserverOptions {
 };
 
 void list(const Options& options) {
-  const Graph graph = Observer(options).graph();
+  const auto is_shown = [&](const std::string& node) { return options.all || !is_hidden(node); };
+  const Graph graph = Observer(options).whole_graph([&](const Graph& seen) {
+    return std::any_of(seen.nodes.begin(), seen.nodes.end(), is_shown);
+  });
   Table table({"node", "publishers", "subscriptions", "services", "clients"});
   json rows = json::array();
   for (const std::string& node : graph.nodes) {
-    if (is_hidden(node) && !options.all) continue;
+    if (!is_shown(node)) continue;
     const auto count = [&](const std::vector<GraphEndpoint>& list) {
       return std::count_if(list.begin(), list.end(),
                            [&](const auto& endpoint) { return endpoint.node == node; });
@@ -49,7 +52,9 @@ void list(const Options& options) {
 
 void info(const Options& options) {
   const std::string name = absolute(options.node);
-  const Graph graph = Observer(options).graph();
+  const Graph graph = Observer(options).whole_graph([&](const Graph& seen) {
+    return std::find(seen.nodes.begin(), seen.nodes.end(), name) != seen.nodes.end();
+  });
   if (std::find(graph.nodes.begin(), graph.nodes.end(), name) == graph.nodes.end()) {
     throw Error(fmt::format("there is no node '{}'", name),
                 graph.nodes.empty() ? "no node was discovered on this DDS domain"

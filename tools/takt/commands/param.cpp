@@ -199,42 +199,25 @@ void list_of_node(const Options& options) {
 void list(const Options& options) {
   if (!options.node.empty()) return list_of_node(options);
   Caller caller(options.domain.number());
-  using Call = Caller::Call<srv::ListParameters>;
-  std::vector<std::pair<std::string, Call>> calls;
-  std::vector<std::string> silent;
+  std::vector<std::string> nodes;
   for (const std::string& owner : caller.find(kList)) {
-    const std::string node = absolute(owner);
-    if (is_hidden(node) && !options.all) continue;
-    const std::string whose = fmt::format("node '{}'", node);
-    try {
-      calls.emplace_back(node,
-                         caller.send<srv::ListParameters>(service_of(node, kList), {}, whose));
-    } catch (const Error&) {
-      silent.push_back(whose);
-    }
+    if (!is_hidden(absolute(owner)) || options.all) nodes.push_back(absolute(owner));
   }
-  const TimePoint end = later(Clock::steady().now(), options.limit());
+  auto answers = caller.ask_all<srv::ListParameters>(nodes, kList, {}, options.limit());
   json rows = json::array();
-  for (const auto& [node, call] : calls) {
-    auto answer = caller.receive(call, std::max(end - Clock::steady().now(), Nanoseconds::zero()));
-    if (!answer) {
-      silent.push_back(fmt::format("node '{}'", node));
-      continue;
-    }
-    std::vector<std::string>& names = answer->result.names;
+  for (auto& [node, answer] : answers.in_time) {
+    std::vector<std::string>& names = answer.result.names;
     std::sort(names.begin(), names.end());
     if (options.prints() && !names.empty()) {
       rt::print("{}:\n  {}\n", node, fmt::join(names, "\n  "));
     }
     rows.push_back({{"node", node}, {"parameters", names}});
   }
-  if (calls.empty() && silent.empty()) {
+  if (nodes.empty()) {
     rt::to_stderr("no node with parameters on DDS domain {}\n", options.domain.number());
   }
   write(rows, options);
-  if (!silent.empty()) {
-    Caller::no_response(fmt::format("{}", fmt::join(silent, ", ")), options.limit());
-  }
+  Caller::name_silent("node", answers.silent, options.limit());
 }
 
 // ---- get, describe ----

@@ -1,5 +1,6 @@
 // takt service: lists and calls the services on the domain.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <memory>
 #include <thread>
 
@@ -28,11 +29,16 @@ struct Options : ObserverOptions {
 };
 
 void list(const Options& options) {
-  const Graph graph = Observer(options).graph();
+  const auto is_shown = [&](const GraphEndpoint& service) {
+    return options.all || !is_hidden(service.name);
+  };
+  const Graph graph = Observer(options).whole_graph([&](const Graph& seen) {
+    return std::any_of(seen.services.begin(), seen.services.end(), is_shown);
+  });
   Table table({"service", "type", "node"});
   json rows = json::array();
   for (const GraphEndpoint& service : graph.services) {
-    if (is_hidden(service.name) && !options.all) continue;
+    if (!is_shown(service)) continue;
     table.add({service.name, service.type, service.node.empty() ? "?" : service.node});
     rows.push_back({{"service", service.name}, {"type", service.type}, {"node", service.node}});
   }

@@ -50,8 +50,21 @@ std::string text_of(const QoS& qos) {
 
 // ---- list, info ----
 
+/// When there is an end of a topic for which `is_meant`.
+template <class IsMeant>
+Graph graph_with(const Options& options, IsMeant is_meant) {
+  return Observer(options).whole_graph([&](const Graph& seen) {
+    const auto has = [&](const std::vector<GraphEndpoint>& ends) {
+      return std::any_of(ends.begin(), ends.end(),
+                         [&](const GraphEndpoint& end) { return is_meant(end.name); });
+    };
+    return has(seen.publishers) || has(seen.subscriptions);
+  });
+}
+
 void list(const Options& options) {
-  const Graph graph = Observer(options).graph();
+  const auto is_shown = [&](const std::string& topic) { return options.all || !is_hidden(topic); };
+  const Graph graph = graph_with(options, is_shown);
   struct Row {
     std::set<std::string> types;
     std::size_t publishers = 0, subscriptions = 0;
@@ -70,7 +83,7 @@ void list(const Options& options) {
   Table table({"topic", "type", "publishers", "subscriptions"});
   json rows = json::array();
   for (const auto& [name, row] : topics) {
-    if (is_hidden(name) && !options.all) continue;
+    if (!is_shown(name)) continue;
     table.add({name, fmt::format("{}", fmt::join(row.types, ", ")), std::to_string(row.publishers),
                std::to_string(row.subscriptions)});
     rows.push_back({{"topic", name},
@@ -85,7 +98,7 @@ void list(const Options& options) {
 
 void info(const Options& options) {
   const std::string topic = absolute(options.topic);
-  const Graph graph = Observer(options).graph();
+  const Graph graph = graph_with(options, [&](const std::string& name) { return name == topic; });
   Table table({"end", "node", "type", "QoS"});
   json rows = json::array();
   const auto add = [&](const char* end, const std::vector<GraphEndpoint>& endpoints) {

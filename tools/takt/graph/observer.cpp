@@ -60,12 +60,6 @@ Observer::Observer(const ObserverOptions& options)
                                    NodeOptions{.participant = participant_})) {
 }
 
-Graph Observer::graph() const {
-  participant_->graph();  // starts to listen to node announcements
-  std::this_thread::sleep_for(std::chrono::milliseconds(800));
-  return participant_->graph();
-}
-
 Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
   Graph graph = participant_->graph();
   for (int i = 0; i < 60 && !is_there(graph); ++i) {
@@ -73,6 +67,12 @@ Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
     graph = participant_->graph();
   }
   return graph;
+}
+
+Graph Observer::whole_graph(const std::function<bool(const Graph&)>& is_there) const {
+  participant_->graph();  // starts to listen to node announcements
+  std::this_thread::sleep_for(std::chrono::milliseconds(800));
+  return graph(is_there);
 }
 
 void Observer::run(Nanoseconds duration) {

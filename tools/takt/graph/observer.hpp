@@ -38,10 +38,11 @@ class Observer {
 
   const std::shared_ptr<Participant>& participant() const noexcept { return participant_; }
   Node& node() const noexcept { return *node_; }
-  /// Waits for the time that discovery usually takes.
-  Graph graph() const;
   /// Waits until `is_there` returns true, at most 3 s.
   Graph graph(const std::function<bool(const Graph&)>& is_there) const;
+  /// Waits for the time that discovery usually takes, and then as graph(): that there is nothing is
+  /// believed only late.
+  Graph whole_graph(const std::function<bool(const Graph&)>& is_there) const;
 
   /// Adds an entity whose callbacks run() serves.
   void add(const std::shared_ptr<Entity>& entity) { wait_set_.add(entity); }

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <set>
 
+#include <fmt/ranges.h>
+
 namespace takt::tools {
 
 std::vector<std::string> Caller::find(const std::string& ending) {
   std::this_thread::sleep_until(discovered_);
+  comes_true([&] { return !owners(ending).empty(); }, std::chrono::seconds(3));
   return owners(ending);
 }
 
@@ -32,6 +35,14 @@ std::vector<std::string> Caller::owners(const std::string& ending) const {
 void Caller::no_response(const std::string& whose, Nanoseconds limit) {
   throw Error(fmt::format("no response from {} within {}", whose, to_string(limit)),
               "check that it is not busy or stopped");
+}
+
+void Caller::name_silent(const char* what, const std::vector<std::string>& silent,
+                         Nanoseconds limit) {
+  if (silent.empty()) return;
+  std::vector<std::string> names;
+  for (const std::string& name : silent) names.push_back(fmt::format("{} '{}'", what, name));
+  no_response(fmt::format("{}", fmt::join(names, ", ")), limit);
 }
 
 void Caller::nobody(const std::string& service, const std::string& whose) const {

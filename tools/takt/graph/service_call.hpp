@@ -3,10 +3,14 @@
 #ifndef TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
 #define TAKT_TOOLS_TAKT_SERVICE_CALL_HPP_
 
+#include <algorithm>
+#include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -22,6 +26,9 @@ inline std::string service_of(const std::string& node, const char* name) {
   return (node.starts_with('/') ? "" : "/") + node + name;
 }
 
+/// How long a listing waits for the answers of all.
+inline constexpr std::chrono::seconds kListLimit(5);
+
 /// A service client on the domain.
 class Caller {
  public:
@@ -34,7 +41,8 @@ class Caller {
     executor_->add_node(node_);
   }
 
-  /// The names N of all services "/N" + `ending` that are discovered half a second after the start.
+  /// The names N of all services "/N" + `ending` that are discovered half a second after the start;
+  /// if there is none, within 3 s more.
   std::vector<std::string> find(const std::string& ending);
 
   /// Whether a service of this name is ready, or becomes so within the limit.
@@ -43,6 +51,18 @@ class Caller {
     const auto client = node_->create_client<S>(service);
     return comes_true([&] { return client->service_is_ready(); }, limit);
   }
+
+  /// Those that answered in time, with their answers, and the others.
+  template <class S>
+  struct Answers {
+    std::vector<std::pair<std::string, typename S::Response>> in_time;
+    std::vector<std::string> silent;
+  };
+  /// Asks the services "/N" + `ending` of all `owners` N at the same time, so that one that does
+  /// not answer delays the others only until the limit.
+  template <class S>
+  Answers<S> ask_all(const std::vector<std::string>& owners, const char* ending,
+                     const typename S::Request& request, Nanoseconds limit);
 
   /// A request that was sent.
   template <class S>
@@ -84,11 +104,15 @@ class Caller {
     no_response(whose, limit);
   }
   [[noreturn]] static void no_response(const std::string& whose, Nanoseconds limit);
+  /// Throws Error: the service was not found; it suggests others.
+  [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
+  /// As no_response, for a listing: after the others have been shown. Returns if nobody was silent.
+  static void name_silent(const char* what, const std::vector<std::string>& silent,
+                          Nanoseconds limit);
 
  private:
   static bool comes_true(const std::function<bool()>& condition, Nanoseconds limit);
   std::vector<std::string> owners(const std::string& ending) const;
-  [[noreturn]] void nobody(const std::string& service, const std::string& whose) const;
 
   const std::chrono::steady_clock::time_point discovered_ =
       later(std::chrono::steady_clock::now(), std::chrono::milliseconds(500));
@@ -96,6 +120,41 @@ class Caller {
   std::shared_ptr<Node> node_;
   std::unique_ptr<Executor> executor_ = executors().make("events", {.name = "call"});
 };
+
+template <class S>
+Caller::Answers<S> Caller::ask_all(const std::vector<std::string>& owners, const char* ending,
+                                   const typename S::Request& request, Nanoseconds limit) {
+  struct Question {
+    std::shared_ptr<Client<S>> client;
+    std::optional<Future<typename Client<S>::Answer>> answer;
+
+    bool is_answered() const { return answer && answer->ready(); }
+  };
+  std::vector<Question> questions;
+  for (const std::string& owner : owners) {
+    questions.push_back({node_->create_client<S>(service_of(owner, ending)), {}});
+  }
+  const TimePoint end = later(Clock::steady().now(), limit);
+  while (!std::all_of(questions.begin(), questions.end(), std::mem_fn(&Question::is_answered)) &&
+         Clock::steady().now() < end) {
+    for (Question& question : questions) {
+      if (question.answer || !question.client->service_is_ready()) continue;
+      question.answer = question.client->async_send_request(request);
+    }
+    executor_->spin_once(std::chrono::milliseconds(5));
+  }
+  Answers<S> answers;
+  for (std::size_t i = 0; i < owners.size(); ++i) {
+    const auto answer =
+        questions[i].is_answered() ? questions[i].answer->get() : typename Client<S>::Answer{};
+    if (answer) {
+      answers.in_time.emplace_back(owners[i], *answer);
+    } else {
+      answers.silent.push_back(owners[i]);
+    }
+  }
+  return answers;
+}
 
 }  // namespace takt::tools
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graph/type_finder.hpp"
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <set>
 #include <string_view>
@@ -24,6 +26,8 @@ using type_description_interfaces::srv::GetTypeDescription;
 using namespace std::chrono_literals;
 
 constexpr auto kPatience = 2s;
+constexpr std::array kLists{&Graph::publishers, &Graph::subscriptions, &Graph::services,
+                            &Graph::clients};
 
 /// "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
 std::string interface_of(const std::string& name) {
@@ -73,15 +77,22 @@ const MessageType* TypeFinder::described(const TypeDescription& description,
 // The interface itself, or what ROS 2 makes of an action: "…/Fibonacci_SendGoal" describes the
 // goal, too.
 const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::string& interface) {
+  const auto is_of_it = [&](const GraphEndpoint& end) {
+    return end.type == interface || end.type.starts_with(interface + "_");
+  };
+  const auto has_it = [&](const Graph& seen) {
+    return std::any_of(kLists.begin(), kLists.end(), [&](const auto list) {
+      return std::any_of((seen.*list).begin(), (seen.*list).end(), is_of_it);
+    });
+  };
   // Others need to be discovered once only.
-  const Graph graph =
-      std::exchange(has_discovered_, true) ? observer_.participant()->graph() : observer_.graph();
+  const Graph graph = std::exchange(has_discovered_, true) ? observer_.participant()->graph()
+                                                           : observer_.whole_graph(has_it);
   std::set<std::string> servers;
   for (const GraphEndpoint& service : graph.services) servers.insert(service.name);
-  for (const auto* list :
-       {&graph.publishers, &graph.subscriptions, &graph.services, &graph.clients}) {
-    for (const GraphEndpoint& end : *list) {
-      if (end.type != interface && !end.type.starts_with(interface + "_")) continue;
+  for (const auto list : kLists) {
+    for (const GraphEndpoint& end : graph.*list) {
+      if (!is_of_it(end)) continue;
       const std::string service = end.node + "/get_type_description";
       if (end.type_hash.empty() || !servers.contains(service) || !is_topic_name(service)) {
         continue;

@@ -3,14 +3,19 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <vector>
 
 #include <unistd.h>
 
 #include "takt/containers/component.hpp"
+#include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
+#include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
+#include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 #include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/action_server.hpp"
 
 namespace peers {
@@ -40,20 +45,32 @@ class Parameters : public takt::Node {
   }
 };
 
-// Never answers. Its container must not serve its parameters.
+// A node, a container and a lifecycle node that never answers. Its container must not serve its
+// parameters.
 class Mute : public takt::Node {
  public:
-  using List = rcl_interfaces::srv::ListParameters;
-
   explicit Mute(const takt::NodeOptions& options) : Node("mute", options) {
-    service_ = create_service<List>("/mute/list_parameters",
-                                    [](const List::Request&, List::Response&) -> takt::Task<> {
-                                      co_await takt::sleep_for(1h);
-                                    });
+    never_answer<rcl_interfaces::srv::ListParameters>("/mute/list_parameters");
+    never_answer<composition_interfaces::srv::ListNodes>("/mute/_container/list_nodes");
+    never_answer<lifecycle_msgs::srv::GetState>("/mute/get_state");
+    never_answer<lifecycle_msgs::srv::ChangeState>("/mute/change_state");
   }
 
  private:
-  std::shared_ptr<takt::Service<List>> service_;
+  template <class S>
+  void never_answer(const char* name) {
+    services_.push_back(create_service<S>(
+        name, [](const typename S::Request&, typename S::Response&) -> takt::Task<> {
+          co_await takt::sleep_for(1h);
+        }));
+  }
+
+  std::vector<std::shared_ptr<takt::Entity>> services_;
+};
+
+class Stateful : public takt::LifecycleNode {
+ public:
+  explicit Stateful(const takt::NodeOptions& options) : LifecycleNode("stateful", options) {}
 };
 
 // Orders: 0 to 9 succeed, 10 is aborted, 11 lasts until it is canceled, 12 lasts and refuses to be
@@ -210,6 +227,7 @@ class Hostile : public takt::Node {
 
 TAKT_REGISTER_COMPONENT(peers::Parameters)
 TAKT_REGISTER_COMPONENT(peers::Mute)
+TAKT_REGISTER_COMPONENT(peers::Stateful)
 TAKT_REGISTER_COMPONENT(peers::Counter)
 TAKT_REGISTER_COMPONENT(peers::Ros2Container)
 TAKT_REGISTER_COMPONENT(peers::Spider)

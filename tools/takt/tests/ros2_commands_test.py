@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 from command import as_json, run, seen, takt
 from checks import check, environment, finish
@@ -183,6 +184,32 @@ def test_who_has_no_parameters():
         check("the others are shown", "/front/lidar:\n" in wrong.stdout and "/other:\n" in wrong.stdout
               and "no response from node '/mute' within 1s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
+
+
+# One container that did not answer held up the list of all others, and so did a lifecycle node.
+def test_one_that_does_not_answer():
+    with System("robot", [("Stateful", "/", "stateful")]), System("silent", [("Mute", "/", "mute")], serves="false"):
+        seen(lambda rows: any(row["service"] == "/mute/change_state" for row in rows), "service", "list")
+        wrong = run("component", "list", status=2)
+        check("the other containers are listed", "/stateful" in wrong.stdout and "silent" in wrong.stdout
+              and "no response from container 'mute' within 5s" in wrong.stderr, wrong.stdout, wrong.stderr)
+        wrong = run("lifecycle", "list", status=2)
+        check("the other lifecycle nodes are listed", "/stateful" in wrong.stdout and "configure" in wrong.stdout
+              and "no response from lifecycle node 'mute' within 5s" in wrong.stderr,
+              wrong.stdout, wrong.stderr)
+
+
+# What was not discovered in half a second or so was said not to be there: once in 65 times.
+def test_an_empty_answer_is_believed_late():
+    begin = time.monotonic()
+    for listing in [subprocess.Popen([takt, *words], env=environment, stderr=subprocess.DEVNULL,
+                                     stdout=subprocess.DEVNULL)
+                    for words in (("lifecycle", "list"), ("component", "list"), ("param", "list"),
+                                  ("service", "list"), ("action", "list"), ("node", "list"),
+                                  ("topic", "list"), ("node", "info", "/lidar"))]:
+        listing.wait(60)
+        waited = time.monotonic() - begin
+        check(f"takt {' '.join(listing.args[1:])} looks for 3 s", waited > 3, waited)
 
 
 def goal(*arguments, status=0):
@@ -379,6 +406,8 @@ test_values_are_shown_as_ros2_shows_them()
 test_values_are_set()
 test_a_dump_is_loaded()
 test_who_has_no_parameters()
+test_one_that_does_not_answer()
+test_an_empty_answer_is_believed_late()
 test_actions()
 test_a_goal_is_canceled()
 finish()
