@@ -29,7 +29,11 @@ CycloneEndpoint::CycloneEndpoint(CycloneParticipant& participant, const Endpoint
 }
 
 CycloneEndpoint::~CycloneEndpoint() {
-  participant_->remove(handle_);
+  if (is_shared()) {
+    participant_->remove(handle_);
+  } else {
+    participant_->let_go(handle_, std::move(topic_), is_writer_);
+  }
 }
 
 void CycloneEndpoint::close() noexcept {

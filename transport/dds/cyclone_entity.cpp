@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/transport/dds/cyclone_entity.hpp"
 
+#include <array>
+#include <bit>
+#include <cstring>
+
+#include <arpa/inet.h>
+#include <dds/ddsi/ddsi_guid.h>
+#include <dds/ddsi/q_thread.h>
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/key_values.hpp"
 #include "takt/transport/dds/writer_clocks.hpp"
+
+// Of dds/ddsi/ddsi_endpoint.h, which does not include what it needs.
+extern "C" {
+dds_return_t ddsi_delete_writer(ddsi_domaingv* domain, const ddsi_guid* guid);
+dds_return_t ddsi_delete_reader(ddsi_domaingv* domain, const ddsi_guid* guid);
+}
 
 namespace takt {
 namespace {
@@ -129,6 +142,22 @@ Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_
   dds_check(handle_, fmt::format("topic '{}' with type {} could not be made", endpoint.topic,
                                  endpoint.type->name));
   type_ = static_cast<const Sertype*>(used);
+}
+
+// The first half of dds_delete, by the functions that it uses.
+void begin_deletion(dds_entity_t end, const Topic& topic, bool is_writer) noexcept {
+  dds_set_listener(end, nullptr);
+  dds_guid_t on_wire{};
+  if (dds_get_guid(end, &on_wire) != DDS_RETCODE_OK) return;
+  std::array<std::uint32_t, 4> words{};
+  std::memcpy(words.data(), on_wire.v, sizeof on_wire.v);
+  for (std::uint32_t& word : words) word = ntohl(word);
+  const auto guid = std::bit_cast<ddsi_guid_t>(words);
+  auto* domain = static_cast<ddsi_domaingv*>(ddsrt_atomic_ldvoidp(&topic.type().gv));
+  auto* const self = lookup_thread_state();
+  thread_state_awake(self, domain);
+  is_writer ? ddsi_delete_writer(domain, &guid) : ddsi_delete_reader(domain, &guid);
+  thread_state_asleep(self);
 }
 
 }  // namespace takt

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <dds/dds.h>
 
@@ -40,7 +41,10 @@ std::string user_data_value(const dds_qos_t& qos, std::string_view key);
 class Topic {
  public:
   Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory);
-  ~Topic() { dds_delete(handle_); }
+  ~Topic() {
+    if (handle_ != 0) dds_delete(handle_);
+  }
+  Topic(Topic&& other) noexcept : handle_(std::exchange(other.handle_, 0)), type_(other.type_) {}
   Topic(const Topic&) = delete;
   Topic& operator=(const Topic&) = delete;
 
@@ -51,6 +55,11 @@ class Topic {
   dds_entity_t handle_;
   const Sertype* type_ = nullptr;  // Cyclone's, alive as long as the topic
 };
+
+/// Deletes what others and Cyclone's threads see of a writer or reader. What is left frees
+/// dds_delete, which would otherwise wait for a millisecond until these threads have let go of it.
+/// `topic`: its own.
+void begin_deletion(dds_entity_t end, const Topic& topic, bool is_writer) noexcept;
 
 }  // namespace takt
 

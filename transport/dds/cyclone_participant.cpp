@@ -3,9 +3,11 @@
 
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -26,6 +28,8 @@ constexpr std::size_t kMostSharedReaders = 120;
 // them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
 // longer.
 constexpr std::size_t kMostEnds = 8'100;
+
+constexpr std::size_t kMostLeaving = 64;  // by then Cyclone has let go of the first
 
 constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 
@@ -86,6 +90,8 @@ CycloneParticipant::~CycloneParticipant() {
   topic_watch_.reset();
   graph_reader_.reset();
   announcer_.reset();
+  for (const Leaving& leaving : leaving_) remove(leaving.end);
+  leaving_.clear();
   remove(handle_);
 }
 
@@ -184,7 +190,20 @@ void CycloneParticipant::remove(const CycloneEndpoint& end, const Endpoint& endp
     service_matches_.erase(endpoint.identity.id);  // both ends have it
   }
   topic_watch_->remove(endpoint);
-  if (announcer_ != nullptr) announcer_->remove_endpoint(handle);
+  if (announcer_ != nullptr) announcer_->remove_endpoint(endpoint.node, handle);
+}
+
+void CycloneParticipant::let_go(dds_entity_t end, Topic topic, bool is_writer) noexcept {
+  begin_deletion(end, topic, is_writer);
+  std::optional<Leaving> first;
+  {
+    const std::lock_guard lock(mutex_);
+    leaving_.push_back({end, std::move(topic)});
+    if (leaving_.size() <= kMostLeaving) return;
+    first.emplace(std::move(leaving_.front()));
+    leaving_.pop_front();
+  }
+  remove(first->end);
 }
 
 std::string CycloneParticipant::discovered_hash(const Endpoint& endpoint) {

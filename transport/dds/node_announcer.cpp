@@ -70,13 +70,12 @@ void NodeAnnouncer::add_endpoint(const std::string& node, dds_entity_t endpoint,
   announce();
 }
 
-void NodeAnnouncer::remove_endpoint(dds_entity_t endpoint) {
+void NodeAnnouncer::remove_endpoint(const std::string& node, dds_entity_t endpoint) {
   const std::lock_guard lock(mutex_);
-  bool is_known = false;
-  for (auto& [name, node] : nodes_) {
-    is_known = node.readers.erase(endpoint) + node.writers.erase(endpoint) != 0 || is_known;
-  }
-  if (is_known) announce();
+  const auto found = nodes_.find(node);
+  if (found == nodes_.end()) return;
+  found->second.readers.erase(endpoint);
+  found->second.writers.erase(endpoint);
 }
 
 void NodeAnnouncer::announce() const {

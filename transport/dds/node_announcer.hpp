@@ -15,10 +15,9 @@ namespace takt {
 /// Where nodes are announced: rmw's topic, and the bytes of a DDS GUID in it.
 Endpoint discovery_endpoint(RosGraph form);
 
-/// Sends all of it again whenever something changes, as ROS 2 does; the last message holds, and
-/// late joiners get it.
-/// Thread safety: every method from any thread.
-/// Real-time: set-up only.
+/// Sends all of it again whenever something comes or a node goes, as ROS 2 does; the last message
+/// holds, and late joiners get it. Thread safety: every method from any thread. Real-time: set-up
+/// only.
 class NodeAnnouncer {
  public:
   NodeAnnouncer(dds_entity_t participant, RosGraph form);
@@ -31,7 +30,10 @@ class NodeAnnouncer {
   void add_node(const std::string& node);
   void remove_node(const std::string& node);
   void add_endpoint(const std::string& node, dds_entity_t endpoint, bool is_writer);
-  void remove_endpoint(dds_entity_t endpoint);
+  /// Others hear of that from DDS. Its id, which they skip from then on, is left out when something
+  /// else changes: a message for each endpoint would cost a system that ends the square of its
+  /// size.
+  void remove_endpoint(const std::string& node, dds_entity_t endpoint);
 
  private:
   using Guid = dds_guid_t;
