@@ -96,6 +96,7 @@ TAKT_REGISTER_TEXTBOOK(
            {"C": 3, "T": 20, "priority": 2, "kind": "timer"},
            {"C": 1, "T": 10, "priority": 1, "kind": "timer"},
            {"C": 4, "T": 50, "priority": 0, "kind": "subscription"}]})",
+    .bounds_some = true,
     .takt =
         "here, as in rclcpp since Eloquent, timers wait for the polling point: twice this bound "
         "has been seen")
@@ -115,6 +116,6 @@ TAKT_REGISTER_TEXTBOOK(
     .source = "Casini, Blaß, Lütkebohle, Brandenburg, ECRTS 2019, Lemma 1", .keys = "C T [J] [D]",
     .settings = "[supply]",
     .example = R"({"supply": {"budget": 3, "period": 5}, "tasks": [{"C": 2, "T": 5, "J": 2}]})",
-    .applies_to_takt = true, .takt = "an executor with one callback")
+    .bounds_some = true, .applies_to_takt = true, .takt = "an executor with one callback")
 
 }  // namespace takt::analysis::textbook

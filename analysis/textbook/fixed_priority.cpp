@@ -80,7 +80,7 @@ TAKT_REGISTER_TEXTBOOK(
     .keys = "C T [J] [D] priority", .settings = "[supply]",
     .example =
         R"({"tasks": [{"C": 26, "T": 70, "priority": 2}, {"C": 62, "T": 100, "priority": 1}]})",
-    .applies_to_takt = true,
+    .bounds_some = true, .applies_to_takt = true,
     .takt = "threads of one callback each under SCHED_FIFO on one CPU, of different priorities")
 
 TAKT_REGISTER_TEXTBOOK(
@@ -92,7 +92,7 @@ TAKT_REGISTER_TEXTBOOK(
     .keys = "C T [J] [D] priority", .settings = "[supply] [B]",
     .example = R"({"tasks": [{"C": 20, "T": 70, "priority": 3}, {"C": 20, "T": 80, "priority": 2},
            {"C": 35, "T": 200, "priority": 1}]})",
-    .applies_to_takt = true,
+    .bounds_some = true, .applies_to_takt = true,
     .takt = "executor events, one thread, scheduler fixed_priority, timers only; not wait sets")
 
 }  // namespace takt::analysis::textbook

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/analysis/textbook/textbook.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace takt::analysis::textbook {
@@ -32,8 +34,14 @@ void refuse_overload(const TaskSet& set) {
 
 Result analyse(const std::string& name, const TaskSet& set) {
   const auto analysis = analyses().make(name);
-  refuse_overload(set);
-  return analysis->analyse(set);
+  if (!analyses().traits(name).bounds_some) refuse_overload(set);
+  Result result = analysis->analyse(set);
+  const auto& found = result.responses;
+  const bool bounds_some = std::any_of(found.begin(), found.end(), [](const Response& response) {
+    return response.bound < kUnbounded;
+  });
+  if (!bounds_some && result.points.empty()) refuse_overload(set);
+  return result;
 }
 
 }  // namespace takt::analysis::textbook

@@ -86,6 +86,9 @@ struct AnalysisTraits {
   std::string keys;             // of a task; those in brackets may be left out
   std::string settings;         // of the set, beside its tasks and its limit, likewise
   std::string example;          // a set in JSON, with what is published if anything is
+  /// A task is delayed by what is as urgent only, or has a processor of its own: so it may have a
+  /// bound though all together want more than there is.
+  bool bounds_some = false;
   bool applies_to_takt = false;
   std::string takt;  // to which of its executors, or why to none
 };
@@ -94,7 +97,7 @@ using AnalysisRegistry = Registry<Analysis, AnalysisTraits>;
 AnalysisRegistry& analyses();
 
 /// The result of an analysis. Throws Error for an unknown name, and for tasks that want more than
-/// there is.
+/// there is, unless some of them have bounds nevertheless.
 /// Thread safety: a pure function. Real-time: no.
 Result analyse(const std::string& name, const TaskSet& set);
 

@@ -170,7 +170,7 @@ TEST(Textbook, InstancesOfChainsByHand) {
 
 TEST(Textbook, RefusesMoreThanThereIs) {
   for (const std::string& name : analyses().names()) {
-    if (name == "sbf") continue;
+    if (name == "sbf" || analyses().traits(name).bounds_some) continue;
     TaskSet set = set_of({{6, 10, 10}, {5, 10, 10}});
     EXPECT_THROW(analyse(name, set), Error) << name;
   }
@@ -179,6 +179,25 @@ TEST(Textbook, RefusesMoreThanThereIs) {
   // All that there is, is not more.
   EXPECT_THAT(bounds("fp", set_of({{5, 10}, {10, 20}})), ElementsAre(5, 20));
   EXPECT_THAT(bounds("np_fp", set_of({{5, 10}, {10, 20}})), ElementsAre(14, 15));
+}
+
+// Every set with a total above 1 was refused, also where only the least urgent has no bound, or
+// where each task has a CPU.
+TEST(Textbook, BoundsWhatAnOverloadDoesNotReach) {
+  TaskSet set = set_of({{6, 10, 10}, {5, 10, 10}});
+  EXPECT_THAT(bounds("casini_event_source", set), ElementsAre(6, 5));
+  set.tasks[0].priority = 2;
+  set.tasks[1].priority = 1;
+  EXPECT_THAT(bounds("fp", set), ElementsAre(6, kUnbounded));
+  EXPECT_THAT(bounds("np_fp", set), ElementsAre(10, kUnbounded));
+  for (Task& task : set.tasks) task.is_timer = true;
+  EXPECT_THAT(bounds("casini_timer", set), ElementsAre(11, kUnbounded));
+  set.tasks[0].parts = {{.execution = 6, .executor = 0, .priority = 1}};
+  set.tasks[1].parts = {{.execution = 5, .executor = 1, .priority = 1}};
+  set.executors = {{.cpu = 0, .priority = 2}, {.cpu = 1, .priority = 1}};
+  EXPECT_THAT(bounds("picas", set), ElementsAre(6, 5));
+  set.executors[1].cpu = 0;
+  EXPECT_THAT(bounds("picas", set), ElementsAre(6, kUnbounded));
 }
 
 /// One executor of one thread with a timer for each task.
