@@ -2,11 +2,11 @@
 #include "takt/analysis/analysis.hpp"
 
 #include <algorithm>
-#include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "takt/analysis/method.hpp"
+#include "takt/analysis/solver.hpp"
 #include "takt/analysis/supplies.hpp"
 
 namespace takt::analysis {
@@ -16,70 +16,36 @@ constexpr std::size_t kMostPaths = 1000;
 // What has not settled by then counts as unbounded.
 constexpr int kMostRounds = 1000;
 
-/// A path with what is known of it.
-struct AnalysedPath {
-  Path path;
-  Time bound = 0;
-  std::vector<MethodBound> answers;
-  std::vector<Term> terms;
-};
-
-class Solver {
- public:
-  Solver(const System& system, const Options& options) : system_(system), limit_(options.limit) {
-    for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
-      methods_.push_back({name, methods().make(name), methods().traits(name).is_for_let});
-    }
-    order_callbacks();
-    for (const Executor& executor : system_.executors) {
-      parts_.push_back({.system = system_, .executor = executor, .limit = limit_});
-    }
-    make_supplies(parts_);
-    make_sources();
-    for (Part& part : parts_) make_paths(part);
-    for (int round = 0; improve(round); ++round) {
-    }
-    if (!options.explains) return;
-    for (Part& part : parts_) part.explains = true;
-    for (AnalysedPath& path : paths_) analyse(path);
+/// The reason that says most of the system: that of a method that applies to every order.
+std::string reason(const Executor& executor, const std::vector<MethodBound>& answers) {
+  std::string result = answers.front().why_not;
+  for (const MethodBound& answer : answers) {
+    const MethodTraits traits = methods().traits(answer.method);
+    if (executor.let_period > 0 ? traits.is_for_let : traits.is_general) result = answer.why_not;
   }
+  return result.empty() ? "it is above the limit of the analysis" : result;
+}
 
-  const Output& link(const Chain& chain, std::size_t place) const;
-  ChainBound bound(const Chain& chain) const;
-  CallbackBound bound(std::size_t callback) const;
+}  // namespace
 
- private:
-  void order_callbacks();
-  void make_sources();
-  void add_source(Source source);
-  void make_paths(Part& part);
-  void extend(AnalysedPath path);
-  bool improve(int round);
-  void analyse(AnalysedPath& path) const;
-  void update_curves();
-  bool is_sender(const Source& source, std::size_t callback) const;
-  SegmentBound bound(const std::vector<std::size_t>& callbacks,
-                     const std::size_t* predecessor) const;
-  bool is_inside(std::size_t from, const Output& output) const {
-    return parts_[system_.callbacks[from].executor].is_inside(from, output);
+Solver::Solver(const System& system, const Options& options)
+    : system_(system), limit_(options.limit) {
+  for (const std::string& name : options.methods.empty() ? methods().names() : options.methods) {
+    methods_.push_back({name, methods().make(name), methods().traits(name).is_for_let});
   }
-  template <class Function>
-  void for_each_sender(const Output& output, const Function& function) const;
-  Time sent_after(std::size_t from, const Output& output) const;
-  Time longest_gap(std::size_t from, const Output& output) const;
-
-  const System& system_;
-  const Time limit_;
-  struct Applied {
-    std::string name;
-    std::unique_ptr<Method> method;
-    bool is_for_let;
-  };
-  std::vector<Applied> methods_;
-  std::vector<std::size_t> ordered_;  // callbacks, senders first
-  std::vector<Part> parts_;           // by executor; supplies and paths refer to them
-  std::vector<AnalysedPath> paths_;   // of all, shorter ones before what they begin
-};
+  order_callbacks();
+  for (const Executor& executor : system_.executors) {
+    parts_.push_back({.system = system_, .executor = executor, .all = &parts_, .limit = limit_});
+  }
+  make_supplies(parts_);
+  make_sources();
+  for (Part& part : parts_) make_paths(part);
+  for (int round = 0; improve(round); ++round) {
+  }
+  if (!options.explains) return;
+  for (Part& part : parts_) part.explains = true;
+  for (AnalysedPath& path : paths_) analyse(path);
+}
 
 void Solver::order_callbacks() {
   std::vector<std::size_t> senders(system_.callbacks.size());
@@ -207,8 +173,8 @@ void Solver::update_curves() {
       for (const Output& output : sender.outputs) {
         if (output.to != to) continue;
         waits = waits || output.waits;
-        // What waits for other inputs is sent before the next message of this one has been served.
-        const Time waiting = output.waits ? root.longest_gap : 0;
+        const Time waiting =
+            output.waits ? wait_of_join(source.from->callback, root.longest_gap, output) : 0;
         held = std::max(held, plus(waiting, sent_after(source.from->callback, output)));
         delay = std::max(delay, output.delay);
         least_delay = std::min(least_delay, output.least_delay);
@@ -221,52 +187,6 @@ void Solver::update_curves() {
       source.curve = sent.with_jitter(plus(delay - least_delay, system_.overheads.wake));
     }
   }
-}
-
-// All that it waits for.
-template <class Function>
-void Solver::for_each_sender(const Output& output, const Function& function) const {
-  for (std::size_t sender = 0; sender < system_.callbacks.size(); ++sender) {
-    for (const Output& other : system_.callbacks[sender].outputs) {
-      if (other.waits && other.to == output.to) function(sender, other);
-    }
-  }
-}
-
-// How long after the end of its sender a message is sent: a join's with the last of its inputs.
-Time Solver::sent_after(std::size_t from, const Output& output) const {
-  Time longest = parts_[system_.callbacks[from].executor].sent_after(from);
-  if (!output.waits) return longest;
-  for_each_sender(output, [&](std::size_t sender, const Output&) {
-    longest = std::max(longest, parts_[system_.callbacks[sender].executor].longest_held());
-  });
-  return longest;
-}
-
-// From one message to the next. A join waits for the slowest of its inputs.
-Time Solver::longest_gap(std::size_t from, const Output& output) const {
-  const auto of_sender = [&](std::size_t sender, const Output& sent) {
-    const Part& part = parts_[system_.callbacks[sender].executor];
-    Time least = kUnbounded;
-    for (std::size_t source = 0; source < part.sources.size(); ++source) {
-      if (part.executions(source, sender) == 0) continue;
-      const Span& span = part.spans[source].at(sender);
-      const Time earliest = sent.waits ? span.earliest_end : part.earliest_sent(span);
-      least =
-          std::min(least, plus(part.sources[source].longest_gap,
-                               plus(span.latest_end - earliest, sent.delay - sent.least_delay)));
-    }
-    return least;
-  };
-  Time longest = 0;
-  if (output.waits) {
-    for_each_sender(output, [&](std::size_t sender, const Output& other) {
-      longest = std::max(longest, of_sender(sender, other));
-    });
-  } else {
-    longest = of_sender(from, output);
-  }
-  return plus(longest, sent_after(from, output));
 }
 
 void Solver::analyse(AnalysedPath& analysed) const {
@@ -299,6 +219,15 @@ void Solver::analyse(AnalysedPath& analysed) const {
   analysed.bound = std::max(analysed.bound, least);
 }
 
+// When a bound is lost for the first time. Later rounds know only of what that has led to.
+void Solver::note_cause(AnalysedPath& analysed) {
+  Part& part = parts_[system_.callbacks[analysed.path.last()].executor];
+  analysed.why_not = reason(part.executor, analysed.answers);
+  if (part.cause) return;
+  part.cause = Cause{part.executor.name, analysed.why_not};
+  if (analysed.why_not == part.why_overloaded()) part.cause = part.cause_of_overload();
+}
+
 // One round; false when nothing has changed.
 bool Solver::improve(int round) {
   update_curves();
@@ -310,6 +239,7 @@ bool Solver::improve(int round) {
     if (analysed.bound == before) continue;
     has_changed = true;
     if (round >= kMostRounds) analysed.bound = kUnbounded;
+    if (analysed.bound >= kUnbounded) note_cause(analysed);
   }
   for (AnalysedPath& analysed : paths_) {
     Part& part = parts_[system_.callbacks[analysed.path.last()].executor];
@@ -361,26 +291,16 @@ SegmentBound Solver::bound(const std::vector<std::size_t>& callbacks,
       result.bound = analysed.bound;
       result.methods = analysed.answers;
       result.terms = analysed.terms;
+      result.why_not = analysed.why_not;
     }
     is_reached = true;
   }
   if (!is_reached) {
     result.bound = kUnbounded;
-    result.methods.push_back({"", kUnbounded,
-                              fmt::format("nothing is known that makes '{}' ready",
-                                          system_.callbacks[callbacks.front()].name)});
+    result.why_not = fmt::format("nothing is known that makes '{}' ready",
+                                 system_.callbacks[callbacks.front()].name);
   }
   return result;
-}
-
-/// The reason that says most of the system: that of a method that applies to every order.
-std::string reason(const Executor& executor, const std::vector<MethodBound>& answers) {
-  for (const MethodBound& answer : answers) {
-    if (answer.method.empty()) continue;
-    const MethodTraits traits = methods().traits(answer.method);
-    if (executor.let_period > 0 ? traits.is_for_let : traits.is_general) return answer.why_not;
-  }
-  return answers.front().why_not;
 }
 
 // The output that leads from one callback of a chain to the next.
@@ -403,12 +323,21 @@ ChainBound Solver::bound(const Chain& chain) const {
     if (i > 0) {
       predecessor = &chain.callbacks[i - 1];
       const Output& output = link(chain, i);
+      const Callback& sender = system_.callbacks[*predecessor];
+      const Callback& receiver = system_.callbacks[chain.callbacks[i]];
       result.bound = plus(result.bound, plus(sent_after(*predecessor, output), output.delay));
-      // At the latest when the next message of this input has been served; what has not been sent
-      // by then is left out for that.
+      if (output.delay >= kUnbounded && result.why_not.empty()) {
+        result.why_not = why_delayed(sender, receiver);
+      }
       if (output.waits) {
-        result.segments.back().wait = result.segments.back().longest_gap;
-        result.bound = plus(result.bound, result.segments.back().wait);
+        SegmentBound& before = result.segments.back();
+        before.wait = wait_of_join(*predecessor, before.longest_gap, output);
+        result.bound = plus(result.bound, before.wait);
+        if (before.wait >= kUnbounded && result.why_not.empty()) {
+          result.why_not = fmt::format(
+              "it is not known how long '{}' waits for the other inputs of the join before '{}'",
+              sender.name, receiver.name);
+        }
       }
     }
     std::vector<std::size_t> segment{chain.callbacks[i]};
@@ -419,13 +348,11 @@ ChainBound Solver::bound(const Chain& chain) const {
     const SegmentBound& found = result.segments.back();
     result.bound = plus(result.bound, found.bound);
     if (found.bound >= kUnbounded && result.why_not.empty()) {
-      result.why_not = fmt::format("{}: {}", system_.executors[found.executor].name,
-                                   reason(system_.executors[found.executor], found.methods));
+      result.why_not = fmt::format("{}: {}", system_.executors[found.executor].name, found.why_not);
     }
   }
   if (result.bound >= kUnbounded && result.why_not.empty()) {
-    result.why_not =
-        "it is not known how long it waits for another message, or for another process";
+    result.why_not = "it is above the limit of the analysis";
   }
   return result;
 }
@@ -437,15 +364,12 @@ CallbackBound Solver::bound(std::size_t callback) const {
     const Part& part = parts_[system_.callbacks[callback].executor];
     result.backlog = part.backlog(callback);
   }
-  if (found.bound >= kUnbounded)
-    result.why_not = reason(system_.executors[found.executor], found.methods);
+  result.why_not = found.why_not;
   for (const MethodBound& answer : found.methods) {
     if (answer.bound == found.bound && found.bound < kUnbounded) result.method = answer.method;
   }
   return result;
 }
-
-}  // namespace
 
 Bounds analyze(const System& given, const Options& options) {
   check(given);

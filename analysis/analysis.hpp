@@ -32,6 +32,7 @@ struct SegmentBound {
   Time bound = kUnbounded;  // from the arrival of its first message or release to its end
   Time longest_gap = 0;     // between two such arrivals
   Time wait = 0;            // behind it, for the other inputs of a join
+  std::string why_not;      // if there is none: what it is due to, wherever that is
   std::vector<MethodBound> methods;
   std::vector<Term> terms;  // of the least bound, if asked for
 };

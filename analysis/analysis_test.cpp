@@ -143,7 +143,8 @@ TEST(Analysis, SaysWhyThereIsNoBound) {
   shared.executors.push_back(
       {.name = "equal", .order = Order::by_urgency, .share = Executor::Share{0, 50}});
   shared.executors[0].share = Executor::Share{0, 50};
-  EXPECT_THAT(analyze(shared).callbacks[0].why_not, HasSubstr("how late 'other' gets messages"));
+  EXPECT_THAT(analyze(shared).callbacks[0].why_not,
+              HasSubstr("messages from 'task_0' to 'other' take"));
 }
 
 TEST(Analysis, AnOverloadedSnapshotIsStillBounded) {
@@ -188,6 +189,56 @@ TEST(Analysis, SeveralThreadsShareASnapshot) {
   EXPECT_THAT(bounds(system, "pools"), ElementsAre(28 + 14 + 7, 28 + 14 + 7));
   system.callbacks[0].arrivals = ArrivalCurve::periodic(48);
   EXPECT_EQ(bounds(system, "pools")[0], kUnbounded);
+}
+
+// It named the next hop: "it is not known how late 'c' gets messages from 'b'".
+TEST(Analysis, SaysWhatABoundIsMissingFor) {
+  System system{.executors = {{.name = "first", .unknown = "thread 'planning' is SCHED_OTHER"},
+                              {.name = "second"},
+                              {.name = "third"}},
+                .callbacks = {{.name = "a",
+                               .executor = 0,
+                               .execution = 1,
+                               .arrivals = ArrivalCurve::periodic(100),
+                               .is_timer = true,
+                               .outputs = {{.to = 1}}},
+                              {.name = "b", .executor = 1, .execution = 1, .outputs = {{.to = 2}}},
+                              {.name = "c", .executor = 2, .execution = 1}},
+                .chains = {{.name = "last", .callbacks = {2}}}};
+  EXPECT_EQ(analyze(system).chains[0].why_not,
+            "third: messages come by way of 'first', and thread 'planning' is SCHED_OTHER");
+  system.executors[0].unknown.clear();
+  EXPECT_LT(analyze(system).chains[0].bound, kUnbounded);
+  system.callbacks[1].outputs[0].delay = kUnbounded;
+  EXPECT_THAT(analyze(system).chains[0].why_not, HasSubstr("messages from 'b' to 'c' take"));
+  system.callbacks[1].outputs[0].delay = 0;
+  system.callbacks[0].execution = 101;
+  EXPECT_THAT(analyze(system).chains[0].why_not,
+              HasSubstr("by way of 'first', and there is more work than time"));
+}
+
+// It waited for the next message of its own, 100 later, though the other one comes every 10.
+TEST(Analysis, AJoinWaitsForTheOtherInputAtMost) {
+  const auto chain = [](std::optional<Count> depth) {
+    const Output output{.to = 2, .messages = 0, .waits = true};
+    System system{.executors = {{.name = "slow"}, {.name = "fast"}, {.name = "end"}}};
+    for (std::size_t i = 0; i < 2; ++i) {
+      system.callbacks.push_back({.name = "timer_" + std::to_string(i),
+                                  .executor = i,
+                                  .execution = 1,
+                                  .arrivals = ArrivalCurve::periodic(i == 0 ? 100 : 10),
+                                  .longest_gap = i == 0 ? 100 : 10,
+                                  .is_timer = true,
+                                  .depth = i == 0 ? std::nullopt : depth,
+                                  .outputs = {output}});
+    }
+    system.callbacks[0].outputs[0].messages = 1;
+    system.callbacks.push_back({.name = "joined", .executor = 2, .execution = 1});
+    system.chains = {{.name = "c", .callbacks = {0, 2}}};
+    return analyze(system).chains[0].bound;
+  };
+  EXPECT_EQ(chain(std::nullopt), 1 + 10 + 1 + 1);
+  EXPECT_GT(chain(0), 100);  // what may be lost does not come
 }
 
 TEST(Analysis, RefusesWhatIsNoSystem) {

@@ -59,19 +59,43 @@ void Part::finish(std::vector<Term>& terms, Time bound, Time offset) const {
   std::erase_if(terms, [](const Term& term) { return term.time == 0; });
 }
 
-std::string Part::why_overloaded() const {
+// What a message of unknown lateness is due to lies where it comes from.
+Cause Part::cause_of_overload() const {
   std::vector<const Part*> parts{this};
   parts.insert(parts.end(), above.begin(), above.end());
   for (const Part* part : parts) {
     for (const Source& source : part->sources) {
       if (source.curve.most(1) < kUnbounded) continue;
-      return source.from
-                 ? fmt::format("it is not known how late '{}' gets messages from '{}'",
-                               at(source.callback).name, at(source.from->callback).name)
-                 : fmt::format("it is not known how often '{}' runs", at(source.callback).name);
+      const std::string& name = at(source.callback).name;
+      if (!source.from) {
+        return {executor.name, fmt::format("it is not known how often '{}' runs", name)};
+      }
+      const Callback& sender = at(source.from->callback);
+      for (const Output& output : sender.outputs) {
+        if (output.to == source.callback && output.delay >= kUnbounded) {
+          return {executor.name, why_delayed(sender, at(source.callback))};
+        }
+      }
+      const auto& before = (*all)[sender.executor].cause;
+      if (before && before->executor != executor.name) return *before;
+      return {executor.name, fmt::format("it is not known how late '{}' gets messages from '{}'",
+                                         name, sender.name)};
     }
   }
-  return "there is more work than time, or nearly so";
+  return {executor.name, "there is more work than time, or nearly so"};
+}
+
+std::string Part::why_overloaded() const {
+  const auto& [where, what] = cause_of_overload();
+  if (where == executor.name) return what;
+  return fmt::format("messages come by way of '{}', and {}", where, what);
+}
+
+std::string why_delayed(const Callback& from, const Callback& to) {
+  return fmt::format(
+      "it is not known how long messages from '{}' to '{}' take between processes; state it "
+      "(`topics: {{NAME: {{delay: …}}}}`)",
+      from.name, to.name);
 }
 
 Time Part::blocking(Time execution) const {

@@ -36,6 +36,11 @@ struct Span {
   Time earliest_end = 0, latest_end = 0;
 };
 
+/// Why something has no bound: the executor where that begins, and what is the matter there.
+struct Cause {
+  std::string executor, what;
+};
+
 /// One executor, while it is analysed: what arrives, and what it causes.
 struct Part {
   const System& system;
@@ -51,8 +56,10 @@ struct Part {
   Supply supply;                      // what they leave, or what a reservation grants
   std::vector<const Part*> realtime;  // all that share System::for_realtime with it, itself too
   bool is_throttled = false;          // they may want more than that
-  Time limit = 0;                     // larger bounds are not of interest
-  bool explains = false;              // answers have terms
+  const std::vector<Part>* all = nullptr;
+  std::optional<Cause> cause;  // of the first that has no bound, if there is one
+  Time limit = 0;              // larger bounds are not of interest
+  bool explains = false;       // answers have terms
 
   const Callback& at(std::size_t callback) const { return system.callbacks[callback]; }
   /// Whether the callback causes by itself what it sends there, in its executor.
@@ -74,6 +81,7 @@ struct Part {
   /// Adds what the CPU does meanwhile for others, and what has passed before the arrival.
   void finish(std::vector<Term>& terms, Time bound, Time offset) const;
   /// Why its busy time has no end.
+  Cause cause_of_overload() const;
   std::string why_overloaded() const;
   /// How long an execution that has begun keeps another one waiting: not all of it, unless
   /// something may arrive from another thread at the very instant at which it begins.
@@ -109,6 +117,9 @@ struct Part {
   // After the end of a period, until its thread has a CPU. Unbounded if it may be busy yet.
   Time lateness() const;
 };
+
+/// What to say of messages whose delay is not known.
+std::string why_delayed(const Callback& from, const Callback& to);
 
 /// Most arrivals in a window, of all together.
 Count most(const std::vector<Part::Inner>& arrivals, Time window);

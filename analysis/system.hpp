@@ -38,6 +38,8 @@ struct Callback {
   Time longest_gap = kUnbounded;
   /// Releases that it has missed are served by one execution.
   bool is_timer = false;
+  /// How many messages may wait for it; of more, the oldest are lost. nullopt: any number.
+  std::optional<Count> depth;
   std::vector<Output> outputs;
   // What orders it, see Order.
   std::int64_t urgency = 0;

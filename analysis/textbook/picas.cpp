@@ -24,8 +24,8 @@ class Picas {
     for (const auto& [cpu, parts] : segments) {
       const double wanted = wanted_from(least_urgent(parts));
       if (wanted > 1 + 1e-9) {
-        return {.why_not = fmt::format("it and what is more urgent want {:.3f} of CPU {}", wanted,
-                                       cpu)};
+        return {.why_not =
+                    fmt::format("it and what is more urgent want {:.3f} of CPU {}", wanted, cpu)};
       }
       sum = plus(sum, of_segment(chain, parts));
     }
@@ -51,8 +51,8 @@ class Picas {
     });
   }
 
-  // Of its CPU, by the callback and all that are as urgent. Above 1 they fall behind for ever, which
-  // the formula does not see.
+  // Of its CPU, by the callback and all that are as urgent. Above 1 they fall behind for ever,
+  // which the formula does not see.
   double wanted_from(const Task::Part& least) const {
     double wanted = 0;
     for (const Task& task : set_.tasks) {
