@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/std_msgs/msg/bool.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/messages/type_description.hpp"
@@ -95,8 +96,13 @@ TEST_P(GraphTest, ShowsNodesTopicsServicesAndTheirOwners) {
   if (GetParam() == RosGraph::jazzy) {
     EXPECT_EQ(graph.publishers[0].type_hash,
               "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18");
-    EXPECT_EQ(graph.services[0].type_hash,
-              "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a");
+    // Of the request and the response, as ROS 2 announces them. It was the service's hash.
+    for (const auto& end : {graph.services[0], graph.clients[0]}) {
+      EXPECT_EQ(end.type_hash,
+                "RIHS01_000c5fd92d6b2e1a05949348f584d6d652adea1e92d691792011ac2273508302");
+      EXPECT_EQ(end.response_hash,
+                "RIHS01_de5c030d4af33cba2749310b249737b631594703f9300495f48bffb2b44dcc2f");
+    }
   } else {
     EXPECT_EQ(graph.publishers[0].type_hash, "");
   }
@@ -138,6 +144,37 @@ TEST_P(GraphTest, AnActionHasAllPartsThatRos2KnowsItBy) {
   EXPECT_THAT(graph.publishers, topics);
   EXPECT_THAT(graph.subscriptions, topics);
   EXPECT_EQ(graph.publishers[1].qos.durability, Durability::transient_local);
+}
+
+// As ROS 2 Jazzy announces them.
+TEST(Graph, HashesOfAnActionAreThoseOfItsParts) {
+  DdsOptions options;
+  options.domain = test_domain();
+  options.shared_memory = SharedMemory::off;
+  const auto here = Participant::create(options), there = Participant::create(options);
+  const auto node = std::make_shared<Node>("counter", NodeOptions{.participant = here});
+  const auto client = create_action_client<example_interfaces::action::Fibonacci>(*node, "count");
+  Graph graph;
+  ASSERT_TRUE(eventually([&] {
+    graph = there->graph();
+    return graph.clients.size() == 3 && graph.subscriptions.size() == 2 &&
+           !graph.clients[0].type_hash.empty();
+  }));
+  std::vector<std::string> hashes{graph.subscriptions[0].type_hash,
+                                  graph.subscriptions[1].type_hash};
+  for (const GraphEndpoint& end : graph.clients) {
+    hashes.insert(hashes.end(), {end.type_hash, end.response_hash});
+  }
+  EXPECT_THAT(
+      hashes,
+      ElementsAre("RIHS01_c1de71afd52e49a89c53d8262366884185bc0a02f78ce051c4e46b0a7fe59bb2",
+                  "RIHS01_6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
+                  "RIHS01_3d3c84653c1f96918086887e1dcb236faec88b81a5b14fd4cf4840065bcdf8af",
+                  "RIHS01_35e682cf3f510e83c70a82a4aac888496dedee56773bf9d8e5e0aa81f9e1c960",
+                  "RIHS01_c8a4f5e7d13b81286ee1043e2ecd084281cecf1ff06aaa799464f5f15479f003",
+                  "RIHS01_6021dc98ab9b4bbe395e48aa4de81ee5f68eb570f88358affcc648146668b24f",
+                  "RIHS01_3d088942b413247db536576f0286768c6be8fcd5d0c9a5d544f359fba090a238",
+                  "RIHS01_d8c07bb3d5b766fe4b43159c9a5222af5214e2fcc29229b991d826166c512be1"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Forms, GraphTest, testing::Values(RosGraph::jazzy, RosGraph::humble),

@@ -25,6 +25,11 @@ struct ServiceIdentity {
   std::string id;                        // "serviceid=1.2f...;" or "clientid=...;"; empty: a topic
   const MessageType* request = nullptr;  // without the header
   const MessageType* response = nullptr;
+
+  /// The one of both types that a topic with this type of message carries.
+  const MessageType& part(const std::string& name) const {
+    return name == request->name ? *request : *response;
+  }
 };
 
 /// One end of a topic. Name, type and QoS decide about matches; the rest is what ROS 2's graph

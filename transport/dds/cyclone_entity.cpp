@@ -114,23 +114,24 @@ std::string user_data(const Endpoint& endpoint, RosGraph form, const std::string
   const ServiceIdentity& identity = endpoint.identity;
   std::string text = identity.id + clock_identity();
   if (form != RosGraph::jazzy) return text;
-  const std::string hash = !identity.id.empty()
-                               ? service_type_hash(*identity.request, *identity.response)
+  const std::string hash = !identity.id.empty() ? type_hash(identity.part(endpoint.type->name))
                            : endpoint.type->is_serialized ? known_hash
                                                           : type_hash(*endpoint.type);
   if (!hash.empty()) text += "typehash=" + hash + ";";
   return endpoint.node.empty() ? text : text + "node=" + endpoint.node + ";";
 }
 
-std::string user_data_value(const dds_qos_t& qos, std::string_view key) {
+std::map<std::string, std::string> user_data_of(const dds_qos_t& qos) {
   void* data = nullptr;
   std::size_t size = 0;
   if (!dds_qget_userdata(&qos, &data, &size) || data == nullptr) return {};
   const std::string text(static_cast<const char*>(data), size);
   dds_free(data);
-  const auto entries = key_values(text);
-  const auto found = entries.find(std::string(key));
-  return found == entries.end() ? std::string() : found->second;
+  return key_values(text);
+}
+
+std::string user_data_value(const dds_qos_t& qos, std::string_view key) {
+  return user_data_of(qos)[std::string(key)];
 }
 
 Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory) {

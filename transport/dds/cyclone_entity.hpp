@@ -4,6 +4,7 @@
 #define TAKT_TRANSPORT_DDS_CYCLONE_ENTITY_HPP_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -34,7 +35,9 @@ std::string_view policy_name(std::uint32_t id) noexcept;
 /// "serviceid=...;". Takt: "node=/...;", and see clock_identity.
 /// `known_hash`: the type's where only its name is known.
 std::string user_data(const Endpoint& endpoint, RosGraph form, const std::string& known_hash = {});
-/// What `user_data` says under the key; empty: nothing.
+/// What another endpoint's `user_data` says, by key.
+std::map<std::string, std::string> user_data_of(const dds_qos_t& qos);
+/// Under one key; empty: nothing.
 std::string user_data_value(const dds_qos_t& qos, std::string_view key);
 
 /// A topic of the participant for as long as one of its ends lives.

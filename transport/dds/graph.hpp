@@ -21,11 +21,15 @@ enum class RosGraph {
 
 /// A publisher, subscription, client or service of any process on the domain.
 struct GraphEndpoint {
-  std::string name;       // "/scan"; a service's too: "/add"
-  std::string type;       // "sensor_msgs/msg/LaserScan", "example_interfaces/srv/AddTwoInts"
-  std::string node;       // its full name; empty when unknown
-  std::string type_hash;  // empty when unknown
-  QoS qos;                // of publishers and subscriptions
+  std::string name;  // "/scan"; a service's too: "/add"
+  std::string type;  // "sensor_msgs/msg/LaserScan", "example_interfaces/srv/AddTwoInts"
+  std::string node;  // its full name; empty when unknown
+  /// Empty when unknown. ROS 2 announces none of a service, but those of its request and response:
+  /// this is then the request's.
+  std::string type_hash;
+  std::string response_hash;
+  std::string gid;  // as ROS 2 shows it: "01.10.…", 16 bytes
+  QoS qos;          // of publishers and subscriptions
 };
 
 /// The discovered graph, sorted by name.

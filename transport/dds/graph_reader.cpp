@@ -5,9 +5,13 @@
 #include <array>
 #include <set>
 #include <tuple>
+#include <utility>
+
+#include <fmt/ranges.h>
 
 #include "takt/base/printable.hpp"
 #include "takt/messages/type_description.hpp"
+#include "takt/transport/dds/key_values.hpp"
 #include "takt/transport/dds/node_announcer.hpp"
 #include "takt/transport/dds/participant_entities.hpp"
 
@@ -38,6 +42,11 @@ std::string service_in(std::string_view topic, std::string_view prefix, std::str
     return {};
   }
   return std::string(topic.substr(prefix.size(), topic.size() - prefix.size() - suffix.size()));
+}
+
+std::string type_hash_of(std::map<std::string, std::string>& user_data) {
+  std::string& hash = user_data["typehash"];
+  return is_type_hash(hash) ? std::move(hash) : "";
 }
 
 std::string without(std::string type, std::string_view suffix) {
@@ -101,14 +110,16 @@ void GraphReader::for_each(dds_entity_t builtin_topic, Use&& use) const {
   dds_delete(reader);
 }
 
-void GraphReader::read_endpoints(Graph& graph, bool writers) const {
+void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, bool writers) const {
   for_each<dds_builtintopic_endpoint_t>(
       writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
       [&](const dds_builtintopic_endpoint_t& found) {
+        auto user_data = user_data_of(*found.qos);
         // Escaped at the border: names of ROS 2 have nothing to escape.
         GraphEndpoint endpoint{.name = printable(found.topic_name),
                                .type = printable(ros_type_name(found.type_name)),
-                               .type_hash = printable(user_data_value(*found.qos, "typehash")),
+                               .type_hash = type_hash_of(user_data),
+                               .gid = fmt::format("{:02x}", fmt::join(found.key.v, ".")),
                                .qos = qos_of(*found.qos)};
         // The endpoints that serve discovery itself are not shown.
         if (endpoint.name == discovery_endpoint(form_).topic ||
@@ -126,8 +137,15 @@ void GraphReader::read_endpoints(Graph& graph, bool writers) const {
         const std::string client = service_in(endpoint.name, "rr", "Reply");
         std::vector<GraphEndpoint>* list = writers ? &graph.publishers : &graph.subscriptions;
         if (!service.empty() || !client.empty()) {
-          if (writers) return;
-          list = service.empty() ? &graph.clients : &graph.services;
+          const bool is_service = writers == service.empty();
+          const std::string id = user_data[is_service ? kServiceId : kClientId];
+          if (writers) {
+            if (!id.empty()) sent[id] = endpoint.type_hash;
+            return;
+          }
+          list = is_service ? &graph.services : &graph.clients;
+          endpoint.response_hash = sent[id];
+          if (!is_service) std::swap(endpoint.type_hash, endpoint.response_hash);
           endpoint.name = service.empty() ? client : service;
           endpoint.type = without(without(endpoint.type, "_Request"), "_Response");
         } else if (endpoint.name.starts_with("rt/")) {
@@ -155,8 +173,9 @@ Graph GraphReader::read() {
     graph.nodes.insert(graph.nodes.end(), process.nodes.begin(), process.nodes.end());
   }
   std::sort(graph.nodes.begin(), graph.nodes.end());
-  read_endpoints(graph, true);
-  read_endpoints(graph, false);
+  SentHashes sent;
+  read_endpoints(graph, sent, true);
+  read_endpoints(graph, sent, false);
   for (auto* list : {&graph.publishers, &graph.subscriptions, &graph.services, &graph.clients}) {
     std::sort(list->begin(), list->end(), [](const auto& a, const auto& b) {
       return std::tie(a.name, a.node) < std::tie(b.name, b.node);

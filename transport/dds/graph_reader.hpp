@@ -34,7 +34,9 @@ class GraphReader {
   void take_discovered();
   template <class Sample, class Use>
   void for_each(dds_entity_t builtin_topic, Use&& use) const;
-  void read_endpoints(Graph& graph, bool writers) const;
+  /// The type hashes of what services and clients send, by their ids.
+  using SentHashes = std::map<std::string, std::string>;
+  void read_endpoints(Graph& graph, SentHashes& sent, bool writers) const;
 
   const dds_entity_t participant_;
   const RosGraph form_;

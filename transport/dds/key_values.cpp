@@ -47,4 +47,11 @@ std::map<std::string, std::string> key_values(std::string_view text) {
   return entries;
 }
 
+bool is_type_hash(std::string_view text) noexcept {
+  constexpr std::string_view kPrefix = "RIHS01";
+  constexpr std::size_t kDigits = 64;
+  return text.size() == kPrefix.size() + 1 + kDigits && text.starts_with(kPrefix) &&
+         text.substr(kPrefix.size() + 1).find_first_not_of("0123456789abcdefABCDEF") == text.npos;
+}
+
 }  // namespace takt

@@ -23,6 +23,10 @@ namespace TAKT_INTERNAL takt {
 /// Real-time: allocates.
 std::map<std::string, std::string> key_values(std::string_view text);
 
+/// Whether ROS 2 reads it as the hash of a type, by the grammar of rosidl_runtime_c: "RIHS", the
+/// version 01 in two hexadecimal digits, any character, then 64 hexadecimal digits of either case.
+bool is_type_hash(std::string_view text) noexcept;
+
 }  // namespace takt
 
 #endif  // TAKT_TRANSPORT_DDS_KEY_VALUES_HPP_

@@ -36,5 +36,19 @@ TEST(KeyValues, AreAllHiddenByOneWrongCharacter) {
   EXPECT_EQ(key_values("not of ROS 2"), Entries());
 }
 
+// What ROS 2 shows as INVALID was shown as a hash, and asked for.
+TEST(TypeHash, IsWhatRos2Parses) {
+  const std::string digits(64, 'a');
+  EXPECT_TRUE(
+      is_type_hash("RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"));
+  EXPECT_TRUE(is_type_hash("RIHS01_" + std::string(64, 'F')));
+  for (const std::string& text :
+       {std::string(), std::string("RIHS01_"), "RIHS02_" + digits, "rihs01_" + digits,
+        "RIHS01_" + digits + "0", "RIHS01_" + digits.substr(1), "RIHS01_" + digits.substr(1) + "g",
+        "RIHS1_" + digits, " RIHS01_" + digits}) {
+    EXPECT_FALSE(is_type_hash(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace takt

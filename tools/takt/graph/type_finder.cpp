@@ -2,7 +2,6 @@
 #include "graph/type_finder.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <set>
 #include <string_view>
@@ -26,13 +25,33 @@ using type_description_interfaces::srv::GetTypeDescription;
 using namespace std::chrono_literals;
 
 constexpr auto kPatience = 2s;
-constexpr std::array kLists{&Graph::publishers, &Graph::subscriptions, &Graph::services,
-                            &Graph::clients};
+
+bool is_message(const std::string& name) {
+  return name.find("/msg/") != std::string::npos;
+}
 
 /// "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
 std::string interface_of(const std::string& name) {
-  if (name.find("/msg/") != std::string::npos) return name;
-  return name.substr(0, name.rfind('_'));
+  return is_message(name) ? name : name.substr(0, name.rfind('_'));
+}
+
+/// A message type that a node announces.
+struct Announced {
+  std::string node, type, hash;
+};
+
+std::vector<Announced> announced_types(const Graph& graph) {
+  std::vector<Announced> types;
+  for (const auto* list : {&graph.publishers, &graph.subscriptions}) {
+    for (const GraphEndpoint& end : *list) types.push_back({end.node, end.type, end.type_hash});
+  }
+  for (const auto* list : {&graph.services, &graph.clients}) {
+    for (const GraphEndpoint& end : *list) {
+      types.push_back({end.node, end.type + "_Request", end.type_hash});
+      types.push_back({end.node, end.type + "_Response", end.response_hash});
+    }
+  }
+  return types;
 }
 
 [[noreturn]] void throw_unknown_type(const std::string& name) {
@@ -48,9 +67,10 @@ std::string interface_of(const std::string& name) {
       !package.empty() && !of_package.empty()
           ? suggest(name, of_package)
           : fmt::format("name a library that registers it with --library, or a folder with its "
-                        "definition in AMENT_PREFIX_PATH, or start a node that describes it; "
+                        "definition in AMENT_PREFIX_PATH, or start a node that describes it{}; "
                         "without, takt knows the types of {}; `hz`, `bw` and `echo --raw` need "
                         "none",
+                        is_message(name) ? "" : " (nodes of ROS 2 describe messages only)",
                         fmt::join(packages, ", ")));
 }
 
@@ -74,33 +94,29 @@ const MessageType* TypeFinder::described(const TypeDescription& description,
   return types->find(name);
 }
 
-// The interface itself, or what ROS 2 makes of an action: "…/Fibonacci_SendGoal" describes the
-// goal, too.
 const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::string& interface) {
-  const auto is_of_it = [&](const GraphEndpoint& end) {
-    return end.type == interface || end.type.starts_with(interface + "_");
+  // The message itself, or one that contains it: "…/Fibonacci_SendGoal_Request" contains the goal,
+  // and the event of a service of ROS 2, if it publishes any, its request and response.
+  const auto is_of_it = [&](const Announced& announced) {
+    return announced.type == name || announced.type.starts_with(interface + "_");
   };
   const auto has_it = [&](const Graph& seen) {
-    return std::any_of(kLists.begin(), kLists.end(), [&](const auto list) {
-      return std::any_of((seen.*list).begin(), (seen.*list).end(), is_of_it);
-    });
+    const std::vector<Announced> types = announced_types(seen);
+    return std::any_of(types.begin(), types.end(), is_of_it);
   };
   // Others need to be discovered once only.
   const Graph graph = std::exchange(has_discovered_, true) ? observer_.participant()->graph()
                                                            : observer_.whole_graph(has_it);
   std::set<std::string> servers;
   for (const GraphEndpoint& service : graph.services) servers.insert(service.name);
-  for (const auto list : kLists) {
-    for (const GraphEndpoint& end : graph.*list) {
-      if (!is_of_it(end)) continue;
-      const std::string service = end.node + "/get_type_description";
-      if (end.type_hash.empty() || !servers.contains(service) || !is_topic_name(service)) {
-        continue;
-      }
-      const auto description = ask(service, end.type, end.type_hash);
-      if (!description) continue;
-      if (const MessageType* type = described(*description, name)) return type;
-    }
+  for (const Announced& announced : announced_types(graph)) {
+    if (!is_of_it(announced)) continue;
+    const auto& [node, type, hash] = announced;
+    const std::string service = node + "/get_type_description";
+    if (hash.empty() || !servers.contains(service) || !is_topic_name(service)) continue;
+    const auto description = ask(service, type, hash);
+    if (!description) continue;
+    if (const MessageType* found = described(*description, name)) return found;
   }
   return nullptr;
 }

@@ -2,7 +2,10 @@
 // that never answers, and a container as ROS 2's. SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <unistd.h>
@@ -14,8 +17,11 @@
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 #include "takt/messages/lifecycle_msgs/srv/get_state.hpp"
 #include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
+#include "takt/messages/service_msgs/msg/service_event_info.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
+#include "takt/messages/type_description.hpp"
+#include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 #include "takt/ros2/action_server.hpp"
 
 namespace peers {
@@ -200,6 +206,59 @@ class Spider : public takt::Node {
   std::shared_ptr<takt::ActionServer<Walk>> walk_;
 };
 
+struct TurnEvent {
+  service_msgs::msg::ServiceEventInfo info;
+  takt::Bounded<std::vector<Turn::Request>, 1> request;
+  takt::Bounded<std::vector<Turn::Response>, 1> response;
+};
+TAKT_MESSAGE(TurnEvent, "peer_msgs/srv/Turn_Event", info, request, response);
+
+// Describes its types as rcl does: a message by its hash, and a service by the service's, which
+// ROS 2 announces nowhere. Its container must not describe them.
+class Ros2Turner : public takt::Node {
+ public:
+  using Describe = type_description_interfaces::srv::GetTypeDescription;
+
+  explicit Ros2Turner(const takt::NodeOptions& options) : Node("turner", options) {
+    add(takt::describe_service(takt::message_type<Turn::Request>(),
+                               takt::message_type<Turn::Response>()));
+    turn_ =
+        create_service<Turn>("turn", [](const Turn::Request& request, Turn::Response& response) {
+          response.sum.angle = request.by[0].angle + request.by[1].angle;
+        });
+    describe_ = create_service<Describe>(
+        "~/get_type_description",
+        [this](const Describe::Request& request, Describe::Response& response) {
+          const auto known = types_.find(request.type_hash);
+          response.successful = known != types_.end();
+          if (response.successful) response.type_description = known->second;
+        });
+  }
+
+ protected:
+  void add(const std::optional<takt::TypeDescription>& type) {
+    types_[takt::type_hash(type.value())] = type.value();
+  }
+
+ private:
+  std::map<std::string, takt::TypeDescription> types_;
+  std::shared_ptr<takt::Service<Turn>> turn_;
+  std::shared_ptr<takt::Service<Describe>> describe_;
+};
+
+// Its service's introspection is on, so that it has a topic for the calls.
+class IntrospectedTurner : public Ros2Turner {
+ public:
+  explicit IntrospectedTurner(const takt::NodeOptions& options)
+      : Ros2Turner(options),
+        events_(create_publisher<TurnEvent>("turn/_service_event", takt::QoS(1))) {
+    add(takt::describe(takt::message_type<TurnEvent>()));
+  }
+
+ private:
+  const std::shared_ptr<takt::Publisher<TurnEvent>> events_;
+};
+
 /// Announces what a program without Takt could: names and a node that ROS 2 does not permit.
 class Hostile : public takt::Node {
  public:
@@ -231,4 +290,6 @@ TAKT_REGISTER_COMPONENT(peers::Stateful)
 TAKT_REGISTER_COMPONENT(peers::Counter)
 TAKT_REGISTER_COMPONENT(peers::Ros2Container)
 TAKT_REGISTER_COMPONENT(peers::Spider)
+TAKT_REGISTER_COMPONENT(peers::Ros2Turner)
+TAKT_REGISTER_COMPONENT(peers::IntrospectedTurner)
 TAKT_REGISTER_COMPONENT(peers::Hostile)

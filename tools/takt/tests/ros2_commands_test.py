@@ -376,6 +376,18 @@ def test_types_of_others_are_described_by_their_nodes():
             {"now": {"name": "left", "note": "ü", "joints": [{"angle": 4.0}]}}], rows)
 
 
+# ROS 2 announces the hashes of a service's request and response, but describes neither: takt asked for the
+# service by its request's hash, and the page said that this works.
+def test_services_of_ros2_are_described_by_their_events_only():
+    with System("robot", [("Ros2Turner", "/", "turner")], "false"):
+        wrong = run("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}", status=2)
+        check("the service is not described", "does not know the type peer_msgs/srv/Turn_Request" in wrong.stderr
+              and "nodes of ROS 2 describe messages only" in wrong.stderr, wrong.stderr)
+    with System("robot", [("IntrospectedTurner", "/", "turner")], "false"):
+        rows = as_json("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}")
+        check("its events are", rows == {"sum": {"angle": 3.0}}, rows)
+
+
 def test_types_of_others_are_defined_by_files():
     with spider(serves="false"):
         wrong = run("topic", "echo", "/out", "-n", "1", status=2)
@@ -400,6 +412,7 @@ def test_types_of_others_are_defined_by_files():
 test_help()
 test_interfaces()
 test_types_of_others_are_described_by_their_nodes()
+test_services_of_ros2_are_described_by_their_events_only()
 test_types_of_others_are_defined_by_files()
 test_a_component_is_loaded_into_a_container_of_ros2()
 test_values_are_shown_as_ros2_shows_them()
