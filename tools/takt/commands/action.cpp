@@ -23,6 +23,7 @@
 #include "graph/type_finder.hpp"
 #include "run/end_signals.hpp"
 #include "run/result_json.hpp"
+#include "time_option.hpp"
 
 namespace takt::tools::action_command {
 namespace {
@@ -31,7 +32,7 @@ using json = nlohmann::ordered_json;
 
 struct Options : ObserverOptions {
   std::string action, type, goal = "{}";
-  double timeout_s = 5;
+  Nanoseconds timeout = std::chrono::seconds(5);
   bool shows_types = false, feedback = false;
 
   bool prints() const { return json_path != "-"; }
@@ -96,13 +97,23 @@ void list(const Options& options) {
   if (!options.json_path.empty()) write_json(rows, options.json_path);
 }
 
-void info(const Options& options) {
+/// Throws Error if there is none.
+Action find(const Options& options) {
   const std::string name = absolute(options.action);
   const auto actions = actions_of(Observer(options).whole_graph(
       [&](const Graph& seen) { return actions_of(seen).contains(name); }));
   const auto found = actions.find(name);
   if (found == actions.end()) no_action(name, actions);
-  const Action& action = found->second;
+  return found->second;
+}
+
+void type(const Options& options) {
+  for (const std::string& each : find(options).types) rt::print("{}\n", each);
+}
+
+void info(const Options& options) {
+  const std::string name = absolute(options.action);
+  const Action action = find(options);
   const std::string types =
       options.shows_types ? fmt::format(" [{}]", fmt::join(action.types, ", ")) : "";
   if (options.prints()) {
@@ -194,7 +205,7 @@ class GoalRun {
     print("Sending goal:\n{}\n",
           indented(read_message(types_.goal, request.bytes(), {.skipped = kGoalOffset}), 5));
     send_.send(request.bytes());
-    if (!serve([this] { return accepted_.has_value(); }, options_.timeout_s, kPatient)) {
+    if (!serve([this] { return accepted_.has_value(); }, options_.timeout, kPatient)) {
       no_response("the goal");
     }
     if (!*accepted_) throw Error(fmt::format("action '{}' rejected the goal", name_));
@@ -202,7 +213,7 @@ class GoalRun {
     const std::string of_goal =
         fmt::format("{{goal_id: {{uuid: [{}]}}}}", fmt::join(id_.uuid, ","));
     get_result_.send(write_message(types_.result_request, of_goal, get_result_.header()).bytes());
-    if (serve([this] { return result_.has_value(); }, 0,
+    if (serve([this] { return result_.has_value(); }, Nanoseconds::zero(),
               [this] { return is_interrupted() || !get_result_.service_is_ready(); })) {
       finish();
     } else if (signal_ != 0) {
@@ -238,7 +249,7 @@ class GoalRun {
 
   void wait_for_server() {
     print("Waiting for an action server to become available...\n");
-    if (serve([this] { return server_is_ready(); }, options_.timeout_s,
+    if (serve([this] { return server_is_ready(); }, options_.timeout,
               [this] { return is_interrupted(); }))
       return;
     if (signal_ != 0) throw CLI::RuntimeError(128 + signal_);
@@ -256,15 +267,14 @@ class GoalRun {
   /// Executes what comes until `is_done`. Returns false if the time is over (0: no limit), or if
   /// `gives_up`.
   template <class Done, class GivesUp>
-  bool serve(Done is_done, double limit_s, GivesUp gives_up) {
-    const TimePoint end =
-        later(Clock::steady().now(), Nanoseconds(static_cast<std::int64_t>(limit_s * 1e9)));
+  bool serve(Done is_done, Nanoseconds limit, GivesUp gives_up) {
+    const TimePoint end = later(Clock::steady().now(), limit);
     while (!is_done()) {
       for (const auto& entity : wait_set_.wait(std::chrono::milliseconds(20))) {
         for (Slot slot; entity->take(slot); slot = {}) entity->execute(slot);
       }
       if (is_done()) break;
-      if (gives_up() || (limit_s != 0 && Clock::steady().now() > end)) return false;
+      if (gives_up() || (limit != Nanoseconds::zero() && Clock::steady().now() > end)) return false;
     }
     return true;
   }
@@ -309,7 +319,7 @@ class GoalRun {
     cancel_->async_send_request(request, [this](const CancelGoal::Response* answer) {
       canceled_ = answer != nullptr ? answer->goals_canceling.size() : 0;
     });
-    if (!serve([this] { return canceled_.has_value(); }, options_.timeout_s, kPatient)) {
+    if (!serve([this] { return canceled_.has_value(); }, options_.timeout, kPatient)) {
       no_response("the cancellation");
     }
     if (*canceled_ == 0) {
@@ -321,8 +331,8 @@ class GoalRun {
   }
 
   [[noreturn]] void no_response(const char* request) const {
-    throw Error(fmt::format("action '{}': no response to {} within {} s", name_, request,
-                            options_.timeout_s),
+    throw Error(fmt::format("action '{}': no response to {} within {}", name_, request,
+                            to_string(options_.timeout)),
                 "check that its server is not busy or stopped");
   }
 
@@ -360,6 +370,7 @@ void set_up(CLI::App* command) {
   CLI::App* list_command = add("list", "Lists all actions", list);
   list_command->add_flag("-a,--all", options->all,
                          "Include hidden actions, whose names begin with '_'");
+  add("type", "Prints the type of an action", type);
   CLI::App* info_command = add("info", "Shows the clients and servers of an action", info);
   for (CLI::App* sub : {list_command, info_command}) {
     sub->add_flag("-t,--show-types", options->shows_types, "Show the type, too");
@@ -373,10 +384,8 @@ void set_up(CLI::App* command) {
   add_library_option(*send_command, options->libraries);
   send_command->add_option("GOAL", options->goal, "The goal as YAML; missing fields are zero");
   send_command->add_flag("-f,--feedback", options->feedback, "Print the feedback");
-  send_command
-      ->add_option("--timeout", options->timeout_s,
-                   "Time limit in seconds of everything but the result")
-      ->check(CLI::PositiveNumber);
+  add_time_option(*send_command, "--timeout", options->timeout,
+                  "Time limit of everything but the result: 4s, 500ms (5s)");
   command->footer(
       "Example:\n"
       "  takt action list -t\n"

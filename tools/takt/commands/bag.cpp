@@ -25,6 +25,7 @@
 #include "commands.hpp"
 #include "graph/type_finder.hpp"
 #include "run/result_json.hpp"
+#include "time_option.hpp"
 
 namespace takt::tools::bag_command {
 namespace {
@@ -38,7 +39,8 @@ constexpr std::int64_t kForeverMs = std::int64_t{1} << 30;
 struct Options : ObserverOptions {
   std::string file, compression = "none";
   std::vector<std::string> topics;
-  double duration_s = 0, rate = 1, start_offset_s = 0, delay_s = 0.5;
+  Nanoseconds duration{0};
+  double rate = 1, start_offset_s = 0, delay_s = 0.5;
   bool loop = false, clock = false;
 
   bool prints() const { return json_path != "-"; }
@@ -47,7 +49,7 @@ struct Options : ObserverOptions {
 /// Runs the node until a signal, the end of the duration (0: none), or `is_over`, which is looked
 /// at ten times a second.
 template <class IsOver>
-void run(const std::shared_ptr<Node>& node, double duration_s, IsOver is_over) {
+void run(const std::shared_ptr<Node>& node, Nanoseconds duration, IsOver is_over) {
   Logger::instance().set_level(LogLevel::warn);  // the command itself says what it has done
   const auto executor = executors().make("single_threaded", {.name = "bag"});
   const auto signals = cancel_on_signals(*executor);
@@ -56,8 +58,7 @@ void run(const std::shared_ptr<Node>& node, double duration_s, IsOver is_over) {
     if (is_over()) executor->cancel();
   });
   std::shared_ptr<Timer> end;
-  if (duration_s != 0) {
-    const auto duration = Nanoseconds(static_cast<std::int64_t>(duration_s * 1e9));
+  if (duration != 0ns) {
     end = control->create_timer("end", duration, [&] { executor->cancel(); });
   }
   executor->add_node(node);
@@ -91,7 +92,7 @@ void record(const Options& options) {
   if (options.prints()) {
     rt::to_stderr("recording to {}; Ctrl-C ends it\n", file);
   }
-  run(recorder, options.duration_s, [&] { return recorder->has_ended(); });
+  run(recorder, options.duration, [&] { return recorder->has_ended(); });
   const std::string failure = recorder->complete();
   if (options.prints()) {
     rt::print("{}: {} messages of {} topics, {} dropped\n", file, recorder->recorded(),
@@ -126,7 +127,7 @@ void play(const Options& options) {
                      {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay_s), 1)}};
   const auto player = std::make_shared<Player>(node);
   const TypeDescriptionService describes(*player, *player);  // those registered
-  run(player, 0, [&] { return player->has_ended(); });
+  run(player, 0ns, [&] { return player->has_ended(); });
   if (options.prints()) rt::print("{} messages were played\n", player->played());
   if (!options.json_path.empty()) {
     write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
@@ -221,8 +222,8 @@ void set_up(CLI::App* command) {
   record_command->add_option("--compression", options->compression, "Of the file's chunks (none)")
       ->check(
           CLI::IsMember(std::vector<std::string>{compressions().begin(), compressions().end()}));
-  record_command->add_option("--duration", options->duration_s, "Seconds (default: until Ctrl-C)")
-      ->check(CLI::PositiveNumber);
+  add_time_option(*record_command, "--duration", options->duration,
+                  "4s, 500ms (default: until Ctrl-C)");
   record_command->callback([options] { record(*options); });
 
   CLI::App* play_command = command->add_subcommand(

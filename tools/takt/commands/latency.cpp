@@ -163,10 +163,7 @@ void latency(const Options& options) {
   const Rows rows = rows_of(options, threads);
   std::uint64_t cycles = options.loops;
   if (!options.duration.empty()) {
-    // A number without a unit is in seconds, as in cyclictest.
-    const bool has_unit = options.duration.find_first_not_of("0123456789.") != std::string::npos;
-    cycles = std::max<std::int64_t>(
-        parse_run_time(options.duration + (has_unit ? "" : "s")) / cyclic.interval, 1);
+    cycles = std::max<std::int64_t>(parse_run_time(options.duration) / cyclic.interval, 1);
   }
   Outcome outcome{.threads = options.threads, .load = options.load};
   const auto note = [&](const std::string& refused) {

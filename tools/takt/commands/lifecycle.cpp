@@ -17,6 +17,7 @@
 
 #include "commands.hpp"
 #include "graph/domain_option.hpp"
+#include "graph/observer.hpp"
 #include "graph/service_call.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -30,6 +31,7 @@ using nlohmann::json;
 struct Options {
   DomainOption domain;
   std::string node, transition, json_path;
+  bool all = false, counts = false;
 };
 
 std::string called(const std::string& node) {
@@ -62,7 +64,36 @@ std::string_view state_after(const lifecycle_msgs::msg::TransitionDescription& t
                           : std::string_view(transition.goal_state.label);
 }
 
+// As ros2 lifecycle list.
+void list_transitions(const Options& options) {
+  Caller caller(options.domain.number());
+  json rows = json::array();
+  for (const auto& [transition, start, goal] : transitions_of(caller, options.node)) {
+    rows.push_back({{"transition", transition.label},
+                    {"id", transition.id},
+                    {"start", start.label},
+                    {"goal", goal.label}});
+    if (options.json_path == "-") continue;
+    rt::print("- {} [{}]\n\tStart: {}\n\tGoal: {}\n", printable(transition.label), transition.id,
+              printable(start.label), printable(goal.label));
+  }
+  if (!options.json_path.empty()) write_json(rows, options.json_path);
+}
+
+void nodes(const Options& options) {
+  std::vector<std::string> names;
+  for (const std::string& node : Caller(options.domain.number()).find("/change_state")) {
+    if (options.all || !is_hidden("/" + node)) names.push_back("/" + node);
+  }
+  if (options.counts) {
+    rt::print("{}\n", names.size());
+  } else {
+    for (const std::string& name : names) rt::print("{}\n", name);
+  }
+}
+
 void list(const Options& options) {
+  if (!options.node.empty()) return list_transitions(options);
   Caller caller(options.domain.number());
   json rows = json::array();
   Table table({"node", "state", "can"});
@@ -130,8 +161,15 @@ void set_up(CLI::App* command) {
     sub->callback([options, function] { function(*options); });
     return sub;
   };
-  add("list", "Lists all lifecycle nodes on the domain, with their states", list)
-      ->add_option("--json", options->json_path, "Also write the table as JSON; - for stdout");
+  CLI::App* list_command =
+      add("list", "Lists all lifecycle nodes with their states, or the transitions of one", list);
+  list_command->add_option("NODE", options->node, "Its name, with its namespace");
+  list_command->add_option("--json", options->json_path,
+                           "Also write the table as JSON; - for stdout");
+  CLI::App* nodes_command = add("nodes", "Prints the names of all lifecycle nodes", nodes);
+  nodes_command->add_flag("-a,--all", options->all,
+                          "Include hidden nodes, whose names begin with '_'");
+  nodes_command->add_flag("-c,--count-nodes", options->counts, "Print only their number");
   add("get", "Prints the state of a node", get)
       ->add_option("NODE", options->node, "Its name, with its namespace")
       ->required();

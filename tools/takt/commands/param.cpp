@@ -20,6 +20,7 @@
 #include "graph/service_call.hpp"
 #include "json_text.hpp"
 #include "run/result_json.hpp"
+#include "time_option.hpp"
 
 namespace takt::tools::param_command {
 namespace {
@@ -33,12 +34,11 @@ constexpr const char* kList = "/list_parameters";
 
 struct Options {
   DomainOption domain;
-  double timeout_s = 5;
+  Nanoseconds timeout = std::chrono::seconds(5);
   std::string node, name, value, file, json_path;
   std::vector<std::string> names;
   bool all = false, hide_type = false;
 
-  Nanoseconds limit() const { return Nanoseconds(static_cast<std::int64_t>(timeout_s * 1e9)); }
   bool prints() const { return json_path != "-"; }
 };
 
@@ -50,7 +50,7 @@ void write(const json& document, const Options& options) {
 class ParameterClient {
  public:
   ParameterClient(Caller& caller, const Options& options)
-      : caller_(caller), node_(absolute(options.node)), limit_(options.limit()) {}
+      : caller_(caller), node_(absolute(options.node)), limit_(options.timeout) {}
 
   const std::string& node() const noexcept { return node_; }
   std::vector<std::string> names() {
@@ -203,7 +203,7 @@ void list(const Options& options) {
   for (const std::string& owner : caller.find(kList)) {
     if (!is_hidden(absolute(owner)) || options.all) nodes.push_back(absolute(owner));
   }
-  auto answers = caller.ask_all<srv::ListParameters>(nodes, kList, {}, options.limit());
+  auto answers = caller.ask_all<srv::ListParameters>(nodes, kList, {}, options.timeout);
   json rows = json::array();
   for (auto& [node, answer] : answers.in_time) {
     std::vector<std::string>& names = answer.result.names;
@@ -217,7 +217,7 @@ void list(const Options& options) {
     rt::to_stderr("no node with parameters on DDS domain {}\n", options.domain.number());
   }
   write(rows, options);
-  Caller::name_silent("node", answers.silent, options.limit());
+  Caller::name_silent("node", answers.silent, options.timeout);
 }
 
 // ---- get, describe ----
@@ -281,7 +281,16 @@ void describe(const Options& options) {
   write(rows, options);
 }
 
-// ---- set, dump, load ----
+// ---- set, delete, dump, load ----
+
+/// As ROS 2 says it: "Set parameter successful".
+void report(const msg::SetParametersResult& result, const Options& options, const char* done,
+            const char* failed) {
+  const std::string reason = result.reason.empty() ? "" : ": " + printable(result.reason);
+  write({{"successful", result.successful}, {"reason", result.reason}}, options);
+  if (!result.successful) throw Error(failed + reason);
+  if (options.prints()) rt::print("{}{}\n", done, reason);
+}
 
 void set(const Options& options) {
   document::Errors errors("the value");
@@ -294,11 +303,16 @@ void set(const Options& options) {
   const auto parameter =
       msg::Parameter().set__name(options.name).set__value(client.read(value, errors));
   errors.throw_if_any();
-  const msg::SetParametersResult result = client.set({parameter}).front();
-  const std::string reason = result.reason.empty() ? "" : ": " + printable(result.reason);
-  write({{"successful", result.successful}, {"reason", result.reason}}, options);
-  if (!result.successful) throw Error("setting parameter failed" + reason);
-  if (options.prints()) rt::print("Set parameter successful{}\n", reason);
+  report(client.set({parameter}).front(), options, "Set parameter successful",
+         "setting parameter failed");
+}
+
+// By a value without a type.
+void delete_one(const Options& options) {
+  Caller caller(options.domain.number());
+  ParameterClient client(caller, options);
+  report(client.set({msg::Parameter().set__name(options.name)}).front(), options,
+         "Deleted parameter successfully", "deleting parameter failed");
 }
 
 void dump(const Options& options) {
@@ -356,8 +370,8 @@ void set_up(CLI::App* command) {
     CLI::Option* node = sub->add_option("NODE", options->node, "Its name, with its namespace");
     if (function != &list) node->required();
     options->domain.add_to(*sub);
-    sub->add_option("--timeout", options->timeout_s, "Time limit in seconds of each response")
-        ->check(CLI::PositiveNumber);
+    add_time_option(*sub, "--timeout", options->timeout,
+                    "Time limit of each response: 4s, 500ms (5s)");
     sub->add_option("--json", options->json_path, "Also write the result as JSON; - for stdout");
     sub->callback([options, function] { function(*options); });
     return sub;
@@ -372,6 +386,9 @@ void set_up(CLI::App* command) {
   set_command
       ->add_option("VALUE", options->value,
                    "The value as YAML; its notation gives its type: 1, 1.0, true, [1, 2], word")
+      ->required();
+  add("delete", "Deletes a parameter, if its node permits that", delete_one)
+      ->add_option("NAME", options->name, "The parameter's name")
       ->required();
   add("describe", "Shows types, descriptions and constraints of parameters", describe)
       ->add_option("NAME", options->names, "The parameters' names")

@@ -75,7 +75,7 @@ Graph Observer::whole_graph(const std::function<bool(const Graph&)>& is_there) c
   return graph(is_there);
 }
 
-void Observer::run(Nanoseconds duration) {
+void Observer::run(Nanoseconds duration, Nanoseconds pause) {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
@@ -94,7 +94,7 @@ void Observer::run(Nanoseconds duration) {
       has_messages = has_messages || entity->kind() == EntityKind::subscription;
       for (Slot slot; !is_stopped_ && entity->take(slot); slot = {}) entity->execute(slot);
     }
-    if (has_messages && !is_stopped_) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (has_messages && !is_stopped_) std::this_thread::sleep_for(pause);
   }
 }
 

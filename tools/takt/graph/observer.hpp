@@ -46,9 +46,10 @@ class Observer {
 
   /// Adds an entity whose callbacks run() serves.
   void add(const std::shared_ptr<Entity>& entity) { wait_set_.add(entity); }
-  /// Runs for this time (0: no limit), until Ctrl-C, or until stop(). Serves messages in batches
-  /// every 100 ms, so that the observer causes few wake-ups.
-  void run(Nanoseconds duration);
+  /// Between two batches of messages, so that the observer causes few wake-ups.
+  static constexpr Nanoseconds kPause = std::chrono::milliseconds(100);
+  /// Runs for this time (0: no limit), until Ctrl-C, or until stop(). Serves messages in batches.
+  void run(Nanoseconds duration, Nanoseconds pause = kPause);
   void stop() noexcept { is_stopped_ = true; }
 
  private:

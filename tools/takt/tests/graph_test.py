@@ -9,6 +9,7 @@ usage: graph_test.py TAKT [--measure]
 import json
 import os
 import pathlib
+import re
 import socket
 import statistics
 import subprocess
@@ -77,10 +78,44 @@ def test_what_is_there():
                     for row in seen(lambda rows: len(rows) >= 16, "service", "list")}
         check("service list",
               services.get("/sink/get_parameters") == "rcl_interfaces/srv/GetParameters", services)
+        test_words_of_ros2()
         wrong = run("node", "info", "/nobody", status=2)
         check("who is not there", "/front/lidar" in wrong.stderr, wrong.stderr)
         wrong = run("topic", "hz", "/front/scam", status=2)
         check("what is not there", "did you mean '/front/scan'" in wrong.stderr, wrong.stderr)
+
+
+# They were missing: `takt topic info -v` and others were errors.
+def test_words_of_ros2():
+    text = run("topic", "list", "-t").stdout
+    check("topic list -t", "/front/scan [takt/msg/Workload]\n" in text and "publishers" not in text, text)
+    check("topic type", run("topic", "type", "front/scan").stdout == "takt/msg/Workload\n")
+    check("topic find", run("topic", "find", "takt/msg/Workload").stdout == "/front/scan\n")
+    check("topic find -c", run("topic", "find", "takt/msg/Workload", "-c").stdout == "1\n")
+    text = run("topic", "info", "-v", "/front/scan").stdout
+    pattern = (r"Type: takt/msg/Workload\n\nPublisher count: 1\n\nNode name: lidar\nNode namespace: /front\n"
+               r"Topic type: takt/msg/Workload\nTopic type hash: RIHS01_[0-9a-f]{64}\nEndpoint type: PUBLISHER\n"
+               r"GID: ([0-9a-f]{2}\.){15}[0-9a-f]{2}\nQoS profile:\n  Reliability: RELIABLE\n"
+               r"  History \(Depth\): KEEP_LAST \(\d+\)\n  Durability: VOLATILE\n  Lifespan: Infinite\n"
+               r"  Deadline: Infinite\n  Liveliness: AUTOMATIC\n  Liveliness lease duration: Infinite\n\n"
+               r"Subscription count: 1\n\nNode name: sink\nNode namespace: /\n")
+    check("topic info -v", re.match(pattern, text), text)
+    name, of = "/sink/get_parameters", "rcl_interfaces/srv/GetParameters"
+    text = run("service", "list", "-t").stdout
+    check("service list -t", f"{name} [{of}]\n" in text, text)
+    check("service type", run("service", "type", name).stdout == of + "\n")
+    text = run("service", "find", of).stdout
+    check("service find", name in text.splitlines() and "set_parameters" not in text, text)
+    text = run("service", "info", name).stdout
+    check("service info", text == f"Type: {of}\nClients count: 0\nServices count: 1\n", text)
+    for words in ([of, "{names: [use_sim_time]}"], ["{names: [use_sim_time]}"]):
+        row = as_json("service", "call", name, *words)
+        check(f"service call {words[0]}", row["values"][0]["type"] == 1, row)
+    check("without values", as_json("service", "call", name, of) == {"values": []})
+    for words, message in {("type", "/front/scam"): "did you mean '/front/scan'",
+                           ("delay", "/front/scan"): "have no header"}.items():
+        wrong = run("topic", *words, status=2)
+        check(f"topic {words[0]}", message in wrong.stderr, wrong.stderr)
 
 
 def test_parameters_from_outside():
@@ -117,8 +152,35 @@ def test_messages_are_sent_and_shown():
     wrong = run("topic", "pub", "/x", "visualization_msgs/msg/Markers", "{}", status=2)
     check("all of ROS 2's types are known", "visualization_msgs/msg/Marker" in
           wrong.stderr.replace("visualization_msgs/msg/Markers", ""), wrong.stderr)
-    wrong = run("topic", "pub", "/x", "std_msgs/msg/String", status=2)
-    check("a topic without subscription is reported", "has no subscription" in wrong.stderr, wrong.stderr)
+    wrong = run("topic", "pub", "/x", "std_msgs/msg/String", "--max-wait-time-secs", "300ms", status=2)
+    check("a topic without subscription is reported", "waiting for 1 subscription(s) of '/x'" in wrong.stderr
+          and "'/x' has 0 subscriptions after 300ms, not 1" in wrong.stderr, wrong.stderr)
+    for words in (["hz", "/x", "--duration", "4 s"], ["pub", "/x", "a/msg/B", "--max-wait-time-secs", "0"]):
+        wrong = run("topic", *words, status=2)
+        check("a time that is none", "write a number and one of ns, us, ms, s, m, h" in wrong.stderr, wrong.stderr)
+
+
+# It waited for three seconds only, which is not enough for a subscription that is started by hand.
+def test_a_publisher_waits_for_its_subscription():
+    publisher = subprocess.Popen([takt, "topic", "pub", "/late", "std_msgs/msg/String", "{data: hi}"],
+                                 env=environment, text=True, stderr=subprocess.PIPE)
+    for _ in range(5):
+        line = publisher.stderr.readline()
+        check("it says so", line == "waiting for 1 subscription(s) of '/late'\n", line)
+    heard = as_json("topic", "echo", "/late", "-n", "1", "--duration", "30")
+    check("and is heard", heard == {"data": "hi"} and publisher.wait(30) == 0, heard)
+
+
+def test_the_age_of_messages():
+    stamp = int(time.time()) - 1000
+    publisher = subprocess.Popen([takt, "topic", "pub", "/odom", "nav_msgs/msg/Odometry",
+                                  f"{{header: {{stamp: {{sec: {stamp}}}}}}}", "--rate", "20"],
+                                 env=environment)
+    row = as_json("topic", "delay", "/odom", "--duration", "2500ms")
+    publisher.terminate()
+    publisher.wait(30)
+    check("topic delay", row["messages"] > 0 and row["min_ms"] >= 1e6 and
+          row["min_ms"] <= row["delay_ms"] <= row["max_ms"], row)
 
 
 def executors():
@@ -130,7 +192,7 @@ def test_rate_and_bytes_on_every_executor():
     for executor in executors():
         with System(executor):
             begin = time.monotonic()
-            looks = [subprocess.Popen([takt, "topic", what, "/front/scan", "--duration", "2.2",
+            looks = [subprocess.Popen([takt, "topic", what, "/front/scan", "--duration", "2200ms",
                                        "--json", "-"], env=environment, text=True,
                                       stdout=subprocess.PIPE) for what in ("hz", "bw")]
             rate, size = (json.loads(look.communicate(timeout=60)[0]) for look in looks)
@@ -193,6 +255,8 @@ else:
     test_what_is_there()
     test_parameters_from_outside()
     test_messages_are_sent_and_shown()
+    test_a_publisher_waits_for_its_subscription()
+    test_the_age_of_messages()
     test_rate_and_bytes_on_every_executor()
     test_humbles_form()
 finish()

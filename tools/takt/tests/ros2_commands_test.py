@@ -123,6 +123,18 @@ def test_values_are_set():
         check("set with JSON", result == {"successful": True, "reason": ""}, result)
 
 
+# There was no `delete`.
+def test_values_are_deleted():
+    with parameters():
+        done = run("param", "delete", "/other", "any")
+        check("and says so", done.stdout == "Deleted parameter successfully\n", done.stdout)
+        check("it is gone", "any" not in run("param", "list", "/other").stdout.split())
+        for name in ("count", "fixed", "no_such"):
+            wrong = run("param", "delete", "/other", name, status=2)
+            check(f"{name}: the reason", "deleting parameter failed: " in wrong.stderr and name in wrong.stderr,
+                  wrong.stderr)
+
+
 def test_a_dump_is_loaded():
     with parameters():
         text = run("param", "dump", "/front/lidar").stdout
@@ -228,6 +240,7 @@ def test_actions():
         text = run("action", "info", "fibonacci", "-t").stdout
         check("action info", text == "Action: /fibonacci\nAction clients: 0\nAction servers: 1\n"
               f"    /counter [{ACTION[1]}]\n", text)
+        check("action type", run("action", "type", "/fibonacci").stdout == ACTION[1] + "\n")
         wrong = run("action", "info", "/fibonaci", status=2)
         check("no such action", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
 
@@ -352,6 +365,24 @@ def test_a_component_is_loaded_into_a_container_of_ros2():
               wrong.stderr)
 
 
+def test_lifecycle_nodes():
+    file = folder / "lifecycle.yaml"
+    file.write_text(f"dds: {{domain: {environment['ROS_DOMAIN_ID']}, shared_memory: off}}\n"
+                    "executors: {one: {type: events}}\ncontainer:\n  name: robot\n  components:\n"
+                    "    - {component: takt::LifecycleWorkload, name: map, executor: one}\n"
+                    "    - {component: takt::LifecycleWorkload, name: _hidden, executor: one}\n")
+    robot = subprocess.Popen([takt, "run", str(file)], env=environment,
+                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    seen(lambda rows: len(rows) == 2, "lifecycle", "list")
+    check("lifecycle nodes", run("lifecycle", "nodes").stdout == "/map\n")
+    check("hidden ones", run("lifecycle", "nodes", "-a", "-c").stdout == "2\n")
+    text = run("lifecycle", "list", "map").stdout
+    check("the transitions of one", "- configure [1]\n\tStart: unconfigured\n\tGoal: configuring\n" in text and
+          "activate" not in text, text)
+    robot.send_signal(signal.SIGINT)
+    robot.wait(20)
+
+
 def spider(serves="true"):
     return System("robot", [("Spider", "/", "spider")], serves)
 
@@ -413,10 +444,12 @@ test_help()
 test_interfaces()
 test_types_of_others_are_described_by_their_nodes()
 test_services_of_ros2_are_described_by_their_events_only()
+test_lifecycle_nodes()
 test_types_of_others_are_defined_by_files()
 test_a_component_is_loaded_into_a_container_of_ros2()
 test_values_are_shown_as_ros2_shows_them()
 test_values_are_set()
+test_values_are_deleted()
 test_a_dump_is_loaded()
 test_who_has_no_parameters()
 test_one_that_does_not_answer()
