@@ -57,14 +57,53 @@ std::vector<Entry> read_table(const RegularFile& file, std::uint64_t offset, std
   return table;
 }
 
+/// The text that the ELF string table has at `offset`, as far as names of libraries are long.
+std::string text_at(const RegularFile& file, std::uint64_t offset) {
+  std::array<char, 256> text{};
+  file.read(offset, std::as_writable_bytes(std::span(text).first(text.size() - 1)));
+  return text.data();
+}
+
+// Where the file has what lies at an address of the loaded library; 0: nowhere.
+std::uint64_t offset_of(std::uint64_t address, const std::vector<ElfW(Phdr)>& parts) {
+  for (const auto& part : parts) {
+    if (part.p_type == PT_LOAD && address - part.p_vaddr < part.p_filesz) {
+      return address - part.p_vaddr + part.p_offset;
+    }
+  }
+  return 0;
+}
+
+// dlopen of a component of ROS 2 succeeds in a sourced shell, and brings a second middleware in.
+void check_needed(const RegularFile& file, const std::vector<ElfW(Phdr)>& parts) {
+  const auto found = std::find_if(parts.begin(), parts.end(),
+                                  [](const auto& part) { return part.p_type == PT_DYNAMIC; });
+  if (found == parts.end()) return;
+  const auto entries =
+      read_table<ElfW(Dyn)>(file, found->p_offset, found->p_filesz / sizeof(ElfW(Dyn)));
+  std::uint64_t texts = 0;
+  for (const auto& entry : entries) {
+    if (entry.d_tag == DT_STRTAB) texts = offset_of(entry.d_un.d_ptr, parts);
+  }
+  for (const auto& entry : entries) {
+    if (entry.d_tag != DT_NEEDED || texts == 0) continue;
+    const std::string name = text_at(file, texts + entry.d_un.d_val);
+    if (!name.starts_with("librclcpp")) continue;
+    throw Error(fmt::format("it is built against rclcpp: it needs {}", name),
+                "build its source against Takt (docs/how_to/port_from_rclcpp.md)");
+  }
+}
+
 void check_elf(const RegularFile& file) {
   ElfW(Ehdr) head{};
   if (file.read(0, std::as_writable_bytes(std::span(&head, 1))) != sizeof head ||
       std::memcmp(head.e_ident, ELFMAG, SELFMAG) != 0 || head.e_ident[EI_CLASS] != kClass) {
     return;
   }
+  std::vector<ElfW(Phdr)> parts;
   if (head.e_phentsize == sizeof(ElfW(Phdr))) {
-    for (const auto& part : read_table<ElfW(Phdr)>(file, head.e_phoff, head.e_phnum)) {
+    parts = read_table<ElfW(Phdr)>(file, head.e_phoff, head.e_phnum);
+    for (const auto& part : parts) {
       if (part.p_type != PT_NULL) check_range(file, part.p_offset, part.p_filesz);
     }
   }
@@ -75,6 +114,7 @@ void check_elf(const RegularFile& file) {
       check_range(file, part.sh_offset, part.sh_size);
     }
   }
+  check_needed(file, parts);
 }
 
 // ---- Trying ----

@@ -12,7 +12,8 @@ namespace TAKT_INTERNAL takt {
 
 /// Throws Error unless `path` is a regular file and, if it is an ELF file, has all parts that its
 /// headers describe: dlopen(3) blocks at a FIFO, and a truncated library kills the process by
-/// SIGBUS. It does not check that the file exists and is an ELF file, because dlopen does.
+/// SIGBUS. Also if it is built against rclcpp. It does not check that the file exists and is an ELF
+/// file, because dlopen does.
 void check_library_file(const std::string& path);
 
 /// Loads the library in a child process, because its static initialisers could throw, end their

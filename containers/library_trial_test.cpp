@@ -6,6 +6,8 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,6 +65,22 @@ TEST_F(LibraryTrial, RefusesWhatIsCutOff) {
       EXPECT_THAT(error_of(cut), HasSubstr("its headers promise more than its ")) << part;
     }
   }
+}
+
+// In a sourced shell it was loaded, with ROS 2's middleware; elsewhere dlopen named a missing file.
+TEST_F(LibraryTrial, RefusesWhatIsBuiltAgainstRclcpp) {
+  const fs::path library = folder_ / "libtalker.so";
+  std::ifstream original(TAKT_TEST_COMPONENTS, std::ios::binary);
+  std::string bytes(std::istreambuf_iterator<char>(original), {});
+  const std::string needed("libstdc++.so.6"), rclcpp("librclcpp.so\0\0", needed.size());
+  for (std::size_t at = 0; (at = bytes.find(needed, at)) != bytes.npos;) {
+    bytes.replace(at, needed.size(), rclcpp);
+  }
+  std::ofstream(library, std::ios::binary) << bytes;
+  EXPECT_EQ(error_of(library),
+            "library '" + library.string() +
+                "' cannot be loaded: it is built against rclcpp: it needs librclcpp.so; build its "
+                "source against Takt (docs/how_to/port_from_rclcpp.md)");
 }
 
 TEST_F(LibraryTrial, RefusesAnInitialiserThatThrowsOrEndsItsProcess) {
