@@ -23,7 +23,8 @@ namespace {
 constexpr int kFirstPort = 7400, kPortsOfDomain = 250, kFirstUnicastPort = 10;
 // The ports of higher ones are the next domain's.
 constexpr int kIndices = 119;
-constexpr int kFirstOfRos2 = 16, kAfterRos2 = 33;
+// rmw_cyclonedds announces a process to the indices 0 to 31, and takes none above 32.
+constexpr int kFirstLow = 28, kLastLow = 31, kLastOfRos2 = 32;
 
 bool is_free(int port) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -74,6 +75,11 @@ std::string interfaces(const DdsOptions& options) {
       is_local && is_interface_up(0) ? R"(<NetworkInterface autodetermine="true"/>)" : "");
 }
 
+// A newcomer of ROS 2 in its default range says so by multicast, which does not come here: it finds
+// this process by its next announcement. Cyclone's interval would be 1.6 s, but `ros2 node list
+// --no-daemon` looks for half a second.
+constexpr const char* kAnnouncing = "<SPDPInterval>250ms</SPDPInterval>";
+
 std::string discovery(const DdsOptions& options, int participant_index) {
   switch (options.discovery) {
     case DiscoveryRange::off:
@@ -86,8 +92,9 @@ std::string discovery(const DdsOptions& options, int participant_index) {
   }
   return fmt::format(
       "<ParticipantIndex>{}</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>"
-      "<Peers>{}</Peers>",
-      participant_index, kIndices, peers(options));
+      "<Peers>{}</Peers>{}",
+      participant_index, kIndices, peers(options),
+      options.discovery == DiscoveryRange::localhost ? kAnnouncing : "");
 }
 
 std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
@@ -140,13 +147,18 @@ bool is_loopback_up() {
   return is_interface_up(IFF_LOOPBACK);
 }
 
-std::optional<int> free_participant_index(int domain, int from) {
-  for (int index = from; index < kIndices; ++index) {
-    if (index == kFirstOfRos2) index = kAfterRos2;
-    const int port = kFirstPort + kPortsOfDomain * domain + kFirstUnicastPort + 2 * index;
-    if (is_free(port) && is_free(port + 1)) return index;
-  }
-  return std::nullopt;
+std::optional<int> free_participant_index(const DdsOptions& options) {
+  const auto first_free = [&](int from, int to, int step) -> std::optional<int> {
+    for (int index = from; index != to + step; index += step) {
+      const int port = kFirstPort + kPortsOfDomain * options.domain + kFirstUnicastPort + 2 * index;
+      if (is_free(port) && is_free(port + 1)) return index;
+    }
+    return std::nullopt;
+  };
+  std::optional<int> index;
+  if (options.discovery == DiscoveryRange::localhost) index = first_free(kLastLow, kFirstLow, -1);
+  if (!index) index = first_free(kLastOfRos2 + 1, kIndices - 1, 1);
+  return index ? index : first_free(kLastOfRos2, 0, -1);
 }
 
 // Lean, deterministic, messages up to the size of a datagram in one piece. What each setting brings

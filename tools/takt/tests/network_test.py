@@ -79,7 +79,7 @@ with tempfile.TemporaryDirectory() as folder:
           50 < received["subscription"] <= 402 and 50 < received["client"] <= 402, received, said)
 
 # What is on the loopback interface only hears nobody else, though Cyclone's sockets would.
-FIRST_PORT = 7410
+FIRST_PORT = 7410 + 2 * 33  # of the first index that is not of ROS 2
 KNOCK = f"""
 import socket, time
 knocking = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

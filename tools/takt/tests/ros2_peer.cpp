@@ -1,7 +1,8 @@
 // A process of ROS 2 as its neighbours see it: Cyclone without Takt, configured as rmw_cyclonedds
 // (Jazzy) configures it. It publishes std_msgs/String on /NAME, and hears /OTHER.
 //   usage: ros2_peer RANGE NAME OTHER
-//   lines: ready: are both ends matched? | publish: a message | heard: how many messages
+//   lines: ready: are both ends matched? | publish: a message | heard: how many messages |
+//   found: after how many ms another participant was found
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <iostream>
@@ -58,11 +59,31 @@ dds_entity_t must(dds_entity_t result, const char* what) {
   return result;
 }
 
+/// Another than its own, which is also in the list.
+double found_after(dds_entity_t participant, dds_time_t begin) {
+  const dds_entity_t reader =
+      must(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr),
+           "dds_create_reader");
+  constexpr int kTwo = 2;
+  void* samples[kTwo] = {};
+  dds_sample_info_t infos[kTwo];
+  while (dds_read(reader, samples, infos, kTwo, kTwo) < kTwo) {
+    if (samples[0] != nullptr) dds_return_loan(reader, samples, 1);
+    if (dds_time() - begin > DDS_SECS(20)) std::exit(1);
+    dds_sleepfor(DDS_MSECS(1));
+  }
+  dds_return_loan(reader, samples, kTwo);
+  const auto after = static_cast<double>(dds_time() - begin) / 1e6;
+  dds_delete(reader);
+  return after;
+}
+
 }  // namespace
 
 int main(int, char** argv) {
   const std::string range = argv[1], topics = "rt/";
   must(dds_create_domain(0, configuration(range).c_str()), "dds_create_domain");
+  const dds_time_t begin = dds_time();
   const dds_entity_t participant =
       must(dds_create_participant(0, nullptr, nullptr), "dds_create_participant");
   const auto topic = [&](const char* name) {
@@ -89,6 +110,8 @@ int main(int, char** argv) {
       char text[] = "hello";
       const String message{text};
       std::cout << must(dds_write(writer, &message), "dds_write");
+    } else if (line == "found") {
+      std::cout << found_after(participant, begin);
     } else if (line == "heard") {
       for (;;) {
         void* samples[1] = {nullptr};
