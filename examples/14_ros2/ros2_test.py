@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What another process on the domain sees of the talker and listener. ros2_test.py TAKT BUILD
+"""What another process on the domain sees of the talker, the listener and the drive, as
+docs/how_to/talk_to_ros2.md promises. ros2_test.py TAKT BUILD
 
 Not a ROS 2, which this machine has not, but what it would see: by `takt topic` and `takt node`."""
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -43,4 +45,34 @@ log.seek(0)
 text = log.read()
 check("it hears others, and itself", "I heard: [from outside]" in text and
       "I heard: [Hello World: 1]" in text, text)
+
+# The page showed a container whose topic has a type of Takt's, so that `ros2 topic hz` knew nothing of it, and a
+# launch file whose recorder the container refused.
+page = (here.parents[1] / "docs/how_to/talk_to_ros2.md").read_text()
+for name in ("talker.yaml", "control.yaml", "robot.launch.py"):
+    lines = (here / name).read_text().splitlines(True)
+    while name != "control.yaml" and lines[0].startswith("#"):
+        lines.pop(0)
+    check(f"the page shows {name}", "\n" + "".join(lines) + "```\n" in page)
+folder = pathlib.Path(tempfile.mkdtemp())
+shutil.copy(here / "control.yaml", folder)
+process = subprocess.Popen([takt, "run", folder / "control.yaml"], env=environment,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+try:
+    for _ in range(10):
+        if "/cmd_vel" in ask("topic", "list"):
+            break
+    kinds = {topic: ask("topic", "type", topic).strip() for topic in ("/cmd_vel", "/joy")}
+    check("its types are ROS 2's", kinds == {"/cmd_vel": "geometry_msgs/msg/Twist",
+                                             "/joy": "sensor_msgs/msg/Joy"}, kinds)
+    row = json.loads(ask("topic", "hz", "/cmd_vel", "--duration", "3s", "--json", "-") or "{}")
+    check("it drives", row.get("messages", 0) > 0, row)
+    check("it has parameters", "speed" in ask("param", "list", "/drive"))
+    loaded = ask("component", "load", "/control", "takt::Recorder", "--name", "recorder", "-p", "file:=drive.mcap")
+    check("the recorder is loaded", loaded.endswith("/recorder\n"), loaded)
+finally:
+    process.send_signal(2)
+    status = process.wait(20)
+check("the launched program ends well, so launch says no [ERROR]", status == 0, status)
+check("and has recorded", (folder / "drive.mcap").exists())
 finish()
