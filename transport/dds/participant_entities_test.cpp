@@ -48,5 +48,35 @@ TEST(ParticipantEntities, AreOnTheWireAsInEachReleaseOfRos2) {
   EXPECT_EQ(bytes_of_one_node<ParticipantEntitiesInfo>(), expected(16));
 }
 
+// By the rules of rmw_cyclonedds' reader of `ros_discovery_info`: plain CDR, lengths that the
+// message has, texts that end with the 0 that their length counts, and have no more than 256 bytes.
+TEST(ParticipantEntities, OfOthersAreRefusedAsRos2RefusesThem) {
+  const std::vector<int> right = expected(16);
+  const auto is_read = [](const std::vector<int>& ints) {
+    std::vector<std::byte> bytes;
+    for (const int each : ints) bytes.push_back(static_cast<std::byte>(each));
+    ParticipantEntitiesInfo info;
+    return message_type<ParticipantEntitiesInfo>().decode(bytes, &info);
+  };
+  EXPECT_TRUE(is_read(right));
+  const auto with = [&](std::size_t place, int value) {
+    std::vector<int> bytes = right;
+    bytes.at(place) = value;
+    return bytes;
+  };
+  constexpr std::size_t kNodes = 4 + 16, kLength = kNodes + 4, kText = kLength + 4;
+  EXPECT_FALSE(is_read(with(1, 7)));              // another encoding
+  EXPECT_FALSE(is_read(with(kNodes, 2)));         // a node more than there are
+  EXPECT_FALSE(is_read(with(kNodes + 3, 0x7f)));  // very many
+  EXPECT_FALSE(is_read(with(kLength, 200)));      // a text beyond the message
+  EXPECT_FALSE(is_read(with(kText + 1, 'x')));    // without its end
+  EXPECT_FALSE(is_read({right.begin(), right.end() - 1}));
+  std::vector<int> wide = right;
+  wide[kLength] = 257 + 1 - 256;
+  wide[kLength + 1] = 1;
+  wide.insert(wide.begin() + kText, 256, '/');
+  EXPECT_FALSE(is_read(wide));  // 257 characters
+}
+
 }  // namespace
 }  // namespace takt

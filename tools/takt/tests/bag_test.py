@@ -67,24 +67,23 @@ def text(content, at):
     return content[at + 4:at + 4 + size], at + 4 + size
 
 
-def check_format(file):
+def rules(data):
     """By the specification, without Takt's reader: checksums, indexes, statistics, definitions."""
-    data = file.read_bytes()
-    check("the file begins and ends as MCAP does", data[:8] == data[-8:] == b"\x89MCAP0\r\n")
+    yield "the file begins and ends as MCAP does", (data[:8] == data[-8:] == b"\x89MCAP0\r\n")
     found = collections.defaultdict(list)
     for begin, opcode, content in records(data, 8, len(data) - 8):
         found[opcode].append((begin, content))
     data_end, end_record = found[0x0f][0]
-    check("checksum of the data", struct.unpack("<I", end_record)[0] == zlib.crc32(data[:data_end]))
+    yield "checksum of the data", (struct.unpack("<I", end_record)[0] == zlib.crc32(data[:data_end]))
     summary, offsets, crc = struct.unpack("<QQI", found[0x02][0][1])
-    check("checksum of the summary", crc == zlib.crc32(data[summary:-12]) and summary < offsets)
+    yield "checksum of the summary", (crc == zlib.crc32(data[summary:-12]) and summary < offsets)
     counted = 0
     for begin, chunk in found[0x06]:
         size, crc = struct.unpack_from("<QI", chunk, 16)
         name, at = text(chunk, 28)
         content = chunk[at + 8:]
-        check("an uncompressed chunk with its checksum",
-              name == b"" and len(content) == size and crc == zlib.crc32(content))
+        yield ("an uncompressed chunk with its checksum",
+               name == b"" and len(content) == size and crc == zlib.crc32(content))
         index = next(entry for _, entry in found[0x08]
                      if struct.unpack_from("<Q", entry, 16)[0] == begin)
         places, _ = text(index, 32)
@@ -97,17 +96,30 @@ def check_format(file):
                             struct.unpack_from("<H", content, offset + 9)[0] == channel and
                             struct.unpack_from("<Q", content, offset + 15)[0] == time_ns)
                 if not is_right:
-                    check("each entry of an index leads to its message", False, place, entry)
+                    yield "each entry of an index leads to its message", False
                 counted += 1
     total = struct.unpack_from("<Q", found[0x0b][0][1])[0]
-    check(f"all {total} messages are in the indexes", counted == total > 0, counted)
+    yield f"all {total} messages are in the indexes", (counted == total > 0)
     for _, schema in found[0x03]:
         name, at = text(schema, 2)
         encoding, at = text(schema, at)
         if name == b"peer_msgs/msg/Leg":
-            check("the definition of a type of others", encoding == b"ros2msg" and
-                  b"wstring note\n" in schema and b"MSG: peer_msgs/Joint" in schema, schema)
-    check("the publishers' QoS", all(b"offered_qos_profiles" in channel for _, channel in found[0x04]))
+            yield "the definition of a type of others", (encoding == b"ros2msg" and
+                  b"wstring note\n" in schema and b"MSG: peer_msgs/Joint" in schema)
+    yield "the publishers' QoS", (all(b"offered_qos_profiles" in channel for _, channel in found[0x04]))
+
+
+def check_format(file):
+    data = file.read_bytes()
+    for what, holds in rules(data):
+        check(what, holds)
+    # What others refuse is refused here.
+    begins = {opcode: begin for begin, opcode, _ in records(data, 8, len(data) - 8)}
+    for what, place in {"magic": len(data) - 3, "checksum": begins[0x0f] + 9, "byte in a chunk": begins[0x06] + 60,
+                        "place of the summary": begins[0x02] + 9}.items():
+        damaged = bytearray(data)
+        damaged[place] ^= 1
+        check(f"a file with another {what} is refused", not all(holds for _, holds in rules(bytes(damaged))))
 
 
 def test_recordings():
