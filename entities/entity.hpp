@@ -189,7 +189,7 @@ class Entity {
 
   /// What a report says beyond the executor's own counts.
   struct Report {
-    std::string topic;
+    std::string topic = {};          // so that `{.missed = 1}` is complete
     std::uint64_t expected = 0;      // messages sent to it, as far as this process knows
     std::uint64_t from_outside = 0;  // of these, messages that came from other processes
     std::uint64_t dropped = 0;       // overwritten before they were taken

@@ -41,9 +41,8 @@ case $way in
     export PKG_CONFIG_PATH
     read -ra flags <<<"$(pkg-config --cflags takt)"
     read -ra libraries <<<"$(pkg-config --libs takt)"
-    export LD_LIBRARY_PATH=$(pkg-config --variable=libdir takt)
     for program in hello component; do
-      "$CXX" -std=c++20 "${flags[@]}" "$consumer/$program.cpp" -o "$work/$program" "${libraries[@]}"
+      "$CXX" -std=c++20 -Wall -Wextra -Werror "${flags[@]}" "$consumer/$program.cpp" -o "$work/$program" "${libraries[@]}"
     done
     run "$work"
     # A scheduler, as docs/how_to/write_a_scheduler.md builds it.
@@ -52,9 +51,10 @@ case $way in
       "${flags[@]}" "${libraries[@]}"
     cp "$example/robot.yaml" "$work"
     "$work/moved/bin/takt" check "$work/robot.yaml"
-    # No installed header needs the headers of what only the library uses.
+    # The headers warn nobody who compiles with warnings: the user's flags hold for them, as -I is no
+    # -isystem. No installed header needs the headers of what only the library uses.
     (cd "$work/moved/include" && find takt -name '*.hpp' -printf '#include "%p"\n') >"$work/all.cpp"
-    "$CXX" -std=c++20 "${flags[@]}" -fsyntax-only -MD -MF "$work/all.d" "$work/all.cpp"
+    "$CXX" -std=c++20 -Wall -Wextra -Wpedantic -Wshadow -Werror "${flags[@]}" -fsyntax-only -MD -MF "$work/all.d" "$work/all.cpp"
     grep -v '/include/takt/' "$work/all.d" >"$work/others.d"
     none grep -E '/(dds|iceoryx[^/]*|yaml-cpp|nlohmann|boost|CLI|gtest)/|/liburing' "$work/others.d"
     ;;

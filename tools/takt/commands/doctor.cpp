@@ -2,18 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <set>
 #include <sstream>
-#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sched.h>
 #include <sys/prctl.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
@@ -24,6 +20,7 @@
 #include "takt/transport/dds/participant.hpp"
 
 #include "commands.hpp"
+#include "doctor/rights.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::doctor_command {
@@ -31,8 +28,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using rt::read_line;
-
-enum class Verdict { good, note, bad };
 
 const char* word(Verdict verdict) {
   switch (verdict) {
@@ -46,90 +41,10 @@ const char* word(Verdict verdict) {
   return "";
 }
 
-/// The result of one check.
-struct Finding {
-  std::string what, source, found;
-  Verdict verdict;
-  std::string why;
-  std::string fix;  // a command; shown unless the verdict is good
-};
-
-std::string limit_text(rlim_t limit, rlim_t unit = 1) {
-  return limit == RLIM_INFINITY ? "unlimited" : std::to_string(limit / unit);
-}
-
 /// The selected word of "always [madvise] never".
 std::string chosen(const std::string& line) {
   const auto open = line.find('['), close = line.find(']');
   return open == line.npos || close == line.npos ? line : line.substr(open + 1, close - open - 1);
-}
-
-/// Tries the policy instead of deriving the answer from privileges: only the kernel knows all
-/// rules.
-bool grants(int policy, int priority) {
-  sched_param parameters{};
-  parameters.sched_priority = priority;
-  sched_param before{};
-  sched_getparam(0, &before);
-  const int old_policy = sched_getscheduler(0);
-  if (sched_setscheduler(0, policy, &parameters) != 0) return false;
-  sched_setscheduler(0, old_policy, &before);
-  return true;
-}
-
-Finding realtime_policy() {
-  rlimit limit{};
-  getrlimit(RLIMIT_RTPRIO, &limit);
-  const bool granted = grants(SCHED_FIFO, 80);
-  return {"SCHED_FIFO 80",
-          "sched_setscheduler(2)",
-          granted ? "granted"
-                  : fmt::format("refused (RLIMIT_RTPRIO is {})", limit_text(limit.rlim_cur)),
-          granted ? Verdict::good : Verdict::bad,
-          "without it, every other process can delay a callback",
-          "groupadd -f realtime; usermod -aG realtime $USER; echo '@realtime - rtprio 95' >> "
-          "/etc/security/limits.conf; log in again"};
-}
-
-Finding reservations() {
-  std::string refused;
-  std::thread([&] {
-    refused = apply({.policy = ThreadPolicy::deadline,
-                     .runtime = std::chrono::microseconds(100),
-                     .period = std::chrono::milliseconds(10)},
-                    Realtime::prefer)
-                  .refused;
-  }).join();
-  return {"SCHED_DEADLINE 0.1ms/10ms",
-          "sched_setattr(2)",
-          refused.empty() ? "granted" : refused,
-          refused.empty() ? Verdict::good : Verdict::note,
-          "a thread with a reservation gets its CPU time whatever other threads do, and no more",
-          "setcap cap_sys_nice+ep on the program; do not restrict its CPUs (taskset, cpuset)"};
-}
-
-Finding locked_memory() {
-  rlimit limit{};
-  getrlimit(RLIMIT_MEMLOCK, &limit);
-  const bool may = limit.rlim_cur == RLIM_INFINITY || geteuid() == 0;
-  return {"locked memory",
-          "getrlimit(2) RLIMIT_MEMLOCK",
-          limit.rlim_cur == RLIM_INFINITY ? "unlimited" : limit_text(limit.rlim_cur, 1024) + " KiB",
-          may ? Verdict::good : Verdict::bad,
-          "a page fault on unlocked memory can read from disk in the middle of a callback",
-          "echo '@realtime - memlock unlimited' >> /etc/security/limits.conf; log in again"};
-}
-
-Finding nice_limit() {
-  rlimit limit{};
-  getrlimit(RLIMIT_NICE, &limit);
-  const bool may = limit.rlim_cur >= 40 || limit.rlim_cur == RLIM_INFINITY || geteuid() == 0;
-  return {"negative nice values",
-          "getrlimit(2) RLIMIT_NICE",
-          may ? "granted" : fmt::format("down to {}", 20 - static_cast<long>(limit.rlim_cur)),
-          may ? Verdict::good : Verdict::note,
-          "SCHED_OTHER threads with nice below 0 need it",
-          "echo '@realtime - nice -20' >> /etc/security/limits.conf; log in again"};
 }
 
 Finding preemption() {
@@ -236,21 +151,6 @@ Finding idle_states() {
           "the exit latency adds to every wake-up latency",
           "write `cpu_dma_latency_us: 0` in the configuration file, or boot with "
           "processor.max_cstate=1"};
-}
-
-Finding dma_latency() {
-  const bool may = access("/dev/cpu_dma_latency", W_OK) == 0;
-  const bool exists = fs::exists("/dev/cpu_dma_latency");
-  return {"cpu_dma_latency",
-          "/dev/cpu_dma_latency",
-          may      ? "writable"
-          : exists ? "not writable"
-                   : "missing",
-          may ? Verdict::good : Verdict::note,
-          "with value 0 it keeps CPUs out of slow idle states while Takt runs",
-          exists ? "groupadd -f realtime; chgrp realtime /dev/cpu_dma_latency; chmod g+w "
-                   "/dev/cpu_dma_latency"
-                 : "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"};
 }
 
 Finding isolated_cpus() {
