@@ -7,10 +7,10 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/ros_time.hpp"
 #include "takt/components/named_file.hpp"
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
-#include "takt/ros2/wire_time.hpp"
 
 namespace takt {
 namespace {
@@ -101,9 +101,8 @@ void Player::publish(const RecordedMessage& message) {
   const auto& publisher = publishers_[message.topic];
   if (publisher == nullptr) return;
   if (clock_publisher_ != nullptr) {
-    const std::chrono::system_clock::time_point recorded(
-        std::chrono::nanoseconds(message.log_time_ns));
-    clock_publisher_->publish(rosgraph_msgs::msg::Clock().set__clock(wire_time(recorded)));
+    const Time recorded{Nanoseconds(message.log_time_ns)};
+    clock_publisher_->publish(rosgraph_msgs::msg::Clock().set__clock(recorded));
   }
   publisher->publish(reader_.bytes(message));
   ++played_;

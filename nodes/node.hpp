@@ -16,6 +16,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/ros_time.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/client.hpp"
 #include "takt/entities/file_descriptor.hpp"
@@ -87,6 +88,8 @@ class Node : public std::enable_shared_from_this<Node> {
   const std::string& fully_qualified_name() const noexcept { return fully_qualified_name_; }
   /// The clock of its timers; with a time source, simulated while `use_sim_time` is true.
   Clock& clock() const noexcept { return clock_; }
+  /// For stamps of messages: the system's time, or simulated time as `clock()`. Real-time: yes.
+  [[nodiscard]] Time now() const noexcept;
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
   template <class... Arguments>

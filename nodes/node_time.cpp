@@ -7,6 +7,13 @@
 
 namespace takt {
 
+Time Node::now() const noexcept {
+  const auto simulated = clock_.as_simulated();
+  const bool is_real =
+      clock_.as_manual() == nullptr && (simulated == nullptr || !simulated->simulates());
+  return is_real ? Time(std::chrono::system_clock::now()) : Time(clock_.now().time_since_epoch());
+}
+
 void Node::declare_use_sim_time() {
   const bool simulated =
       declare_parameter(kUseSimTime, false, {.description = "Timers follow /clock."});

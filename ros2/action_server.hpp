@@ -17,7 +17,6 @@
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
 #include "takt/ros2/action_server_core.hpp"
-#include "takt/ros2/wire_time.hpp"
 
 namespace TAKT_PUBLIC takt {
 
@@ -128,7 +127,7 @@ class ActionServer {
                          const std::shared_ptr<CallbackGroup>& group) {
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
-        [core = core_, accepted = accepted_, handle_goal = std::move(handle_goal)](
+        [&node, core = core_, accepted = accepted_, handle_goal = std::move(handle_goal)](
             const auto& request, auto& response) mutable -> std::exception_ptr {
           GoalResponse decision = GoalResponse::reject;
           try {
@@ -137,7 +136,7 @@ class ActionServer {
             return std::current_exception();
           }
           if (decision == GoalResponse::reject) return nullptr;
-          response.stamp = wire_time(std::chrono::system_clock::now());
+          response.stamp = node.now();
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);
           if (goal == nullptr) return nullptr;
           response.accepted = true;

@@ -15,10 +15,10 @@
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/ros_time.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/ros2/action.hpp"
-#include "takt/ros2/wire_time.hpp"
 
 namespace TAKT_PUBLIC takt {
 
@@ -228,7 +228,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
   template <class May>
   CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted, May&& may) {
     const bool has_id = wanted.goal_id != GoalId{};
-    const bool has_stamp = nanoseconds_of(wanted.stamp) != 0;
+    const Time until = wanted.stamp;
+    const bool has_stamp = until != Time();
     std::vector<std::shared_ptr<Handle>> asked;
     CancelGoal::Response response;
     {
@@ -241,9 +242,9 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
         }
       }
       for (const Goal& goal : goals_) {
-        const bool is_meant =
-            (!has_id && !has_stamp) || (has_id && goal.info.goal_id == wanted.goal_id) ||
-            (has_stamp && nanoseconds_of(goal.info.stamp) <= nanoseconds_of(wanted.stamp));
+        const bool is_meant = (!has_id && !has_stamp) ||
+                              (has_id && goal.info.goal_id == wanted.goal_id) ||
+                              (has_stamp && goal.info.stamp <= until);
         if (!is_meant || is_terminal(goal.state)) continue;
         // Ours may be the last pointer to it, and must not go with the mutex held: see abandon.
         if (auto handle = goal.handle.lock()) asked.push_back(std::move(handle));

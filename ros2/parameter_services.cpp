@@ -9,7 +9,6 @@
 
 #include "takt/base/error.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
-#include "takt/ros2/wire_time.hpp"
 
 namespace takt {
 namespace {
@@ -171,7 +170,7 @@ void ParameterServices::publish(const ParameterChanges& changes) const {
     return list;
   };
   wire::ParameterEvent event;
-  event.stamp = wire_time(std::chrono::system_clock::now());
+  event.stamp = node_.now();
   event.node = node_.fully_qualified_name();
   event.new_parameters = messages(changes.added);
   event.changed_parameters = messages(changes.changed);

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "takt/ros2/wire_time.hpp"
-
 namespace takt {
 namespace {
 
@@ -35,7 +33,7 @@ Rosout::~Rosout() {
 
 void Rosout::publish(const LogLine& line) const {
   publisher_->publish(rcl_interfaces::msg::Log()
-                          .set__stamp(wire_time(line.time))
+                          .set__stamp(Time(line.time))
                           .set__level(level_of(line.level))
                           .set__name(line.source.empty() ? host_ : logger_name(line.source))
                           .set__msg(std::string(line.text)));

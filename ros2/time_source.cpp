@@ -4,8 +4,6 @@
 #include <mutex>
 #include <utility>
 
-#include "takt/ros2/wire_time.hpp"
-
 namespace takt {
 
 void TimeSource::set_host(const std::shared_ptr<Node>& host) {
@@ -41,7 +39,7 @@ void TimeSource::subscribe() {
   if (host == nullptr || subscription_ != nullptr) return;
   subscription_ = host->create_subscription<ClockMessage>(
       "/clock", *qos_profile("clock"), [this](const ClockMessage& message) {
-        set(TimePoint(Nanoseconds(nanoseconds_of(message.clock))));
+        set(TimePoint(Nanoseconds(Time(message.clock).nanoseconds())));
       });
 }
 
