@@ -102,7 +102,7 @@ TEST_F(GenericTest, WhatIsNoMessageIsDroppedAndCounted) {
 TEST_F(GenericTest, AnotherTypesNameIsRefused) {
   const auto publisher = node_->create_publisher<std_msgs::msg::String>("chatter", 5);
   EXPECT_THAT(
-      [&] { node_->create_generic_subscription("chatter", "std_msgs/msg/Bool", 5, note()); },
+      [&] { (void)node_->create_generic_subscription("chatter", "std_msgs/msg/Bool", 5, note()); },
       ThrowsMessage<Error>(HasSubstr("carries std_msgs/msg/String")));
 }
 

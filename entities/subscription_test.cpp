@@ -413,10 +413,10 @@ TEST_F(SubscriptionTest, GivesBackDroppedAndUntakenMessages) {
 TEST_F(SubscriptionTest, IsRefusedOnATopicOfAnotherTypeWithBothTypesNamed) {
   const auto scans = publisher();
   EXPECT_THAT(
-      [&] { node_->create_subscription<Image>("scan", 10, [](const Image&) {}); },
+      [&] { (void)node_->create_subscription<Image>("scan", 10, [](const Image&) {}); },
       ThrowsMessage<Error>(AllOf(HasSubstr("topic '/scan'"), HasSubstr("test_msgs/msg/Scan"),
                                  HasSubstr("test_msgs/msg/Image"))));
-  EXPECT_THROW(node_->create_publisher<Image>("scan", 10), Error);
+  EXPECT_THROW((void)node_->create_publisher<Image>("scan", 10), Error);
   EXPECT_TRUE(node_->entities().empty());
   EXPECT_EQ(scans->subscription_count(), 0u);
 }

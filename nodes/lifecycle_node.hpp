@@ -85,26 +85,27 @@ class LifecycleNode : public Node {
 
   // Managed entities, as Node's.
 
-  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
-                                      std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(
+      std::string name, Nanoseconds period, std::function<void()> callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
   }
   template <TaskCallback F>
-  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(
+      std::string name, Nanoseconds period, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
   }
   template <class F>
-  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
-                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
+      Nanoseconds period, F callback, std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
                       std::move(group));
   }
 
   template <Message T>
-  std::shared_ptr<LifecyclePublisher<T>> create_publisher(std::string_view topic, const QoS& qos,
-                                                          const PublisherOptions<T>& options = {}) {
+  [[nodiscard]] std::shared_ptr<LifecyclePublisher<T>> create_publisher(
+      std::string_view topic, const QoS& qos, const PublisherOptions<T>& options = {}) {
     return std::make_shared<LifecyclePublisher<T>>(
         gate_,
         publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
@@ -113,7 +114,7 @@ class LifecycleNode : public Node {
   }
 
   template <Message T, SubscriptionCallback<T> F>
-  std::shared_ptr<Subscription<T>> create_subscription(
+  [[nodiscard]] std::shared_ptr<Subscription<T>> create_subscription(
       std::string_view topic, const QoS& qos, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) {
     group = group_or_default(std::move(group));

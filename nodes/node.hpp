@@ -98,41 +98,42 @@ class Node : public std::enable_shared_from_this<Node> {
     write_log(level, format, fmt::make_format_args(arguments...));
   }
 
-  std::shared_ptr<CallbackGroup> create_callback_group(std::string name, CallbackGroupType type,
-                                                       bool automatically_add_to_executor = true);
+  [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(
+      std::string name, CallbackGroupType type, bool automatically_add_to_executor = true);
   const std::shared_ptr<CallbackGroup>& default_callback_group() const noexcept {
     return default_group_;
   }
 
   /// Configuration files, chains and results refer to the timer by `name`.
-  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
-                                      std::function<void()> callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(
+      std::string name, Nanoseconds period, std::function<void()> callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
   }
   /// The callback is a coroutine, see Task.
   template <TaskCallback F>
-  std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period, F callback,
-                                      std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(
+      std::string name, Nanoseconds period, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
   }
   /// As rclcpp's: uses real time, even if the node's clock is simulated. The first is called
   /// "wall_timer_1", the next "wall_timer_2", and so on.
   template <class F>
-  std::shared_ptr<Timer> create_wall_timer(Nanoseconds period, F callback,
-                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
+      Nanoseconds period, F callback, std::shared_ptr<CallbackGroup> group = nullptr) {
     return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
                       std::move(group));
   }
 
   /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
-  std::shared_ptr<GuardCondition> create_guard_condition(
+  [[nodiscard]] std::shared_ptr<GuardCondition> create_guard_condition(
       std::string name, std::function<void()> callback = {},
       std::shared_ptr<CallbackGroup> group = nullptr);
 
   // It would be made, and never run.
   template <TaskCallback F>
-  std::shared_ptr<GuardCondition> create_guard_condition(
+  [[nodiscard]] std::shared_ptr<GuardCondition> create_guard_condition(
       std::string name, F callback, std::shared_ptr<CallbackGroup> group = nullptr) = delete;
 
   /// A callback for events of a publisher or a subscription besides messages. The status that it
@@ -141,9 +142,9 @@ class Node : public std::enable_shared_from_this<Node> {
   /// of a kind for each end; the one that is made last is notified. Throws Error for a deadline
   /// event if the QoS has no deadline. Its name is "TOPIC/publisher/deadline_missed" and so on.
   template <class Status, class End>
-  std::shared_ptr<Entity> create_qos_event(const End& end,
-                                           std::function<void(const Status&)> callback,
-                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Entity> create_qos_event(
+      const End& end, std::function<void(const Status&)> callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     std::string name = qos_event_name(
         end.topic(), std::derived_from<End, SubscriptionBase> ? "subscription" : "publisher",
         Status::kName);
@@ -164,18 +165,18 @@ class Node : public std::enable_shared_from_this<Node> {
 
   /// A callback for a device, pipe or socket. `fd` stays yours: keep it open until the entity is
   /// dropped, and close it afterwards. Throws Error when it cannot be waited for.
-  std::shared_ptr<FileDescriptor> create_file_descriptor(
+  [[nodiscard]] std::shared_ptr<FileDescriptor> create_file_descriptor(
       std::string name, int fd, FileDescriptorEvents events,
       std::function<void(FileDescriptorEvents)> callback,
       std::shared_ptr<CallbackGroup> group = nullptr);
   template <TaskCallback<FileDescriptorEvents> F>
-  std::shared_ptr<FileDescriptor> create_file_descriptor(
+  [[nodiscard]] std::shared_ptr<FileDescriptor> create_file_descriptor(
       std::string name, int fd, FileDescriptorEvents events, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) = delete;
 
   template <Message T>
-  std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos,
-                                                 const PublisherOptions<T>& options = {}) {
+  [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(
+      std::string_view topic, const QoS& qos, const PublisherOptions<T>& options = {}) {
     return std::make_shared<Publisher<T>>(
         publisher_endpoint(topic, message_type<T>(), qos, options.published_by, options.joins,
                            options.graph_node),
@@ -183,7 +184,7 @@ class Node : public std::enable_shared_from_this<Node> {
   }
 
   template <Message T, SubscriptionCallback<T> F>
-  std::shared_ptr<Subscription<T>> create_subscription(
+  [[nodiscard]] std::shared_ptr<Subscription<T>> create_subscription(
       std::string_view topic, const QoS& qos, F callback,
       std::shared_ptr<CallbackGroup> group = nullptr) {
     group = group_or_default(std::move(group));
@@ -200,8 +201,8 @@ class Node : public std::enable_shared_from_this<Node> {
 
   /// Creates a receiver of messages for coroutines.
   template <Message T>
-  std::shared_ptr<Receiver<T>> create_receiver(std::string_view topic, const QoS& qos,
-                                               std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Receiver<T>> create_receiver(
+      std::string_view topic, const QoS& qos, std::shared_ptr<CallbackGroup> group = nullptr) {
     auto receiver =
         std::make_shared<Receiver<T>>(std::string(topic), group_or_default(std::move(group)),
                                       endpoint<T>(topic, qos), options_.participant);
@@ -211,18 +212,19 @@ class Node : public std::enable_shared_from_this<Node> {
   }
 
   /// Publishes encoded messages of the type with this name: "std_msgs/msg/String".
-  std::shared_ptr<GenericPublisher> create_generic_publisher(std::string_view topic,
-                                                             std::string_view type, const QoS& qos);
-  std::shared_ptr<SubscriptionBase> create_generic_subscription(
+  [[nodiscard]] std::shared_ptr<GenericPublisher> create_generic_publisher(std::string_view topic,
+                                                                           std::string_view type,
+                                                                           const QoS& qos);
+  [[nodiscard]] std::shared_ptr<SubscriptionBase> create_generic_subscription(
       std::string_view topic, std::string_view type, const QoS& qos, SerializedCallback callback,
       std::shared_ptr<CallbackGroup> group = nullptr);
 
   /// `callback` is called with a request and an empty response to fill in, and may be a coroutine;
   /// or with the request and its RequestId, see Service::send_response.
   template <ServiceType S, ServiceCallback<S> F>
-  std::shared_ptr<Service<S>> create_service(std::string_view name, F callback,
-                                             std::shared_ptr<CallbackGroup> group = nullptr,
-                                             const ServiceOptions& options = {}) {
+  [[nodiscard]] std::shared_ptr<Service<S>> create_service(
+      std::string_view name, F callback, std::shared_ptr<CallbackGroup> group = nullptr,
+      const ServiceOptions& options = {}) {
     group = group_or_default(std::move(group));
     auto service = std::make_shared<CallbackService<S, F>>(
         std::string(name), group, resolve(name),
@@ -237,8 +239,9 @@ class Node : public std::enable_shared_from_this<Node> {
   }
 
   template <ServiceType S>
-  std::shared_ptr<Client<S>> create_client(std::string_view name, const ClientOptions& options = {},
-                                           std::shared_ptr<CallbackGroup> group = nullptr) {
+  [[nodiscard]] std::shared_ptr<Client<S>> create_client(
+      std::string_view name, const ClientOptions& options = {},
+      std::shared_ptr<CallbackGroup> group = nullptr) {
     auto client = std::make_shared<Client<S>>(std::string(name), group_or_default(std::move(group)),
                                               resolve(name), fully_qualified_name_, clock().real(),
                                               options, options_.participant);
@@ -259,14 +262,14 @@ class Node : public std::enable_shared_from_this<Node> {
 
   /// Resumes coroutines, for authors of callback kinds that are made of others: at most
   /// `most_tasks` at a time. `callback` gives it its name.
-  std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
-                                                 std::shared_ptr<CallbackGroup> group,
-                                                 std::size_t most_tasks);
+  [[nodiscard]] std::shared_ptr<TaskRunner> create_task_runner(const std::string& callback,
+                                                               std::shared_ptr<CallbackGroup> group,
+                                                               std::size_t most_tasks);
 
-  /// The value that the configuration gives, or `value`, whose type is the parameter's; an integer
-  /// is taken for a floating-point number. Throws Error when it is of another type, out of the
-  /// descriptor's range, more than T can hold, or refused by an on-set callback. A list of integers
-  /// is taken for a byte array. For a parameter of any type, T is ParameterValue.
+  /// The value that the configuration gives, or `value`, whose type is the parameter's. Integers
+  /// are taken for floating-point numbers, in lists also for bytes, and an empty list for one of
+  /// any type. Throws Error when it is of another type, out of the descriptor's range, more than T
+  /// can hold, or refused by an on-set callback. For a parameter of any type, T is ParameterValue.
   template <class T>
   T declare_parameter(std::string_view name, T value, ParameterDescriptor descriptor = {}) {
     return detail::as<T>(name_, name,

@@ -210,11 +210,11 @@ TEST(Node, ListsRemapsThatNobodyUsed) {
 
 TEST(Node, RefusesInvalidNamesOfTimersGuardConditionsAndGroups) {
   const auto node = make_node("camera");
-  EXPECT_THAT([&] { node->create_timer("2", 1ms, [] {}); },
+  EXPECT_THAT([&] { (void)node->create_timer("2", 1ms, [] {}); },
               ThrowsMessage<Error>(HasSubstr("'2' cannot be the name of a timer")));
-  EXPECT_THAT([&] { node->create_guard_condition("a b"); },
+  EXPECT_THAT([&] { (void)node->create_guard_condition("a b"); },
               ThrowsMessage<Error>(HasSubstr("'a b' cannot be the name of a guard condition")));
-  EXPECT_THAT([&] { node->create_callback_group("", CallbackGroupType::Reentrant); },
+  EXPECT_THAT([&] { (void)node->create_callback_group("", CallbackGroupType::Reentrant); },
               ThrowsMessage<Error>(HasSubstr("'' cannot be the name of a callback group")));
 }
 
@@ -233,11 +233,11 @@ TEST(NodeGroups, LiveAsLongAsTheUserHoldsThem) {
   EXPECT_EQ(group->name(), "io");
   EXPECT_FALSE(group->automatically_add_to_executor());
   EXPECT_THAT(node->groups(), ElementsAre(node->default_callback_group(), group));
-  EXPECT_THAT([&] { node->create_callback_group("io", CallbackGroupType::Reentrant); },
+  EXPECT_THAT([&] { (void)node->create_callback_group("io", CallbackGroupType::Reentrant); },
               ThrowsMessage<Error>(HasSubstr("node 'camera' has two callback groups called 'io'")));
   group.reset();
   EXPECT_THAT(node->groups(), ElementsAre(node->default_callback_group()));
-  EXPECT_NO_THROW(node->create_callback_group("io", CallbackGroupType::Reentrant));
+  EXPECT_NO_THROW((void)node->create_callback_group("io", CallbackGroupType::Reentrant));
 }
 
 TEST(NodeGroups, TakeOnlyEntitiesOfTheirNode) {
@@ -248,12 +248,12 @@ TEST(NodeGroups, TakeOnlyEntitiesOfTheirNode) {
   EXPECT_EQ(timer->group(), group);
   EXPECT_THAT(
       [&] {
-        other->create_timer(
+        (void)other->create_timer(
             "tick", 1ms, [] {}, group);
       },
       ThrowsMessage<Error>(HasSubstr("'tick' of node 'other' was given a callback group of "
                                      "another node")));
-  EXPECT_THROW(other->create_subscription<Scan>(
+  EXPECT_THROW((void)other->create_subscription<Scan>(
                    "scan", 1, [](const Scan&) {}, group),
                Error);
   EXPECT_THAT(other->entities(), IsEmpty());
@@ -390,7 +390,7 @@ TEST(Node, TakesAnEntityBackThatOneOfItsExecutorsRefuses) {
   node->add_listener(first);
   node->add_listener(second);
   const auto owned = std::make_shared<int>(1);
-  EXPECT_THROW(node->create_guard_condition("guard", [owned] {}), Error);
+  EXPECT_THROW((void)node->create_guard_condition("guard", [owned] {}), Error);
   EXPECT_THAT(first.sink->trace, ElementsAre("expect remove", "remove"));
   EXPECT_EQ(owned.use_count(), 1);
   EXPECT_THAT(node->entities(), IsEmpty());

@@ -329,8 +329,8 @@ class ActionClient {
 
 /// See ActionClient.
 template <ActionType A>
-std::shared_ptr<ActionClient<A>> create_action_client(Node& node, const std::string& name,
-                                                      const ActionClientOptions& options = {}) {
+[[nodiscard]] std::shared_ptr<ActionClient<A>> create_action_client(
+    Node& node, const std::string& name, const ActionClientOptions& options = {}) {
   return std::make_shared<ActionClient<A>>(node, name, options);
 }
 

@@ -81,7 +81,7 @@ class ActionServer {
     }
     execute_ = node.create_guard_condition(
         base + "_execute",
-        [core = core_, accepted = accepted_, runner = runner_.get(),
+        [&node, core = core_, accepted = accepted_, runner = runner_.get(),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
           // Without a place the goal waits: the end of a coroutine triggers this again.
           if (kIsTask && !runner->reserve()) return;
@@ -218,11 +218,9 @@ class ActionServer {
 /// std::shared_ptr<ServerGoalHandle<A>>&)` → CancelResponse, and
 /// `handle_accepted(std::shared_ptr<ServerGoalHandle<A>>)`, perhaps a coroutine: see ActionServer.
 template <ActionType A, class HandleGoal, class HandleCancel, class HandleAccepted>
-std::shared_ptr<ActionServer<A>> create_action_server(Node& node, const std::string& name,
-                                                      HandleGoal handle_goal,
-                                                      HandleCancel handle_cancel,
-                                                      HandleAccepted handle_accepted,
-                                                      const ActionServerOptions& options = {}) {
+[[nodiscard]] std::shared_ptr<ActionServer<A>> create_action_server(
+    Node& node, const std::string& name, HandleGoal handle_goal, HandleCancel handle_cancel,
+    HandleAccepted handle_accepted, const ActionServerOptions& options = {}) {
   return std::make_shared<ActionServer<A>>(node, name, std::move(handle_goal),
                                            std::move(handle_cancel), std::move(handle_accepted),
                                            options);

@@ -34,6 +34,7 @@ RULES = {
     "spdx": "sources with the SPDX line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
+    "keep": "what create_… returns is [[nodiscard]]",
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
     "reader": "files are read by one reader",
@@ -142,6 +143,17 @@ def check_contract(file, _):
         if missing:
             yield Finding(file.path, first, "contract",
                           f"the comment of {name} has no {' and no '.join(missing)}")
+
+
+# Who drops what it returns has no callback, and learns nothing of it.
+CREATES = re.compile(r"(?m)^ *(?:\w+ )*std::shared_ptr<[^;={}()]*>\s+create_\w+\(")
+
+
+def check_keep(file, _):
+    if is_public(file.path, file.text):
+        for found in CREATES.finditer(cpp_source.without_comments(file.text)):
+            yield Finding(file.path, file.line_at(found.start()), "keep",
+                          f"write [[nodiscard]]: {' '.join(found[0].split())}…")
 
 
 def check_temporary(file, _):
@@ -339,7 +351,8 @@ def main():
     findings = list(check_format(files, root))
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
-                     check_contract, check_temporary, check_output, check_readers, check_environment,
+                     check_contract, check_keep, check_temporary, check_output, check_readers,
+                     check_environment,
                      check_links, check_phrases, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()

@@ -174,6 +174,13 @@ def test_links():
             "a.md:5: there is no heading for c.md#no")
 
 
+def test_keep():
+    refused("a created entity that may be dropped at once",
+            {"base/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\nstd::shared_ptr<Timer> create_timer(int period);\n"
+             "[[nodiscard]] std::shared_ptr<Timer> create_other(int period);\n\n}  // namespace takt\n"},
+            "base/a.hpp:5: write [[nodiscard]]: std::shared_ptr<Timer> create_timer(…")
+
+
 def test_time_sums():
     refused("plain sums of a time and a duration",
             {"base/a.cpp": SPDX + "auto a = clock.now() + kLimit;\n"
@@ -235,6 +242,7 @@ if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
 test_links()
+test_keep()
 test_time_sums()
 test_phrases()
 test_format()
