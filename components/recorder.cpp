@@ -88,6 +88,11 @@ std::string Recorder::complete() {
     if (!writer_.close()) report_end();
     log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
         topics_.size(), dropped());
+    for (const std::string& name : wanted_) {
+      const auto is_it = [&](const Topic& topic) { return topic.name == name; };
+      if (std::any_of(topics_.begin(), topics_.end(), is_it) || refused_.contains(name)) continue;
+      log(LogLevel::warn, "{}: nothing of {}, which nobody has published", file_, name);
+    }
   }
   if (dropped() == 0) return "";
   return fmt::format("{} messages were not recorded: {}", dropped(),

@@ -2,6 +2,7 @@
 #include "takt/containers/component.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <mutex>
@@ -11,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/library.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/messages/message_types.hpp"
 
@@ -34,12 +36,23 @@ void add_prefixes(const char* variable, const char* folder, std::vector<IndexFol
   }
 }
 
+// Of our own variable: in ROS 2's, most prefixes have no components.
+void warn_of_missing(const std::vector<IndexFolder>& folders) {
+  static std::atomic<bool> has_warned{false};
+  for (const IndexFolder& index : folders) {
+    std::error_code none;
+    if (fs::is_directory(index.folder, none) || has_warned.exchange(true)) continue;
+    log(LogLevel::warn, "TAKT_COMPONENT_PATH: there is no folder '{}'", index.folder.string());
+  }
+}
+
 // First the prefixes in the environment, then the folders above libtakt.so (which of them is the
 // prefix depends on the name of the library folder), last ROS 2's prefixes.
 std::vector<IndexFolder> index_folders() {
   constexpr const char* kOwn = "share/takt/components";
   std::vector<IndexFolder> result;
   add_prefixes("TAKT_COMPONENT_PATH", kOwn, result);
+  warn_of_missing(result);
   Dl_info own{};
   if (dladdr(reinterpret_cast<const void*>(&components), &own) != 0 && own.dli_fname != nullptr) {
     std::error_code ignored;
@@ -123,6 +136,12 @@ ComponentRegistry& components() {
   return registry;
 }
 
+std::vector<std::string> component_names() {
+  std::vector<std::string> names = components().names();
+  std::erase_if(names, [](const auto& name) { return name.starts_with("takt::tools::"); });
+  return names;
+}
+
 std::vector<IndexedComponent> component_index() {
   std::vector<IndexedComponent> index;
   for (const auto& [folder, prefix] : index_folders()) {
@@ -142,7 +161,7 @@ void find_component(const std::string& name, const std::string& library) {
   const std::lock_guard lock(mutex);
   if (!library.empty()) return add_all(load_library(library), name, library);
   if (is_registered(name)) return;
-  std::vector<std::string> names = components().names();
+  std::vector<std::string> names = component_names();
   for (const IndexedComponent& indexed : component_index()) {
     if (indexed.name == name) {
       return add_all(load_library(indexed.library), name, indexed.library);

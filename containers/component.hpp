@@ -48,6 +48,9 @@ extern template class Registry<Component, NoTraits, const NodeOptions&>;
 /// All component classes registered in this process, by name.
 ComponentRegistry& components();
 
+/// Their names, without those that commands of `takt` have for themselves.
+std::vector<std::string> component_names();
+
 /// An entry of the component index.
 struct IndexedComponent {
   std::string name;     // "demo::Lidar"

@@ -342,6 +342,12 @@ void Container::release() {
   }
   for (const auto& running : executors_) running->executor->release_timers(true);
   if (lifecycle_ != nullptr) lifecycle_->bring_up();
+  if (lifecycle_ == nullptr && participant_ == nullptr) {
+    for (const std::string& name : unconfigured()) {
+      log(LogLevel::warn,
+          "lifecycle: nobody can configure '{}': the file has neither `lifecycle` nor `dds`", name);
+    }
+  }
   begin_counting();
 }
 
@@ -371,17 +377,21 @@ bool Container::drain() {
 }
 
 void Container::check_matches() {
-  std::vector<OneSidedTopic> topics = one_sided_topics(participant_.get());
-  require_matches(topics);
-  std::erase_if(topics, [this](const OneSidedTopic& topic) {
-    return description_.must_match.contains(topic.name);  // already reported as an error
-  });
-  const std::string hint = hint_at(topics);
+  const std::string hint = one_sided();
   if (!hint.empty() && !description_.is_split_off) log(LogLevel::info, "{}", hint);
 }
 
+// The first call checks `must_match`.
+std::string Container::one_sided() {
+  std::vector<OneSidedTopic> topics = one_sided_topics(participant_.get());
+  if (!std::exchange(has_checked_matches_, true)) require_matches(topics);
+  std::erase_if(topics, [this](const OneSidedTopic& topic) {
+    return description_.must_match.contains(topic.name);  // already reported as an error
+  });
+  return hint_at(topics);
+}
+
 void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
-  has_checked_matches_ = true;
   for (const auto& [name, where] : description_.must_match) {
     const auto one_sided =
         std::find_if(topics.begin(), topics.end(),
@@ -406,9 +416,23 @@ void Container::hold() {
     if (!running->is_own) running->executor->release_timers(false);
   }
   end_counting();
-  if (!has_checked_matches_ && !description_.must_match.empty()) {
-    require_matches(one_sided_topics(participant_.get()));
+  note(one_sided());
+  for (const std::string& name : unconfigured()) {
+    note(
+        fmt::format("lifecycle: '{}' is not configured; list it in `lifecycle: bring_up`, or use "
+                    "`takt lifecycle set`",
+                    name));
   }
+}
+
+std::vector<std::string> Container::unconfigured() const {
+  std::vector<std::string> names;
+  for (const auto& loaded : loaded_components()) {
+    const LifecycleNode* node = loaded->lifecycle();
+    if (node == nullptr || node->get_current_state() != LifecycleState::unconfigured) continue;
+    names.push_back(node->fully_qualified_name());
+  }
+  return names;
 }
 
 // Which no manager has led there: they are not under `bring_up`, or it could not reach them. In the

@@ -82,10 +82,11 @@ class Container {
   void release();
   /// Logs the topics of this process that have only publishers or only subscriptions, in this
   /// process and on the DDS domain. If the file requires a match (`must_match`), this is an error
-  /// and a failure of the run. Call it once, after discovery had time to complete. If it is not
-  /// called, hold() checks the topics with `must_match`.
+  /// and a failure of the run. Call it once, after discovery had time to complete.
   void check_matches();
-  /// Stops the timers; messages in transit are still served.
+  /// Stops the timers; messages in transit are still served. Notes the topics that have only one
+  /// end still, and the lifecycle nodes that nobody has configured; checks `must_match` if
+  /// check_matches() has not.
   void hold();
   /// Number of callbacks that are ready or running.
   std::size_t pending() const noexcept;
@@ -156,7 +157,9 @@ class Container {
   void choose_executors(ComponentDescription& component) const;
   void admit(const std::shared_ptr<Loaded>& loaded);
   void check_topics();
+  std::string one_sided();
   void require_matches(const std::vector<OneSidedTopic>& topics);
+  std::vector<std::string> unconfigured() const;
   void make_chains();
   void assign();
   void make_executors();

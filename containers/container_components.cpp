@@ -26,8 +26,9 @@ void check_names(const ComponentDescription& component, const Node& node,
     const auto found = lines.find(name);
     return found != lines.end() ? found->second : component.where;
   };
+  const std::vector<std::string> declared = node.list_parameters().names;
   for (const std::string& name : node.unused_parameters()) {
-    add(line(component.parameter_lines, name), "parameter", name, "");
+    add(line(component.parameter_lines, name), "parameter", name, suggest(name, declared));
   }
   for (const std::string& name : node.unused_remaps()) {
     add(line(component.remap_lines, name), "topic to remap", name, "");

@@ -121,6 +121,20 @@ TEST(OneSidedTopics, ThatMustMatchFailTheRunWhenNobodyHasThem) {
                           "subscription; check its name"));
 }
 
+// They were reported after ten seconds of a run only.
+TEST(OneSidedTopics, AreNotedAtTheEndOfEachRun) {
+  SystemDescription system = listening();
+  system.must_match.clear();
+  Container container(system);
+  container.start();
+  container.release();
+  container.hold();
+  container.stop();
+  EXPECT_THAT(container.result().notes,
+              ElementsAre("topics without publisher or without subscription: '/scan' (no "
+                          "publisher; subscribed by /listener)"));
+}
+
 TEST(OneSidedTopics, ThatMustMatchFailTheRunOnce) {
   EXPECT_THAT(failures([](Container& container) { container.check_matches(); }),
               ElementsAre(kFailure));

@@ -1,5 +1,6 @@
 // What is said of the ends of a topic in two processes that do not fit to each other.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <mutex>
 
 #include <gmock/gmock.h>
@@ -96,6 +97,35 @@ TEST_F(TopicWatchTest, AnIncompatiblePolicyIsNamedWithBothEnds) {
                             HasSubstr("the subscription of node '/listener'"),
                             HasSubstr("asks for: durability")));
   }
+}
+
+// Two containers of one name did both what one was asked to do, or one of them, and nobody said so.
+TEST_F(TopicWatchTest, AServiceOfTwoProcessesIsReportedOnBothSidesOnceForEachNode) {
+  const auto serve = [](Participant& participant, const char* service, const char* node) {
+    return std::make_unique<Reader>(participant,
+                                    Endpoint{std::string("rq/imu/") + service + "Request",
+                                             &message_type<std_msgs::msg::Bool>(),
+                                             QoS(1),
+                                             node,
+                                             {}});
+  };
+  const auto here = serve(*here_, "get_parameters", "/imu");
+  const auto there = serve(*there_, "get_parameters", "/other");
+  const auto more_here = serve(*here_, "set_parameters", "/imu");
+  const auto more_there = serve(*there_, "set_parameters", "/other");
+  const auto wrong = reader<std_msgs::msg::String>("/last");
+  const auto last = writer<std_msgs::msg::Bool>("/last");
+  ASSERT_EQ(lines("/last", 2).size(), 2u);  // what has come before is known then
+  const std::lock_guard lock(mutex_);
+  const auto count = [&](const std::string& text) {
+    return std::count_if(lines_.begin(), lines_.end(), [&](const auto& line) {
+      return line.second.find(text) != std::string::npos;
+    });
+  };
+  EXPECT_EQ(
+      count("is served by node '/imu' here, and by node '/other' in another process: both get"), 1);
+  EXPECT_EQ(
+      count("is served by node '/other' here, and by node '/imu' in another process: both get"), 1);
 }
 
 TEST_F(TopicWatchTest, WhatFitsIsNotMentionedAndEachPairOnce) {

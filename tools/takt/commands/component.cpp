@@ -57,8 +57,7 @@ void types(const Options& options) {
     table.add({name, library.empty() ? "(takt)" : library, description});
     rows.push_back({{"component", name}, {"library", library}, {"description", description}});
   };
-  for (const std::string& name : components().names())
-    add(name, "", components().description(name));
+  for (const std::string& name : component_names()) add(name, "", components().description(name));
   for (const auto& [name, library] : index) add(name, library, "");
   if (options.json_path != "-") table.print("components");
   if (!options.json_path.empty()) write_json(rows, options.json_path);
@@ -77,6 +76,11 @@ void list(const Options& options) {
   const auto answers = caller.ask_all<ci::ListNodes>(containers, kList, {}, kListLimit);
   for (const auto& [container, answer] : answers.in_time) {
     if (answer.unique_ids.empty()) table.add({container, "-", "(empty)"});
+    // Both have answered, and one answer was taken.
+    for (std::size_t others = caller.count(service_of(container, kList)); others > 1; --others) {
+      table.add({container, "-", "(another process has a container of this name)"});
+      rows.push_back({{"container", container}, {"id", nullptr}, {"component", nullptr}});
+    }
     for (std::size_t i = 0; i < std::min(answer.unique_ids.size(), answer.full_node_names.size());
          ++i) {
       table.add({container, std::to_string(answer.unique_ids[i]), answer.full_node_names[i]});
@@ -147,6 +151,7 @@ void load(Options& options) {
   add("library", options.library);
   Caller caller(options.domain.number());
   const std::string load_node = service_of(options.container, kLoad);
+  caller.check_is_one(load_node, called(options.container));
   if (needs_takt(options) && caller.finds<ci::LoadNode>(load_node, 3s) &&
       !caller.finds<SetCallbackParameters>(
           service_of(options.container, "/set_callback_parameters"), 500ms)) {
@@ -159,9 +164,10 @@ void load(Options& options) {
 
 void unload(const Options& options) {
   Caller caller(options.domain.number());
+  const std::string unload_node = service_of(options.container, "/_container/unload_node");
+  caller.check_is_one(unload_node, called(options.container));
   const auto answer = caller.call<ci::UnloadNode>(
-      service_of(options.container, "/_container/unload_node"),
-      ci::UnloadNode::Request().set__unique_id(options.id), called(options.container));
+      unload_node, ci::UnloadNode::Request().set__unique_id(options.id), called(options.container));
   if (!answer.success) throw Error(answer.error_message);
 }
 

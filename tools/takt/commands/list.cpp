@@ -13,10 +13,10 @@ namespace takt::tools::list_command {
 namespace {
 
 template <class AnyRegistry>
-void print(const AnyRegistry& registry) {
+void print(const AnyRegistry& registry, const std::vector<std::string>& names) {
   std::size_t width = 0;
-  for (const std::string& name : registry.names()) width = std::max(width, name.size());
-  for (const std::string& name : registry.names()) {
+  for (const std::string& name : names) width = std::max(width, name.size());
+  for (const std::string& name : names) {
     rt::print("{:<{}}  {}\n", name, width, registry.description(name));
   }
 }
@@ -44,11 +44,11 @@ void set_up(CLI::App* command) {
           CLI::IsMember({"executors", "schedulers", "wait_backends", "transports", "components"}));
   command->footer("Example:\n  takt list executors\n");
   command->callback([kind] {
-    if (*kind == "executors") print(executors());
-    if (*kind == "schedulers") print(schedulers());
+    if (*kind == "executors") print(executors(), executors().names());
+    if (*kind == "schedulers") print(schedulers(), schedulers().names());
     if (*kind == "wait_backends") print_wait_backends();
     if (*kind == "components") {
-      print(components());
+      print(components(), component_names());
       for (const auto& [name, library] : component_index()) rt::print("{}  {}\n", name, library);
     }
     if (*kind == "transports") {

@@ -310,12 +310,23 @@ void write_traced(json& run, const std::vector<SystemDescription>& system, const
   if (!options.model.empty()) write_measured_model(extract_model({&trace, 1}), options.model);
 }
 
+/// A variable that somebody exported long ago changes what runs.
+void note_variables(const Options& options) {
+  for (const auto& [variable, value] :
+       {std::pair("TAKT_EXECUTOR", &options.executor), {"TAKT_SCHEDULER", &options.scheduler}}) {
+    const char* const given = std::getenv(variable);
+    if (given == nullptr || value->empty() || *value != given) continue;
+    rt::to_stderr("note: {}={} is in force\n", variable, given);
+  }
+}
+
 void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   check_writable(options.json);
   check_writable(options.trace);
   check_writable(options.model);
   const std::vector<SystemDescription> system = processes(options);
+  note_variables(options);
   if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
   json run = run_processes(system,
                            {.overrides = overrides(options),
@@ -332,7 +343,9 @@ void run(const Options& options) {
   run["composition"] = options.composition;
   run["transport"] = options.transport;
   run["repeat"] = 0;
-  for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
+  if (options.json != "-") {  // else they are in it
+    for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
+  }
   if (options.traces()) write_traced(run, system, options);
   run.erase("trace");
   if (!options.json.empty() && !options.histograms) {

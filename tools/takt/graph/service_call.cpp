@@ -14,6 +14,21 @@ std::vector<std::string> Caller::find(const std::string& ending) {
   return owners(ending);
 }
 
+std::size_t Caller::count(const std::string& service) {
+  std::this_thread::sleep_until(discovered_);
+  const std::vector<GraphEndpoint> services = participant_->graph().services;
+  return static_cast<std::size_t>(
+      std::count_if(services.begin(), services.end(),
+                    [&](const GraphEndpoint& known) { return known.name == service; }));
+}
+
+void Caller::check_is_one(const std::string& service, const std::string& whose) {
+  const std::size_t servers = count(service);
+  if (servers < 2) return;
+  throw Error(fmt::format("which {}? {} processes have one of this name", whose, servers),
+              "give each its own name, or end the others");
+}
+
 bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limit) {
   const TimePoint end = later(Clock::steady().now(), limit);
   while (!condition()) {

@@ -45,6 +45,11 @@ class Caller {
   /// if there is none, within 3 s more.
   std::vector<std::string> find(const std::string& ending);
 
+  /// Throws Error if several processes have a server of the service: each would do what is asked.
+  void check_is_one(const std::string& service, const std::string& whose);
+  /// How many processes have a server of the service, half a second after the start.
+  std::size_t count(const std::string& service);
+
   /// Whether a service of this name is ready, or becomes so within the limit.
   template <class S>
   bool finds(const std::string& service, Nanoseconds limit) {

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <set>
 #include <utility>
 
 #include <fcntl.h>
@@ -15,6 +16,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
 
 namespace takt::tools {
 
@@ -38,6 +40,16 @@ std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& sig
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) return text;
     text.append(buffer.data(), static_cast<std::size_t>(size));
+  }
+}
+
+/// Each note once: the same system runs many times.
+void show_notes(const nlohmann::json& notes) {
+  static std::set<std::string> shown;
+  for (const nlohmann::json& note : notes) {
+    if (!shown.insert(note.get<std::string>()).second) continue;
+    if (isatty(STDERR_FILENO) != 0) rt::clear_line();
+    rt::to_stderr("note: {}\n", note.get<std::string>());
   }
 }
 
@@ -93,7 +105,11 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
                             WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),
                 "see its message above");
   }
-  return nlohmann::json::parse(text);
+  nlohmann::json result = nlohmann::json::parse(text);
+  if (result.contains("runs")) {
+    for (const nlohmann::json& run : result.at("runs")) show_notes(run.at("notes"));
+  }
+  return result;
 }
 
 }  // namespace takt::tools
