@@ -38,10 +38,11 @@ std::size_t distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// Nobody mistypes a word that is longer, and comparing costs the product of the lengths.
+constexpr std::size_t kLongest = 100;
+
 // The word that was meant; nullptr when that is a guess, and a wrong guess misleads.
 const std::string* meant(std::string_view name, std::span<const std::string> valid) {
-  // Nobody mistypes a word that is longer, and comparing costs the product of the lengths.
-  constexpr std::size_t kLongest = 100;
   if (name.size() > kLongest) return nullptr;
   constexpr std::size_t kShortestBeginning = 3;  // "prio" is short for one word only
   const auto begins = [&](const std::string& word) { return word.starts_with(name); };
@@ -61,13 +62,36 @@ const std::string* meant(std::string_view name, std::span<const std::string> val
   return closest;
 }
 
+// In a long list nobody finds a word: then only those that are nearest to the name, in their order.
+std::vector<std::string> shown_of(std::string_view name, std::span<const std::string> valid) {
+  constexpr std::size_t kMost = 30;
+  std::vector<std::string> shown(valid.begin(), valid.end());
+  if (shown.size() <= kMost) return shown;
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // how far away, and its place
+  for (std::size_t i = 0; i < valid.size(); ++i) {
+    const bool is_comparable = name.size() <= kLongest && valid[i].size() <= kLongest;
+    order.emplace_back(is_comparable ? distance(name, valid[i]) : kLongest, i);
+  }
+  std::sort(order.begin(), order.end());
+  order.resize(kMost);
+  std::sort(order.begin(), order.end(),
+            [](const auto& a, const auto& b) { return a.second < b.second; });
+  shown.clear();
+  for (const auto& [away, place] : order) shown.push_back(valid[place]);
+  return shown;
+}
+
 }  // namespace
 
 std::string suggest(std::string_view name, std::span<const std::string> valid) {
   std::string result;
   if (const std::string* word = meant(name, valid)) result = "did you mean '" + *word + "'? ";
   result += "valid: ";
-  for (std::size_t i = 0; i < valid.size(); ++i) result += (i == 0 ? "" : ", ") + valid[i];
+  const std::vector<std::string> shown = shown_of(name, valid);
+  for (std::size_t i = 0; i < shown.size(); ++i) result += (i == 0 ? "" : ", ") + shown[i];
+  if (const std::size_t rest = valid.size() - shown.size(); rest != 0) {
+    result += ", and " + std::to_string(rest) + " more";
+  }
   return result;
 }
 

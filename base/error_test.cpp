@@ -63,6 +63,18 @@ TEST(Suggest, DoesNotCompareWordsThatNobodyTypes) {
   EXPECT_EQ(suggest(std::string(1 << 20, 'y'), valid), "valid: " + valid[0]);
 }
 
+// All 300 message types stood in one line.
+TEST(Suggest, ShowsOfManyWordsTheNearestOnes) {
+  std::vector<std::string> valid;
+  for (int i = 100; i < 200; ++i) valid.push_back("number_" + std::to_string(i));
+  valid.push_back("twist");
+  valid.push_back(std::string(1 << 20, 'x'));
+  const std::string advice = suggest("twits", valid);
+  EXPECT_TRUE(advice.starts_with("did you mean 'twist'? valid: number_1")) << advice;
+  EXPECT_TRUE(advice.ends_with(", twist, and 72 more")) << advice;
+  EXPECT_EQ(suggest(std::string(1 << 20, 'y'), valid).find("number_130"), std::string::npos);
+}
+
 TEST(Suggest, BearsEmptyListsAndWords) {
   EXPECT_EQ(suggest("fifo", {}), "valid: ");
   EXPECT_EQ(suggest("", kSchedulers), "valid: chain_priority, fifo, ros");

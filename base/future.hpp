@@ -86,7 +86,11 @@ class Future {
   bool ready() const noexcept { return state_->ready(); }
   /// The value; throws Error if it is not ready.
   const T& get() const {
-    if (!ready()) throw Error("the future is not ready", "wait with spin_until_future_complete");
+    if (!ready()) {
+      throw Error("the future is not ready",
+                  "in a callback, make it a coroutine and co_await the call; elsewhere, wait with "
+                  "spin_until_future_complete");
+    }
     return *state_->value;
   }
   FutureState& state() const noexcept { return *state_; }

@@ -16,7 +16,8 @@ class IsolatedExecutor::Spin {
       : executor_(executor) {
     const std::lock_guard lock(executor_.mutex_);
     if (executor_.spinning_.exchange(true)) {
-      throw Error("executor '" + executor_.options_.name + "' is spinning already");
+      throw Error("executor '" + executor_.options_.name + "' is spinning already",
+                  "in a callback, make it a coroutine and co_await what it waits for");
     }
     executor_.handler_ = handler;
   }

@@ -108,9 +108,15 @@ struct IntegerLimits {
 template <class T>
 inline constexpr bool kIsInteger = std::integral<T> && !std::same_as<T, bool>;
 template <class T>
+inline constexpr bool kIsList = false;
+template <class Item>
+inline constexpr bool kIsList<std::vector<Item>> = true;
+template <class T>
 constexpr IntegerLimits integer_limits() {
   IntegerLimits limits;
-  if constexpr (kIsInteger<T>) {
+  if constexpr (kIsList<T>) {
+    limits = integer_limits<typename T::value_type>();
+  } else if constexpr (kIsInteger<T>) {
     using Own = std::numeric_limits<T>;
     limits.lowest = static_cast<std::int64_t>(Own::min());
     if constexpr (std::is_signed_v<T> || sizeof(T) < sizeof(std::int64_t)) {
@@ -119,7 +125,7 @@ constexpr IntegerLimits integer_limits() {
   }
   return limits;
 }
-// int and float literals become the parameter types int64 and double.
+// int and float become the parameter types int64 and double, also in lists; a list of bytes is one.
 template <class T>
 auto widened(T value) {
   if constexpr (kIsInteger<T>) {
@@ -128,6 +134,10 @@ auto widened(T value) {
     return static_cast<double>(value);
   } else if constexpr (std::convertible_to<T, std::string>) {
     return std::string(std::move(value));
+  } else if constexpr (kIsList<T> && !std::same_as<T, std::vector<std::uint8_t>>) {
+    using List = std::vector<decltype(widened(typename T::value_type{}))>;
+    if constexpr (std::same_as<T, List>) return value;
+    return List(value.begin(), value.end());
   } else {
     return value;
   }
@@ -147,11 +157,19 @@ T as(const std::string& node, std::string_view name, ParameterValue value) {
     using Stored = decltype(widened(std::declval<T>()));
     auto* stored = std::get_if<Stored>(&value);
     if (stored == nullptr) refuse_type(node, name, value, ParameterValue(Stored{}));
-    if constexpr (kIsInteger<T>) {
-      constexpr IntegerLimits kLimits = integer_limits<T>();
-      if (*stored < kLimits.lowest || *stored > kLimits.highest) refuse_narrow(node, name, value);
+    constexpr IntegerLimits kLimits = integer_limits<T>();
+    const auto check = [&](const auto& item) {
+      if constexpr (kIsInteger<std::decay_t<decltype(item)>>) {
+        if (item < kLimits.lowest || item > kLimits.highest) refuse_narrow(node, name, value);
+      }
+    };
+    if constexpr (kIsList<T> && !std::same_as<T, Stored>) {
+      for (const auto& item : *stored) check(item);
+      return T(stored->begin(), stored->end());
+    } else {
+      check(*stored);
+      return static_cast<T>(std::move(*stored));
     }
-    return static_cast<T>(std::move(*stored));
   }
 }
 

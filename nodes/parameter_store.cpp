@@ -42,20 +42,42 @@ bool is_in(const FloatingPointRange& range, double value) {
   return are_equal(value, range.from_value + steps * range.step);
 }
 
-// The value as the type of the other, if each of its numbers has the same value there: 2 is 2.0,
-// and a list of integers may be bytes.
+template <class T>
+using List = std::vector<T>;
+
+bool is_empty_list(const ParameterValue& value) {
+  const auto is_empty = []<class T>(const T& content) {
+    if constexpr (detail::kIsList<T>) return content.empty();
+    return false;
+  };
+  return std::visit(is_empty, value);
+}
+
+// One rule: integers stand for floating-point numbers, in lists also for bytes if they are such,
+// and an empty list stands for one of any type.
 ParameterValue converted(const ParameterValue& value, const ParameterValue& other) {
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     if (std::holds_alternative<double>(other)) return static_cast<double>(*integer);
+    return value;
   }
-  using Bytes = std::vector<std::uint8_t>;
-  const auto* integers = std::get_if<std::vector<std::int64_t>>(&value);
-  if (integers == nullptr || !std::holds_alternative<Bytes>(other)) return value;
+  if (is_empty_list(value)) {
+    const auto empty = [&]<class T>(const T&) -> ParameterValue {
+      if constexpr (detail::kIsList<T>) return T();
+      return value;
+    };
+    return std::visit(empty, other);
+  }
+  const auto* integers = std::get_if<List<std::int64_t>>(&value);
+  if (integers == nullptr) return value;
+  if (std::holds_alternative<List<double>>(other)) {
+    return List<double>(integers->begin(), integers->end());
+  }
   const auto is_byte = [](std::int64_t integer) { return std::in_range<std::uint8_t>(integer); };
-  if (!std::all_of(integers->begin(), integers->end(), is_byte)) return value;
-  Bytes bytes;
-  for (const std::int64_t integer : *integers) bytes.push_back(static_cast<std::uint8_t>(integer));
-  return bytes;
+  if (std::holds_alternative<List<std::uint8_t>>(other) &&
+      std::all_of(integers->begin(), integers->end(), is_byte)) {
+    return List<std::uint8_t>(integers->begin(), integers->end());
+  }
+  return value;
 }
 
 template <class Range>
@@ -147,9 +169,13 @@ ParameterValue ParameterStore::accepted(std::string_view name, const ParameterVa
         std::tie(descriptor.integer_range, descriptor.floating_point_range);
     refuse(declared.value, integers ? text(*integers) : numbers ? text(*numbers) : "");
   }
+  const IntegerRange limits{declared.limits.lowest, declared.limits.highest};
   if (const auto* integer = std::get_if<std::int64_t>(&value)) {
     if (descriptor.integer_range) check(*descriptor.integer_range, *integer);
-    check(IntegerRange{declared.limits.lowest, declared.limits.highest}, *integer);
+    check(limits, *integer);
+  }
+  if (const auto* integers = std::get_if<List<std::int64_t>>(&value)) {
+    for (const std::int64_t integer : *integers) check(limits, integer);
   }
   const auto* number = std::get_if<double>(&value);
   if (number != nullptr && descriptor.floating_point_range) {

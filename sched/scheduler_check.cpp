@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <exception>
+#include <future>
 #include <random>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -148,9 +151,7 @@ std::vector<CallbackInfo> callbacks(std::size_t count, CallbackId id_step, Group
   return infos;
 }
 
-}  // namespace
-
-void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make) {
+void try_scheduler(const std::string& name, const SchedulerRegistry::Factory& make) {
   for (const auto& infos :
        {callbacks(0, 1, 1), callbacks(1, 1, 1), callbacks(10, 3, 1), callbacks(50, 1, 8)}) {
     std::unique_ptr<Scheduler> scheduler;
@@ -166,6 +167,28 @@ void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& ma
     }
     Trial(name, *scheduler, infos).run();
   }
+}
+
+}  // namespace
+
+void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make,
+                     Nanoseconds limit) {
+  std::promise<void> end;
+  std::future<void> ended = end.get_future();
+  // Nothing ends a function that does not return: its thread stays until the process ends.
+  std::thread([name = std::string(name), make, end = std::move(end)]() mutable {
+    try {
+      try_scheduler(name, make);
+      end.set_value();
+    } catch (...) {
+      end.set_exception(std::current_exception());
+    }
+  }).detach();
+  if (ended.wait_for(limit) == std::future_status::timeout) {
+    throw Error(fmt::format("scheduler '{}' has not returned for {}", name, to_string(limit)),
+                "let each of its functions return, also without a callback that waits");
+  }
+  ended.get();
 }
 
 }  // namespace takt

@@ -12,10 +12,12 @@ namespace TAKT_INTERNAL takt {
 
 /// Creates a few of these schedulers and uses them as executors do, with a fixed random sequence.
 /// Throws Error if one loses, repeats or invents callbacks, allocates after configure() (detected
-/// only if allocations_are_counted()), or throws. `name` is used in errors. It cannot detect a
-/// scheduler that never returns or ends the process. Thread safety: may be called from any thread.
+/// only if allocations_are_counted()), throws, or has not returned at the limit; then a thread
+/// stays in it. `name` is used in errors. It cannot detect a scheduler that ends the process.
+/// Thread safety: may be called from any thread.
 /// Real-time: no; it takes about a millisecond.
-void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make);
+void check_scheduler(std::string_view name, const SchedulerRegistry::Factory& make,
+                     Nanoseconds limit = std::chrono::seconds(10));
 
 }  // namespace takt
 

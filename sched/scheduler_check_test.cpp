@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/scheduler_check.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <memory>
 #include <new>
 #include <stdexcept>
@@ -44,6 +46,29 @@ std::string error_of() {
 
 TEST(SchedulerCheck, AcceptsWhatIsSound) {
   EXPECT_EQ(error_of<Stack>(), "no error");
+}
+
+// `takt check` was silent for ever.
+TEST(SchedulerCheck, GivesUpOnWhatDoesNotReturn) {
+  static std::atomic<bool> may_return{false};
+  struct Hangs : Stack {
+    ReadyCallback* pop() noexcept override {
+      may_return.wait(false);
+      return nullptr;
+    }
+  };
+  std::string error;
+  try {
+    check_scheduler(
+        "mine", [] { return std::make_unique<Hangs>(); }, std::chrono::milliseconds(50));
+  } catch (const Error& given_up) {
+    error = given_up.what();
+  }
+  EXPECT_EQ(error,
+            "scheduler 'mine' has not returned for 50ms; let each of its functions return, also "
+            "without a callback that waits");
+  may_return.store(true);
+  may_return.notify_all();
 }
 
 TEST(SchedulerCheck, FindsWhatIsNeverReturned) {

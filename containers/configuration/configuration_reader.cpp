@@ -64,19 +64,18 @@ SystemDescription ConfigurationReader::read(const Value& root) {
 }
 
 std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& value) {
-  if (describes("`true` or `false`, integer, number, text, a list of one of these that is not "
-                "empty, or a map of them")) {
+  if (describes("`true` or `false`, integer, number, text, a list of one of these, or a map of "
+                "them")) {
     return {};
   }
   if (const auto* list = std::get_if<document::List>(&value.content)) {
-    std::optional<ParameterValue> array = array_of<bool>(*list);
+    std::optional<ParameterValue> array =
+        array_of<std::string>(*list);  // an empty one is of any type
+    if (!array) array = array_of<bool>(*list);
     if (!array) array = array_of<std::int64_t>(*list);
     if (!array) array = array_of<double>(*list);
-    if (!array) array = array_of<std::string>(*list);
-    if (array && !list->empty()) return array;
-    refuse(value, list->empty() ? "at least one item, which gives the type"
-                                : "items of one type: numbers, texts, or true and false");
-    return {};
+    if (!array) refuse(value, "items of one type: numbers, texts, or true and false");
+    return array;
   }
   const auto take = [](const auto& content) -> std::optional<ParameterValue> {
     using Content = std::decay_t<decltype(content)>;

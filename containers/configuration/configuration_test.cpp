@@ -465,7 +465,6 @@ TEST(Configuration, RefusesParametersWithoutAType) {
                                 "        d: [[1]]\n        e.f: 1\n        e: {f: 2}\n"
                                 "        g: 99999999999999999999\n"),
             "robot.yaml:5: 'a' is empty; write a value, or leave it out\n"
-            "robot.yaml:6: 'b' is a list; write at least one item, which gives the type\n"
             "robot.yaml:7: 'c' is a list; write items of one type: numbers, texts, or true and "
             "false\n"
             "robot.yaml:8: 'd' is a list; write items of one type: numbers, texts, or true and "

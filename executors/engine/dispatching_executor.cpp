@@ -32,7 +32,8 @@ class DispatchingExecutor::Spin {
     Logger::instance().start();  // not in the first callback that logs
     const std::lock_guard lock(executor_.control_mutex_);
     if (executor_.spinning_.load()) {
-      throw Error("executor '" + executor_.options_.name + "' is spinning already");
+      throw Error("executor '" + executor_.options_.name + "' is spinning already",
+                  "in a callback, make it a coroutine and co_await what it waits for");
     }
     if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
     executor_.backend_->prepare();

@@ -28,8 +28,10 @@ void ConfigurationReader::read_component(const Value& value) {
         "`default`.",
         into_executor(component.executor)},
        {"parameters",
-        "The node's parameters. All items of a list have one type. A nested map is a prefix: `{a: "
-        "{b: 1}}` sets the parameter `a.b`.",
+        "The node's parameters. Integers are taken for floating-point numbers, in lists also for "
+        "bytes, and an empty list for one of any type. A nested map is a prefix: `{a: {b: 1}}` "
+        "sets "
+        "the parameter `a.b`.",
         [&](const Value& parameters) { read_parameters(parameters, "", component); }},
        {"remap", "Topic or service name in the code → the name to use instead.",
         each_in_map([&](const Value& topic) { read_remap(topic, component); })},

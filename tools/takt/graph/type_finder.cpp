@@ -54,14 +54,16 @@ std::vector<Announced> announced_types(const Graph& graph) {
   return types;
 }
 
-[[noreturn]] void throw_unknown_type(const std::string& name) {
-  std::set<std::string> packages;
-  std::vector<std::string> of_package;
+/// Names interfaces, as users do: Move, not the Move_Goal that it is made of.
+[[noreturn]] void throw_unknown_type(const std::string& part) {
+  std::set<std::string> packages, interfaces;
+  const std::string name = interface_of(part);
   const std::string package = name.substr(0, name.find('/') + 1);
   for (const std::string& known : message_types().names()) {
     packages.insert(known.substr(0, known.find('/')));
-    if (known.starts_with(package)) of_package.push_back(known);
+    if (known.starts_with(package)) interfaces.insert(interface_of(known));
   }
+  const std::vector<std::string> of_package(interfaces.begin(), interfaces.end());
   throw Error(
       fmt::format("takt does not know the type {}", name),
       !package.empty() && !of_package.empty()
