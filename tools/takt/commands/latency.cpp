@@ -7,6 +7,7 @@
 #include <csignal>
 #include <ctime>
 #include <span>
+#include <thread>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -41,7 +42,7 @@ struct Options {
   std::size_t histogram = 0, histogram_with_sum = 0;
   std::size_t threads = 1;
   std::int64_t distance_us = 500;
-  std::string duration, executors = "events", affinity, policy, load = "none", histogram_file, json;
+  std::string duration, executors, affinity, policy, load = "none", histogram_file, json;
   int dma_latency_us = 0;
   bool quiet = false, nanoseconds = false, leaves_dma_latency = false, require = false,
        verbose = false, relative = false;
@@ -79,7 +80,6 @@ rt::CyclicOptions cyclic_options(const Options& options) {
     cyclic.thread.policy = ThreadPolicy::fifo;
   }
   cyclic.thread.check();
-  cyclic.realtime = options.require ? Realtime::require : Realtime::prefer;
   cyclic.interval = std::chrono::microseconds(options.interval_us);
   if (options.nanoseconds) cyclic.bin = 1ns;
   if (options.bins() != 0) cyclic.bins = options.bins();
@@ -110,9 +110,13 @@ std::vector<rt::CyclicOptions> threads_of(const Options& options, const rt::Cycl
 Rows rows_of(const Options& options, const std::vector<rt::CyclicOptions>& threads) {
   Rows rows;
   for (const rt::CyclicOptions& thread : threads) rows.push_back(rt::bare_loop(thread));
-  if (options.executors == "none") return rows;
+  const bool is_cyclictests = options.bins() != 0 && options.early_wake_us == 0;
+  const std::string wanted = !options.executors.empty() ? options.executors
+                             : is_cyclictests           ? "none"
+                                                        : "events";
+  if (wanted == "none") return rows;
   const std::vector<std::string> names =
-      options.executors == "all" ? executors().names() : CLI::detail::split(options.executors, ',');
+      wanted == "all" ? executors().names() : CLI::detail::split(wanted, ',');
   const Nanoseconds early_wake = std::chrono::microseconds(options.early_wake_us);
   for (const std::string& name : names) {
     for (const rt::CyclicOptions& thread : threads) {
@@ -154,6 +158,13 @@ void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Out
   outcome.observation = observation.so_far();
 }
 
+/// What the system refuses such a thread; empty: nothing.
+std::string refused(const ThreadAttributes& attributes) {
+  std::string refused;
+  std::thread([&] { refused = apply(attributes, Realtime::prefer).refused; }).join();
+  return refused;
+}
+
 void latency(const Options& options) {
   const rt::CyclicOptions cyclic = cyclic_options(options);
   check_writable(options.json);
@@ -166,9 +177,14 @@ void latency(const Options& options) {
     cycles = std::max<std::int64_t>(parse_run_time(options.duration) / cyclic.interval, 1);
   }
   Outcome outcome{.threads = options.threads, .load = options.load};
+  // Before the measurement, which may take hours.
   const auto note = [&](const std::string& refused) {
-    if (!refused.empty()) outcome.notes.push_back(refused);
+    if (refused.empty()) return;
+    if (options.require) throw Error(refused, "see takt doctor, or leave out --require");
+    outcome.notes.push_back(refused);
+    rt::to_stderr("note: {}; measuring without\n", refused);
   };
+  note(refused(threads.front().thread));
   const rt::Load load(options.load);  // start before mlockall: its processes must not inherit it
   note(lock_memory(cyclic.realtime));
   const CpuDmaLatency dma_latency(options.dma_latency_us,
@@ -180,12 +196,10 @@ void latency(const Options& options) {
   }
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_signal);
   measure(rows, cycles, options, outcome);
-  note(rows.back()->result().in_force.refused);
   if (has_text) {
-    print_summary(rows, cyclic, stdout);
-    if (options.bins() != 0 && options.histogram_file.empty()) {
-      print_histogram(rows, cyclic, with_sum, stdout);
-    }
+    const bool has_histogram = options.bins() != 0 && options.histogram_file.empty();
+    if (!options.quiet || !has_histogram) print_summary(rows, cyclic, stdout);  // as cyclictest
+    if (has_histogram) print_histogram(rows, cyclic, with_sum, stdout);
     print_details(rows, cyclic, outcome);
     // What the JSON says of this command's end must be known before it is written.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) outcome.return_code = 1;
@@ -274,7 +288,7 @@ void set_up(CLI::App* command) {
                    "Stop when a latency exceeds this value (µs)")
       ->check(CLI::PositiveNumber);
   command->add_option("--executor", options->executors,
-                      "all, none, or a list: events,single_threaded");
+                      "all, none, or a list: events,single_threaded (events; with -h or -H none)");
   command
       ->add_option("--early-wake", options->early_wake_us,
                    "Add a row for each executor that wakes up this many µs early")
@@ -292,7 +306,7 @@ void set_up(CLI::App* command) {
   command->add_option("--json", options->json, "Write rt-tests' JSON; - for stdout");
   command->footer(
       "Examples:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50\n"
-      "  takt latency -l100000 -m -Sp90 -i200 -h400 -q --executor none\n");
+      "  takt latency -l100000 -m -Sp90 -i200 -h400 -q\n");
   command->callback([options] { latency(*options); });
 }
 const Command registered(

@@ -158,23 +158,24 @@ void print_values(const Rows& rows, std::size_t first, std::size_t count) {
 
 /// Results that cyclictest does not have. Scripts for its output skip lines that begin with '#'.
 void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outcome& outcome) {
-  rt::print("#\n# {:<3}{:<40}{:>9}{:>9}{:>9}{:>9}{:>9}{:>7}{:>7}{:>8}{:>7}  {}\n", "T", "in µs",
-            "p50", "p99", "p99.9", "p50/T0", "p99/T0", "early", "missed", "cpu_%", "faults",
-            "in force");
+  rt::print("#\n# {:<3} {:<39} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} {:>6} {:>7} {:>6}  {}\n", "T",
+            "in µs", "p50", "p99", "p99.9", "p50/T0", "p99/T0", "early", "missed", "cpu_%",
+            "faults", "in force");
   for (std::size_t number = 0; number < rows.size(); ++number) {
     const rt::CyclicResult& result = rows[number]->result();
     const rt::CyclicResult& bare = rows[number % outcome.threads]->result();  // of this thread
     const auto ratio = [](double value, double of_bare) {
       return of_bare == 0 ? 0 : value / of_bare;
     };
-    rt::print("# {:<3}{:<40}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>9.2f}{:>7}{:>7}{:>8.2f}{:>7}  {}\n",
-              number, result.name, result.rounds.p50(), result.rounds.p99(),
-              rt::us(result.rounds.all.percentile(0.999)),
-              ratio(result.rounds.p50(), bare.rounds.p50()),
-              ratio(result.rounds.p99(), bare.rounds.p99()), result.early, result.missed,
-              result.cpu_percent(), result.counters.minor_faults + result.counters.major_faults,
-              fmt::format("{} {} on {}", to_string(result.in_force.policy),
-                          result.in_force.priority, fmt::join(result.in_force.affinity, ",")));
+    rt::print(
+        "# {:<3} {:<39} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>8.2f} {:>6} {:>6} {:>7.2f} {:>6}  "
+        "{}\n",
+        number, result.name, result.rounds.p50(), result.rounds.p99(),
+        rt::us(result.rounds.all.percentile(0.999)), ratio(result.rounds.p50(), bare.rounds.p50()),
+        ratio(result.rounds.p99(), bare.rounds.p99()), result.early, result.missed,
+        result.cpu_percent(), result.counters.minor_faults + result.counters.major_faults,
+        fmt::format("{} {} on {}", to_string(result.in_force.policy), result.in_force.priority,
+                    fmt::join(result.in_force.affinity, ",")));
   }
   rt::print("# p50, p99: medians of {} rounds, in which the rows alternate\n",
             rows.front()->result().rounds.p50_us.size());

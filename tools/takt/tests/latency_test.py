@@ -7,6 +7,8 @@ import glob
 import json
 import os
 import re
+import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -20,17 +22,26 @@ def run(*words):
                           text=True).stdout
 
 
+def columns(text):
+    """As OSADL's script reads the output of cyclictest: grep -v -e "^#" -e "^$" | tr " " "\t"."""
+    return [line.replace(" ", "\t").split("\t") for line in text.splitlines()
+            if line and not line.startswith("#")]
+
+
 def check_output():
-    text = run("-i", "1000", "-l", "200", "-h", "400", "-q", "--executor", "events")
-    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    text = run("-i", "1000", "-l", "200", "-q", "--executor", "events")
     summary = re.compile(r"T: *(\d+) \( *\d+\) P: *\d+ I:\d+ C: *(\d+) "
                          r"Min: *\d+ Act: *\d+ Avg: *\d+ Max: *\d+$")
-    rows = [summary.match(line) for line in lines[:2]]
-    check("the summary has cyclictest's lines", all(rows))
+    rows = [summary.match(line) for line in text.splitlines() if not line.startswith("#")]
+    check("the summary has cyclictest's lines", len(rows) == 2 and all(rows), text)
     check("each row has its cycles", [row.group(2) for row in rows] == ["200", "200"])
-    histogram = [line.split() for line in lines[2:]]
+    # It went on for some cycles after its end.
+    text = run("-i", "200", "-l", "200", "-q", "--executor", "isolated")
+    check("also that of isolated", re.findall("^T:.* C: *(\\d+)", text, re.M) == ["200", "200"], text)
+    text = run("-i", "1000", "-l", "200", "-h", "400", "-q", "--executor", "events")
+    histogram = columns(text)
     check("the histogram has cyclictest's lines", len(histogram) == 400
-          and all(re.fullmatch(r"\d{6}", word) for line in histogram for word in line))
+          and all(re.fullmatch(r"\d{6}", word) for line in histogram for word in line), text)
     overflows = [int(word) for word in re.search(r"# Histogram Overflows: (.*)", text)[1].split()]
     for row in (1, 2):
         total = sum(int(line[row]) for line in histogram)
@@ -38,9 +49,14 @@ def check_output():
 
 
 def check_threads():
-    # OSADL's command line, with fewer loops: as many lines as CPUs.
     cpus = len(os.sched_getaffinity(0))
-    text = run("-l50", "-m", "-Sp90", "-i200", "-h400", "-q", "--executor", "none")
+    # OSADL's command line, with fewer loops. The summary stood before the histogram, as four rows of the
+    # plot, and an executor had columns in it.
+    text = run("-l50", "-m", "-Sp90", "-i200", "-h400", "-q")
+    rows = columns(text)
+    check("OSADL's script reads a row for each µs", [row[0] for row in rows] == [f"{i:06}" for i in range(400)], text)
+    check("and a column for each CPU", {len(row) for row in rows} == {1 + cpus}, text)
+    text = run("-l50", "-m", "-Sp90", "-i200", "-h400", "--executor", "none")
     rows = [line for line in text.splitlines() if line.startswith("T:")]
     check("-S has a thread on each CPU", len(rows) == cpus)
     check("with one interval, as there is a histogram", all(" I:200 " in row for row in rows))
@@ -100,6 +116,29 @@ def check_search_for_gaps():
           sorted(set(allowed)))
 
 
+def check_missing_rights():
+    # The refusal was the last line of a measurement of hours; --require prescribed a key of a file.
+    words = [sys.argv[1], "latency", "-p80", "-i1000", "-q", "--executor", "none"]
+    if os.geteuid() == 0:
+        words = ["setpriv", "--bounding-set=-sys_nice", *words]
+        if shutil.which("setpriv") is None:
+            return print("skipped: no setpriv")
+    elif resource.getrlimit(resource.RLIMIT_RTPRIO)[1] >= 80:
+        return print("skipped: this user has the rights")
+    process = subprocess.Popen([*words, "-l", "1000000"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    first = process.stderr.readline()
+    is_measuring = process.poll() is None
+    process.kill()
+    process.communicate()
+    check("missing rights are reported before the measurement", is_measuring and first.startswith(
+        "note: SCHED_FIFO 80: Operation not permitted") and first.endswith("; measuring without\n"), first)
+    text = subprocess.run([*words, "-l10"], capture_output=True, text=True).stdout
+    check("and in its result", "# SCHED_FIFO 80: Operation not permitted" in text, text)
+    wrong = subprocess.run([*words, "-l10", "--require"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    check("--require names its own remedy", wrong.returncode != 0 and wrong.stdout == "" and
+          wrong.stderr.endswith("; see takt doctor, or leave out --require\n"), wrong.stdout, wrong.stderr)
+
+
 def check_refusals():
     for words, said in ((("-a", "9999"), "is no CPU that this process may use"),
                         (("--policy=fast",), "there is no thread policy"), (("-t", "0"), "-t")):
@@ -125,6 +164,7 @@ check_output()
 check_threads()
 check_values_of_an_interrupted_round()
 check_search_for_gaps()
+check_missing_rights()
 check_refusals()
 check_document()
 finish()
