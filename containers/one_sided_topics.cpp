@@ -40,6 +40,12 @@ std::vector<OneSidedTopic> one_sided_topics(Participant* participant) {
     return !topic.first.starts_with('/') ||
            (!nodes.publishing.empty() && !nodes.subscribing.empty());
   });
+  // Most have matches; the graph of a large system is large, and all its processes look at once.
+  if (participant != nullptr && !topics.empty()) {
+    for (const EndpointState& end : participant->endpoints()) {
+      if (end.matched != 0) topics.erase(end.topic);
+    }
+  }
   if (participant != nullptr && !topics.empty()) {
     const Graph graph = participant->graph();
     std::set<std::string> published, subscribed;
