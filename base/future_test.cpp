@@ -34,7 +34,8 @@ TEST(Future, IsNotReadyBeforeTheValueIsSet) {
   const Future<int> future = promise.get_future();
   EXPECT_FALSE(future.ready());
   EXPECT_THAT([&] { future.get(); },
-              ThrowsMessage<Error>(HasSubstr("wait with spin_until_future_complete")));
+              ThrowsMessage<Error>(
+                  HasSubstr("co_await the call; elsewhere, wait with spin_until_future_complete")));
 }
 
 TEST(Future, GivesTheSameValueToAllCopies) {
