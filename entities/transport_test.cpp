@@ -453,8 +453,8 @@ TEST_F(TwoParticipants, AnotherTypeOfTheSameTopicIsNotMatched) {
   ASSERT_TRUE(eventually([&] { return from.matched() == 1; }));
   EXPECT_THAT(
       [&] {
-        here_->create_subscription<takt::OtherLabelled>("/typed", 10,
-                                                        [](const takt::OtherLabelled&) {});
+        (void)here_->create_subscription<takt::OtherLabelled>("/typed", 10,
+                                                              [](const takt::OtherLabelled&) {});
       },
       ThrowsMessage<Error>(HasSubstr("/typed")));
 }

@@ -299,7 +299,7 @@ class Actor {
   // The event of matching is called as fast as it can be.
   void match_often() {
     for (int i = 0; i < 10; ++i) {
-      own_.node->create_subscription<Number>(kTopics[0], 1, [](const Number&) {});
+      (void)own_.node->create_subscription<Number>(kTopics[0], 1, [](const Number&) {});
     }
   }
   // The feedback's function has the last pointer to it, and so to the client.
