@@ -137,6 +137,7 @@ class CycloneAlone {
 class Kept {
  public:
   void add(int cycles, const std::function<void()>& cycle) {
+    cycle();  // Cyclone frees some of the last endpoints with the next ones
     const std::int64_t before = memory_in_use();
     for (int i = 0; i < cycles; ++i) cycle();
     stretches_.push_back(static_cast<double>(memory_in_use() - before) / cycles);
@@ -188,9 +189,9 @@ TEST(LoadSoak, KeepsOfComponentsThatHaveGoneWhatCycloneKeepsAlone) {
       "a cycle of {} endpoints keeps {:.0f} bytes with new names, {:.0f} with the same, and "
       "{:.0f} by Cyclone alone\n",
       cyclone.ends(), with_new_names.median(), with_the_same.median(), alone.median());
-  // What is freed a little later, some 20 kB of a component's endpoints, counts in one stretch or
-  // in the next.
-  const double noise = 30e3 / cycles;
+  // Tables and caches grow by some kilobytes in one stretch and not in another, and what is freed
+  // a little later counts in the next one. Seen on a busy machine: 15 kB.
+  const double noise = 20e3 / cycles;
   EXPECT_LE(with_new_names.median(), 1.05 * with_the_same.median() + noise);
   EXPECT_LE(with_the_same.median(), 1.2 * alone.median() + noise);
   EXPECT_LE(kFirst * (at_first.median() - alone.median()), 1e6) << "statistics of what has gone";
