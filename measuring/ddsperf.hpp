@@ -16,8 +16,10 @@ std::string why_no_ddsperf();
 void keep_ddsperf_on_loopback();
 
 /// Runs a shell command with ddsperf, configured the same, and passes on each line of its output.
-/// Throws Error if it cannot start.
-void for_each_line(const std::string& command, const std::function<void(const std::string&)>& use);
+/// When `end` can be read, or this process has died, the command is killed. Throws Error if it
+/// cannot start.
+void for_each_line(const std::string& command, const std::function<void(const std::string&)>& use,
+                   int end = -1);
 
 }  // namespace takt::rt
 

@@ -28,7 +28,7 @@ using nlohmann::json;
 
 /// Throughput of Cyclone DDS's ddsperf on loopback, for comparison: the median of the values that
 /// its subscriber prints every second.
-Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
+Figures ddsperf_goodput(std::int64_t message_bytes, double seconds, const EndSignals& signals) {
   const auto children_cpu_s = [] {
     rusage usage{};
     getrusage(RUSAGE_CHILDREN, &usage);
@@ -54,7 +54,11 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds) {
                         &received, &lost, &rate_mbit_s) == 3) {
           mb_s.push_back(rate_mbit_s / 8);
         }
-      });
+      },
+      signals.fd());
+  if (const int signal = signals.take(); signal != 0) {
+    throw Interrupted(name_of_signal(signal) + " came");
+  }
   if (mb_s.empty()) throw Error("ddsperf received nothing");
   const double wall_s = rt::us(Clock::steady().now() - start) / 1e6;
   return {{{"goodput_mb_s", rt::median(mb_s)},
@@ -111,12 +115,8 @@ Figures run_takt(const Variant& variant, const BenchOptions& options, const EndS
 
 Figures measure(const Variant& variant, const BenchOptions& options, const EndSignals& signals) {
   if (!variant.is_ddsperf) return run_takt(variant, options, signals);
-  Figures figures =
-      ddsperf_goodput(variant.message_bytes, rt::us(parse_run_time(options.duration)) / 1e6);
-  if (const int signal = signals.take(); signal != 0) {
-    throw Interrupted(name_of_signal(signal) + " came");
-  }
-  return figures;
+  return ddsperf_goodput(variant.message_bytes, rt::us(parse_run_time(options.duration)) / 1e6,
+                         signals);
 }
 
 json jitter(const BenchOptions& options, const EndSignals& signals) {
