@@ -13,7 +13,6 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
-#include "run/run_again.hpp"
 
 namespace takt::tools {
 namespace {
@@ -100,7 +99,6 @@ int run_in_net(int argc, char** argv) noexcept {
 }  // namespace
 
 int main(int argc, char** argv) {
-  takt::tools::end_with_parent();
   takt::rt::guard_output();
   return takt::rt::checked_output(run_in_net(argc, argv));
 }

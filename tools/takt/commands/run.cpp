@@ -103,7 +103,7 @@ void print_callbacks(const json& run) {
   table.print("callbacks (latency and execution in µs; a timer's latency is due → start)");
 }
 
-/// "SCHED_FIFO", "SCHED_DEADLINE 2ms/10ms", "SCHED_OTHER (refused)".
+/// As `SCHED_FIFO`, `SCHED_DEADLINE 2ms/10ms`, `SCHED_OTHER (refused)`.
 std::string policy_text(const json& state) {
   std::string text = state.at("policy");
   if (state.contains("runtime_us")) {

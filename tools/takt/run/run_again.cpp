@@ -22,8 +22,6 @@ namespace takt::tools {
 
 namespace {
 
-constexpr const char* kParent = "TAKT_PARENT";  // in the environment: the process to end with
-
 /// Reads the child's output until its end. Passes a signal on to the child; a second one kills it.
 std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& signal) {
   std::string text;
@@ -68,27 +66,21 @@ void use_own_domain() {
   setenv("ROS_DOMAIN_ID", fmt::format("{}", 20 + getpid() % 80).c_str(), /*overwrite=*/0);
 }
 
-void end_with_parent() {
-  const char* const parent = std::getenv(kParent);
-  if (parent == nullptr) return;
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (std::to_string(getppid()) != parent) raise(SIGTERM);  // it had died before
-  unsetenv(kParent);
-}
-
 nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals) {
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) {
     throw Error("cannot create a pipe: " + errno_message(errno));
   }
-  const std::string parent = std::to_string(getpid());
+  const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) throw Error("cannot create a process: " + errno_message(errno));
   if (child == 0) {
+    // Over exec, too: no takt has capabilities of its own file, see decision 0085.
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(1);  // it has died before
     setpgid(0, 0);
     signals.let_through();
     dup2(pipe_ends[1], STDOUT_FILENO);
-    setenv(kParent, parent.c_str(), /*overwrite=*/1);
     unsetenv("TAKT_EXECUTOR");  // the words say which
     unsetenv("TAKT_SCHEDULER");
     become_takt(std::move(words));

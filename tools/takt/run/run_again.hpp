@@ -26,10 +26,6 @@ class Interrupted : public std::runtime_error {
 /// on the default domain would distort what it measures.
 void use_own_domain();
 
-/// For main: a process that run_again() has started gets SIGTERM when its parent dies. The program
-/// asks for that itself: what is set before exec is lost where the program has capabilities.
-void end_with_parent();
-
 /// Runs `takt WORDS…` in a child process, without the variables TAKT_EXECUTOR and TAKT_SCHEDULER,
 /// so that each measurement starts from the same state, and reads the JSON that it writes to
 /// stdout. Throws Error if it fails; its message is on stderr. When a signal arrives, ends the

@@ -19,9 +19,9 @@
 #include "takt/messages/rcl_interfaces/srv/list_parameters.hpp"
 #include "takt/messages/service_msgs/msg/service_event_info.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
-#include "takt/nodes/lifecycle_node.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
+#include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/action_server.hpp"
 
 namespace peers {
