@@ -38,7 +38,7 @@ EXPERIMENTS = {
     "reference_system": "--duration 3s --repeat 3"}
 DEMO = "compare examples/03_robot/robot.yaml --executors all --duration 3s"
 TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50 -q"
-DISPATCH = ("dispatch_benchmark --benchmark_filter=^bare|/(events|static_single_threaded|single_threaded)/threads:1/"
+DISPATCH = ("dispatch_benchmark --benchmark_filter=^between_threads|/(events|static_single_threaded|single_threaded)/threads:1/"
             "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
             "--benchmark_min_time=0.2 --benchmark_display_aggregates_only=true")
 
@@ -213,7 +213,7 @@ def dispatch_table(dispatch):
     nodes = sorted({count for of_nodes in values.values() for count in of_nodes})
     rows = []
     for (executor, level), of_nodes in sorted(values.items(), key=lambda each: (each[0][1], each[0][0])):
-        name = f"`{executor}`, statistics `{level}`" if executor else "the same atomic operations by hand, nothing else"
+        name = f"`{executor}`, statistics `{level}`" if executor else "by hand, with all that a message between threads needs"
         rows.append([name, *(f"{statistics.median(of_nodes[count]):.0f} "
                              f"({min(of_nodes[count]):.0f} – {max(of_nodes[count]):.0f})"
                              if count in of_nodes else "" for count in nodes)])
