@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/spin.hpp"
 
+#include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 
 namespace takt {
 namespace {
@@ -109,6 +111,33 @@ INSTANTIATE_TEST_SUITE_P(Signals, CancelOnSignalsTest, testing::Values(SIGINT, S
                          [](const auto& signal) {
                            return signal.param == SIGINT ? "SIGINT" : "SIGTERM";
                          });
+
+// SCHED_OTHER threads woke up 50 µs late for every timer.
+TEST(SpinTest, ThreadsSleepWithoutTheKernelsSlack) {
+  const auto slack_in_callback = [](const std::string& type, auto&& spin) {
+    std::atomic<int> slack{-1};
+    std::thread([&] {
+      const auto executor = executors().make(type, {});
+      const auto node = std::make_shared<Node>("node");
+      int ticks = 0;
+      const auto timer = node->create_timer("timer", 1ms, [&] {
+        slack = prctl(PR_GET_TIMERSLACK);
+        // On a busy machine the first ones may be due before any thread sleeps.
+        if (slack == 1 || ++ticks == 1000) executor->cancel();
+      });
+      executor->add_node(node);
+      spin(*executor);
+    }).join();
+    return slack.load();
+  };
+  for (const std::string& type : executors().names()) {
+    EXPECT_EQ(slack_in_callback(type, [](Executor& executor) { executor.spin(); }), 1) << type;
+  }
+  const auto one_by_one = [](Executor& executor) {
+    for (int i = 0; i < 100; ++i) executor.spin_once();
+  };
+  EXPECT_EQ(slack_in_callback("events", one_by_one), 1);
+}
 
 }  // namespace
 }  // namespace takt

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "takt/base/error.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
 
@@ -145,6 +146,7 @@ const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
         deadline = std::min(deadline, member->entity->next_release().value_or(kNever));
       }
     }
+    wake_up_on_time();
     backend_->wait(0, deadline);
   }
 }

@@ -127,6 +127,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   const bool wakes_early =
       early_wake_ != Nanoseconds::zero() && deadline == release && release != kNever;
   const TimePoint end = wakes_early ? deadline - early_wake_ : deadline;
+  if (end != kNever) wake_up_on_time();
   if (!shared_) standing_by_.store(0);
   idle_.fetch_add(1);
   // Left over: what came while this worker spun has woken no worker.

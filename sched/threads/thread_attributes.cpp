@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -299,6 +301,11 @@ ThreadState thread_state(int tid) {
   return state;
 }
 
+void wake_up_on_time() noexcept {
+  thread_local constinit bool is_set = false;
+  if (!std::exchange(is_set, true)) prctl(PR_SET_TIMERSLACK, 1);
+}
+
 ThreadState apply(const ThreadAttributes& attributes, Realtime realtime) {
   attributes.check();
   std::string refused;
@@ -311,6 +318,7 @@ ThreadState apply(const ThreadAttributes& attributes, Realtime realtime) {
   if (const int error = set_affinity(attributes.affinity); error != 0) {
     refuse("affinity", why(error));
   }
+  wake_up_on_time();
   if (realtime != Realtime::off) {
     if (const int error = set_policy(attributes); error != 0) {
       refuse(asked_text(attributes),

@@ -83,6 +83,11 @@ ThreadState this_thread_state();
 /// What a thread of this process has.
 ThreadState thread_state(int tid);
 
+/// From here on the kernel ends the sleeps of the calling thread when they are over. Threads that
+/// are not real-time ones otherwise have a slack of 50 µs, which spares it interrupts.
+/// Real-time: one system call for each thread, the first time.
+void wake_up_on_time() noexcept;
+
 /// "SCHED_FIFO" and so on; the names of sched(7) and of the configuration file.
 std::string_view to_string(ThreadPolicy policy) noexcept;
 /// Throws an Error that lists the valid names.
