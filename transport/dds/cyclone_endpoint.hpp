@@ -37,7 +37,7 @@ class CycloneEndpoint {
             .type = endpoint_.type->name,
             .is_writer = is_writer_,
             .reliability = endpoint_.qos.reliability,
-            .matched = matched(),
+            .matched = confirmed(),
             .messages = messages_.load(std::memory_order_relaxed),
             .transport = is_shared() ? "shared memory" : "UDP: " + why_udp_,
             .uncopied = uncopied_.load(std::memory_order_relaxed),
@@ -49,6 +49,8 @@ class CycloneEndpoint {
     const std::size_t count = matched_.load();
     return count != 0 && Clock::steady().now() >= is_known_at_ ? count : 0;
   }
+  /// Of these, when all is ready on the other side, too.
+  virtual std::size_t confirmed() const noexcept { return matched(); }
   /// From here on nothing comes from it.
   void close() noexcept;
   /// No message of it is held any more.

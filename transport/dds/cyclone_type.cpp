@@ -251,6 +251,14 @@ ddsi_serdata* encode(const Sertype& type, const void* message) {
   return data;
 }
 
+ddsi_serdata* make_question(const Sertype& type) {
+  Serdata* data = make(type, SDK_KEY);
+  std::copy(kCdrHeader.begin(), kCdrHeader.end(), data->buffer.extend(kCdrHeader.size()));
+  finish(*data);
+  data->statusinfo = NN_STATUSINFO_UNREGISTER;
+  return data;
+}
+
 std::string dds_type_name(std::string_view name) {
   if (name.find('/') == std::string_view::npos) return std::string(name);
   std::string result;

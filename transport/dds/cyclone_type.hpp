@@ -39,6 +39,9 @@ struct Sertype : ddsi_sertype {
 /// The message's bytes, owned by the caller. For `dds_writecdr`, which takes them over.
 ddsi_serdata* encode(const Sertype& type, const void* message);
 
+/// What no reader delivers, but confirms: that this writer, which has written nothing, has gone.
+ddsi_serdata* make_question(const Sertype& type);
+
 /// "sensor_msgs/msg/LaserScan" → "sensor_msgs::msg::dds_::LaserScan_". A name without a slash is
 /// that of an IDL type, and stays.
 std::string dds_type_name(std::string_view name);

@@ -51,6 +51,7 @@ class CycloneWriter final : public CycloneEndpoint {
           auto& writer = *static_cast<CycloneWriter*>(self);
           if (status.total_count_change > 0) writer.readers_ever_.fetch_add(1);
           writer.note_match(handle, status.last_subscription_handle, status.current_count_change);
+          if (status.current_count_change > 0) writer.ask(handle);  // before it is counted
           writer.count_matched(handle, status.current_count, status.current_count_change);
           writer.send_waiting();
         });
@@ -62,6 +63,8 @@ class CycloneWriter final : public CycloneEndpoint {
         });
     make(&dds_create_writer, endpoint_.qos.depth, listener);
     if (is_shared()) is_known_at_ = later(Clock::steady().now(), kHearsayTime);
+    is_made_.store(true);
+    if (matched_.load() != 0) ask(handle_);
   }
 
   ~CycloneWriter() override {
@@ -125,13 +128,45 @@ class CycloneWriter final : public CycloneEndpoint {
   bool wait_for_acks(Nanoseconds timeout) noexcept {
     return dds_wait_for_acks(handle_, timeout.count()) == DDS_RETCODE_OK;
   }
+  /// Those that had come before, until all have confirmed what was asked when the last one came.
+  std::size_t confirmed() const noexcept override {
+    const std::size_t count = matched();
+    return count == 0 || is_confirmed() ? count : std::min(count, known_before_.load());
+  }
   /// Of a client's requests: the services that it can hear, too.
   std::size_t reader_count() const noexcept {
-    const std::size_t count = matched();
+    const std::size_t count = confirmed();
     return services_ == nullptr || is_service_ ? count : std::min(count, services_->count());
   }
 
  private:
+  // A reader that has discovered us takes what it finds at its first heartbeat for older than
+  // itself, and we learn of no heartbeat. What is written as soon as there is a reader would be
+  // lost: so until the first message each new reader has something to confirm, and each new service
+  // of a client, too. One that has gone without a word is not waited for any longer than that.
+  void ask(dds_entity_t handle) noexcept {
+    constexpr auto kPatience = std::chrono::seconds(1);
+    if (is_shared() || endpoint_.qos.reliability != Reliability::reliable ||
+        endpoint_.qos.durability != Durability::volatile_ || !is_made_.load()) {
+      return;
+    }
+    const bool is_client = services_ != nullptr && !is_service_;
+    if (messages_.load() != 0 && !is_client) return;
+    if (is_confirmed()) known_before_.store(matched());
+    ddsi_serdata* question = make_question(topic_.type());
+    question->timestamp.v = dds_time();
+    dds_forwardcdr(handle, question);
+    asks_until_.store(later(Clock::steady().now(), kPatience));  // before the reader is counted
+  }
+
+  // Once it is, later messages that are not confirmed yet do not matter.
+  bool is_confirmed() const noexcept {
+    TimePoint until = asks_until_.load();
+    if (Clock::steady().now() >= until) return true;
+    if (dds_wait_for_acks(handle_, 0) != DDS_RETCODE_OK) return false;
+    return asks_until_.compare_exchange_strong(until, TimePoint{});  // else it has asked again
+  }
+
   /// A response for a client that cannot hear it yet.
   struct Waiting {
     std::uint64_t client;
@@ -240,8 +275,11 @@ class CycloneWriter final : public CycloneEndpoint {
   PiMutex waiting_mutex_;
   std::vector<Waiting> waiting_;  // of a service
   std::atomic<std::uint64_t> readers_ever_{0};
-  PiMutex mutex_;               // guards what follows
-  std::uint64_t sequence_ = 0;  // of the last one sent by shared memory
+  std::atomic<bool> is_made_{false};
+  mutable std::atomic<TimePoint> asks_until_{};
+  std::atomic<std::size_t> known_before_{0};  // readers, when what is not confirmed was asked
+  PiMutex mutex_;                             // guards what follows
+  std::uint64_t sequence_ = 0;                // of the last one sent by shared memory
   std::uint64_t readers_known_ = 0, before_newest_ = 0;
 };
 
