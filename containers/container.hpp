@@ -4,6 +4,7 @@
 #define TAKT_CONTAINERS_CONTAINER_HPP_
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -196,6 +197,7 @@ class Container {
   bool drain();
   void begin_counting();
   void end_counting();
+  void set_counted(ThreadStatistics& thread) const;
 
   SystemDescription description_;  // completed with what Takt assigns
   const ContainerOverrides overrides_;
@@ -203,6 +205,7 @@ class Container {
   bool has_checked_matches_ = false;
   std::shared_ptr<Participant> participant_;
   std::vector<ThreadStatistics> dds_threads_;
+  std::map<int, ThreadStatistics> counted_;  // what the kernel has counted, by thread
   std::shared_ptr<Watchdog> watchdog_;
   std::vector<std::unique_ptr<RunningExecutor>> executors_;
   detail::Guarded<Shared> shared_;

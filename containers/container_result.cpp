@@ -1,7 +1,10 @@
 // Collects the measurements of a run.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 
 #include <fmt/format.h>
@@ -12,11 +15,11 @@
 namespace takt {
 namespace {
 
-// Adds (or subtracts) the kernel's counters of a thread that Takt did not start.
-void read_counters(ThreadStatistics& thread, int sign) {
-  const std::string task = fmt::format("/proc/self/task/{}/", thread.in_force.tid);
+// Adds (or subtracts) the kernel's counters of a thread. False: it has ended.
+bool read_counters(int tid, ThreadStatistics& thread, int sign) {
+  const std::string task = fmt::format("/proc/self/task/{}/", tid);
   std::int64_t cpu_time_ns = 0;
-  std::ifstream(task + "schedstat") >> cpu_time_ns;
+  if (!(std::ifstream(task + "schedstat") >> cpu_time_ns)) return false;
   thread.cpu_time += sign * Nanoseconds(cpu_time_ns);
   std::ifstream status(task + "status");
   for (std::string word; status >> word;) {
@@ -25,26 +28,42 @@ void read_counters(ThreadStatistics& thread, int sign) {
     status >> switches;
     thread.counters.voluntary_switches += static_cast<std::uint64_t>(sign) * switches;
   }
+  return true;
 }
 
 }  // namespace
 
-// The measured time is from release to hold.
+// The measured time is from release to hold, for the process and for each of its threads: an
+// executor spins before and after, and a share of a longer time is another one.
 void Container::begin_counting() {
   released_ = Clock::steady().now();
+  std::error_code ended;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", ended)) {
+    const int tid = std::atoi(task.path().filename().c_str());
+    read_counters(tid, counted_[tid], -1);
+  }
   cpu_time_ = process_cpu_time();
-  for (ThreadStatistics& thread : dds_threads_) read_counters(thread, -1);
 }
 
 void Container::end_counting() {
   held_ = Clock::steady().now();
   cpu_time_ = process_cpu_time() - cpu_time_;
+  for (auto task = counted_.begin(); task != counted_.end();) {
+    task = read_counters(task->first, task->second, 1) ? std::next(task) : counted_.erase(task);
+  }
   pss_kb_ = proportional_set_size_kb();
   for (ThreadStatistics& thread : dds_threads_) {
     thread.in_force = thread_state(thread.in_force.tid);  // by now Cyclone has named it
-    read_counters(thread, 1);
-    thread.wall_time = held_ - released_;
   }
+}
+
+void Container::set_counted(ThreadStatistics& thread) const {
+  const auto counted = counted_.find(thread.in_force.tid);
+  if (counted == counted_.end()) return;
+  thread.cpu_time = counted->second.cpu_time;
+  thread.wall_time = held_ - released_;
+  thread.spin_time = std::min(thread.spin_time, thread.cpu_time);
+  thread.counters.voluntary_switches = counted->second.counters.voluntary_switches;
 }
 
 std::vector<EndpointState> Container::endpoints() const {
@@ -95,10 +114,14 @@ ProcessResult Container::result() const {
             running->name, statistics.missed_periods, statistics.dropped_outputs));
       }
       if (!statistics.in_force.refused.empty()) result.notes.push_back(statistics.in_force.refused);
+      set_counted(statistics);
       result.threads.push_back({running->name, std::move(statistics)});
     }
   }
-  for (const ThreadStatistics& thread : dds_threads_) result.threads.push_back({"dds", thread});
+  for (ThreadStatistics thread : dds_threads_) {
+    set_counted(thread);
+    result.threads.push_back({"dds", std::move(thread)});
+  }
   if (participant_ != nullptr && dds_warnings() != 0) {
     result.notes.push_back(fmt::format("Cyclone DDS has warned {} times", dds_warnings()));
   }

@@ -121,8 +121,10 @@ struct CallbackCounts {
   std::uint64_t with_period = 0;         // messages whose publisher's period is known
   std::uint64_t late = 0, too_late = 0;  // of these
   std::uint64_t deadline_misses = 0;
-  /// Timer releases while one was outstanding, and executions longer than the budget.
+  /// Timer releases that were not served, and executions longer than the budget.
   std::uint64_t overruns = 0;
+  /// Of these, the releases: they came while one was outstanding, or none was ever served.
+  std::uint64_t skipped = 0;
 };
 
 /// What it measures of each message or release, at the level `full`.

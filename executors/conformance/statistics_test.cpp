@@ -90,6 +90,78 @@ TEST_P(ConformanceStatistics, LatencyIsTheWaitAndTheTake) {
   EXPECT_EQ(measured.too_late, 1u);  // more than the period
 }
 
+// An executor that runs little of what is due looked better than one that runs all: releases that
+// were never served were in no count.
+TEST_P(ConformanceStatistics, ReleasesThatAreNotServedAreSkipped) {
+  const auto timer = node_->create_timer("timer", 100ms, [] {});
+  executor_->add_node(node_);
+  executor_->spin_some();
+  clock_.work(350ms);  // due at 100, 200 and 300
+  executor_->spin_all();
+  EXPECT_EQ(row("timer").received, 1u);
+  EXPECT_EQ(row("timer").skipped, 2u);
+  clock_.work(200ms);  // at 400 and 500, too
+  executor_->release_timers(false);
+  clock_.work(200ms);
+  EXPECT_EQ(row("timer").received, 1u);
+  EXPECT_EQ(row("timer").skipped, 4u);
+  EXPECT_EQ(row("timer").overruns, 4u);
+}
+
+// Recording all but one sample of a hundred passed all tests.
+TEST_P(ConformanceStatistics, EveryExecutionIsRecorded) {
+  constexpr std::uint64_t kMessages = 210;
+  const auto publisher = node_->create_publisher<Number>("topic", 10, {.expected_period = 10ms});
+  const auto subscription = node_->subscribe("topic", [&](const Number&) { clock_.work(kWork); });
+  executor_->add_node(node_);
+  for (std::uint64_t i = 0; i < kMessages; ++i) {
+    executor_->spin_some();
+    publisher->publish(Number{});
+    executor_->spin_some();
+  }
+  const CallbackStatistics measured = row("topic");
+  EXPECT_EQ(measured.received, kMessages);
+  EXPECT_EQ(measured.latency.count(), kMessages);
+  EXPECT_EQ(measured.waiting.count(), kMessages);
+  EXPECT_EQ(measured.take.count(), kMessages);
+  EXPECT_EQ(measured.execution.count(), kMessages);
+  EXPECT_EQ(measured.execution.sum(), kMessages * kWork);
+  EXPECT_EQ(measured.with_period, kMessages);
+}
+
+// Counting a miss only where the deadline was exceeded by a tenth passed all tests.
+TEST_P(ConformanceStatistics, AnythingBeyondALimitCounts) {
+  Nanoseconds work = 9ms;
+  const auto publisher = node_->create_publisher<Number>("topic", 10, {.expected_period = 20ms});
+  const auto timer = node_->create_timer("timer", 100ms, [&] { publisher->publish(Number{}); });
+  const auto subscription = node_->subscribe("topic", [&](const Number&) { clock_.work(work); });
+  subscription->set_parameters({.deadline = kTake + 9ms, .budget = 9ms});
+  const auto chain = Chain::create({.name = "chain", .deadline = kTake + 9ms},
+                                   {{node_, "timer"}, {node_, "topic"}});
+  executor_->add_node(node_);
+  executor_->spin_some();
+  const auto misses = [&] {
+    clock_.work(timer->due() - clock_.now());
+    executor_->spin_all();
+    return std::tuple(row("topic").deadline_misses, row("topic").overruns,
+                      chain->statistics().misses);
+  };
+  EXPECT_EQ(misses(), std::tuple(0, 0, 0));
+  work += 1ns;
+  EXPECT_EQ(misses(), std::tuple(1, 1, 1));
+  const auto late = [&](Nanoseconds wait) {
+    const CallbackStatistics before = row("topic");
+    publisher->publish(Number{});
+    clock_.work(wait - kTake);
+    executor_->spin_all();
+    return std::tuple(row("topic").late - before.late, row("topic").too_late - before.too_late);
+  };
+  EXPECT_EQ(late(4ms), std::tuple(0, 0));  // a fifth of the period
+  EXPECT_EQ(late(4ms + 1ns), std::tuple(1, 0));
+  EXPECT_EQ(late(20ms), std::tuple(1, 0));
+  EXPECT_EQ(late(20ms + 1ns), std::tuple(0, 1));
+}
+
 TEST_P(ConformanceStatistics, AChainIsMeasuredFromItsReleaseToItsEnd) {
   const auto publisher = node_->create_publisher<Number>("topic", 10);
   const auto timer = node_->create_timer("timer", 100ms, [&] {

@@ -64,6 +64,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool is_spinning() const noexcept override { return has_workers_.load(); }
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
+    timers_held_.store(released ? TimePoint{} : options_.clock->now());
     is_left_over_.store(true);
     wake();  // the timekeeper must look again
   }
@@ -354,6 +355,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   bool is_ending_ = false;       // no more statistics are kept
   ScheduleUpdate changes_;       // only `removed` and `changed`
   bool has_changes_ = false;
+  std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
+  bool has_just_run_ = false;             // a brief callback, and nothing else since
   bool was_spun_ = false;
   CallbackId next_callback_id_ = 0;
   detail::Numbers<Exclusion> group_ids_;

@@ -28,6 +28,7 @@ void add_to(CallbackStatistics& sum, const CallbackStatistics& more) {
   sum.too_late += more.too_late;
   sum.deadline_misses += more.deadline_misses;
   sum.overruns += more.overruns;
+  sum.skipped += more.skipped;
   sum.latency.merge(more.latency);
   sum.waiting.merge(more.waiting);
   sum.take.merge(more.take);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -41,7 +42,10 @@ struct Comparison {
   std::string file, executor, scheduler, composition = "file";
   Histogram latency;        // of all subscriptions, over all repeats
   Histogram timer_latency;  // due → start
-  std::uint64_t received = 0, lost = 0, dropped = 0, deadline_misses = 0;
+  std::uint64_t received = 0, lost = 0, dropped = 0, overruns = 0, deadline_misses = 0;
+  Releases releases;                              // of timers
+  double seconds = 0;                             // of all repeats
+  bool is_long = false;                           // one took longer than was asked for
   std::optional<std::uint64_t> late, too_late;    // of publishers whose periods are known
   std::map<std::string, ChainComparison> chains;  // by name
   // One value for each repeat; tables show the median.
@@ -63,19 +67,18 @@ std::vector<std::string> selection(const std::string& text, const AnyRegistry& r
   return names;
 }
 
-void add_run(Comparison& row, const json& run) {
-  double wakeups = 0;
-  Histogram latency;
+void add_callbacks(Comparison& row, const json& run) {
   for (const json& callback : run.at("callbacks")) {
     const Histogram histogram = read_histogram(callback.at("latency_us"));
+    const auto sum = [&callback](const char* key, std::uint64_t& into) {
+      into += callback.at(key).get<std::uint64_t>();
+    };
+    sum("overruns", row.overruns);
     if (callback.at("kind") == "timer") {
       row.timer_latency.merge(histogram);
       continue;
     }
-    latency.merge(histogram);
-    const auto sum = [&callback](const char* key, std::uint64_t& into) {
-      into += callback.at(key).get<std::uint64_t>();
-    };
+    row.latency.merge(histogram);
     sum("received", row.received);
     sum("lost", row.lost);
     sum("dropped", row.dropped);
@@ -87,6 +90,20 @@ void add_run(Comparison& row, const json& run) {
     sum_known("too_late", row.too_late);
     sum("deadline_misses", row.deadline_misses);
   }
+}
+
+/// Longer than a run that was asked for may take: its counts are no longer those of the others.
+bool is_long(double seconds, Nanoseconds asked) {
+  return seconds > 1.05 * rt::us(asked) / 1e6 + 0.05;
+}
+
+void add_run(Comparison& row, const json& run, Nanoseconds asked) {
+  add_callbacks(row, run);
+  const double seconds = run.at("duration_s");
+  row.seconds += seconds;
+  row.is_long = row.is_long || is_long(seconds, asked);
+  row.releases.due += run.at("releases").at("due").get<std::uint64_t>();
+  row.releases.served += run.at("releases").at("served").get<std::uint64_t>();
   for (const json& chain : run.at("chains")) {
     ChainComparison& sum = row.chains[chain.at("name")];
     sum.instances += chain.at("instances").get<std::uint64_t>();
@@ -94,22 +111,21 @@ void add_run(Comparison& row, const json& run) {
     sum.aborted += chain.at("aborted").get<std::uint64_t>();
     sum.latency.merge(read_histogram(chain.at("latency_us")));
   }
+  double cpu_percent = 0, pss_kb = 0, wakeups = 0;
   for (const json& thread : run.at("threads")) wakeups += thread.at("wakeups").get<double>();
-  row.latency.merge(latency);
-  double cpu_percent = 0, pss_kb = 0;
   for (const json& process : run.at("processes")) {
     cpu_percent += process.at("cpu_percent").get<double>();
     pss_kb += process.at("pss_kb").get<double>();
   }
   row.cpu_percent.push_back(cpu_percent);
-  row.wakeups_per_s.push_back(wakeups / run.at("duration_s").get<double>());
+  row.wakeups_per_s.push_back(wakeups / seconds);
   row.pss_mb.push_back(pss_kb / 1024);
 }
 
 /// The cells that identify a row.
 class Names {
  public:
-  explicit Names(const std::vector<Comparison>& rows)
+  explicit Names(std::span<const Comparison> rows)
       : has_schedulers_(std::any_of(rows.begin(), rows.end(),
                                     [](const auto& row) { return !row.scheduler.empty(); })),
         has_compositions_(std::any_of(rows.begin(), rows.end(),
@@ -135,6 +151,13 @@ class Names {
   const bool has_schedulers_, has_compositions_;
 };
 
+std::string other_names(const Comparison& row) {
+  std::string text;
+  if (!row.scheduler.empty()) text += " " + row.scheduler;
+  if (row.composition != kFile) text += " " + row.composition;
+  return text;
+}
+
 /// Of a histogram with a full bucket, percentiles are marked.
 std::string percentile(const Histogram& latency, double fraction) {
   if (latency.count() == 0) return "-";
@@ -149,48 +172,84 @@ std::vector<std::string> percentiles(const Histogram& latency) {
   return cells;
 }
 
-void print(const std::vector<Comparison>& rows, int repeats) {
+/// Counts of runs of different lengths can only be compared by the second.
+std::string per_second(std::uint64_t count, const Comparison& row) {
+  return row.seconds == 0 ? "-" : fmt::format("{:.1f}", static_cast<double>(count) / row.seconds);
+}
+
+std::vector<std::string> cells_of(const Comparison& row) {
+  std::vector<std::string> cells{fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
+                                 std::to_string(row.received), per_second(row.received, row)};
+  for (const std::optional<std::uint64_t> count :
+       {std::optional(row.lost), std::optional(row.dropped), std::optional(row.overruns), row.late,
+        row.too_late, std::optional(row.deadline_misses)}) {
+    cells.push_back(count ? std::to_string(*count) : "-");
+  }
+  for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
+  cells.push_back(percentile(row.timer_latency, 0.99));
+  cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
+  cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
+  cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
+  return cells;
+}
+
+/// An executor that skips releases looks good otherwise: what never ran was never late.
+std::string served_text(std::span<const Comparison> rows) {
+  std::string text;
+  for (const Comparison& row : rows) {
+    if (row.releases.due == 0) continue;
+    // Rounded down: 100 % are all.
+    const std::uint64_t tenths = row.releases.served * 1000 / row.releases.due;
+    text += fmt::format("{}{}{} {}.{} % ({} of {})", text.empty() ? "" : ", ", row.executor,
+                        other_names(row), tenths / 10, tenths % 10, row.releases.served,
+                        row.releases.due);
+  }
+  return text.empty() ? "" : fmt::format("releases of timers that were served: {}\n", text);
+}
+
+/// Rows of one file.
+void print(std::span<const Comparison> rows, const std::string& runs) {
+  const std::string& file = rows.front().file;
   const Names names(rows);
+  Table table(names.header({"seconds", "received", "received/s", "lost", "dropped", "overruns",
+                            "late", "too_late", "misses", "p50", "p90", "p99", "p99.9", "max",
+                            "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
+  // Sort by chain, so that compared rows are next to each other.
+  std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
+  for (const Comparison& row : rows) {
+    table.add(names.row(row, cells_of(row)));
+    for (const auto& [name, chain] : row.chains) {
+      std::vector<std::string> cells{name, std::to_string(chain.instances),
+                                     per_second(chain.instances, row), std::to_string(chain.misses),
+                                     std::to_string(chain.aborted)};
+      for (std::string& cell : percentiles(chain.latency)) cells.push_back(std::move(cell));
+      by_chain[name].push_back(names.row(row, cells));
+    }
+  }
+  table.print(
+      fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", file, runs));
+  rt::print("{}", served_text(rows));
+  if (std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.is_long; })) {
+    rt::print("! a run took longer than asked: compare its counts by the second\n");
+  }
+  Table chains(names.header({"chain", "instances", "instances/s", "misses", "aborted", "p50", "p90",
+                             "p99", "p99.9", "max"}));
+  for (auto& [name, chain_rows] : by_chain) {
+    for (auto& row : chain_rows) chains.add(std::move(row));
+  }
+  chains.print(fmt::format("{} ({}; chains, release of the first callback → end of the last, µs)",
+                           file, runs));
+}
+
+void print(std::span<const Comparison> rows, int repeats) {
   const std::string runs =
       fmt::format("{} run{} each, interleaved", repeats, repeats == 1 ? "" : "s");
-  for (std::size_t first = 0; first < rows.size();) {
-    const std::string file = rows[first].file;
-    Table table(
-        names.header({"received", "lost", "dropped", "late", "too_late", "misses", "p50", "p90",
-                      "p99", "p99.9", "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
-    // Sort by chain, so that compared rows are next to each other.
-    std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
-    for (; first < rows.size() && rows[first].file == file; ++first) {
-      const Comparison& row = rows[first];
-      std::vector<std::string> cells;
-      for (const std::optional<std::uint64_t> count :
-           {std::optional(row.received), std::optional(row.lost), std::optional(row.dropped),
-            row.late, row.too_late, std::optional(row.deadline_misses)}) {
-        cells.push_back(count ? std::to_string(*count) : "-");
-      }
-      for (std::string& cell : percentiles(row.latency)) cells.push_back(std::move(cell));
-      cells.push_back(percentile(row.timer_latency, 0.99));
-      cells.push_back(fmt::format("{:.2f}", rt::median(row.cpu_percent)));
-      cells.push_back(fmt::format("{:.0f}", rt::median(row.wakeups_per_s)));
-      cells.push_back(fmt::format("{:.1f}", rt::median(row.pss_mb)));
-      table.add(names.row(row, cells));
-      for (const auto& [name, chain] : row.chains) {
-        std::vector<std::string> chain_cells{name, std::to_string(chain.instances),
-                                             std::to_string(chain.misses),
-                                             std::to_string(chain.aborted)};
-        for (std::string& cell : percentiles(chain.latency)) chain_cells.push_back(std::move(cell));
-        by_chain[name].push_back(names.row(row, chain_cells));
-      }
-    }
-    table.print(
-        fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", file, runs));
-    Table chains(names.header(
-        {"chain", "instances", "misses", "aborted", "p50", "p90", "p99", "p99.9", "max"}));
-    for (auto& [name, chain_rows] : by_chain) {
-      for (auto& row : chain_rows) chains.add(std::move(row));
-    }
-    chains.print(fmt::format("{} ({}; chains, release of the first callback → end of the last, µs)",
-                             file, runs));
+  while (!rows.empty()) {
+    const auto end = std::find_if(rows.begin(), rows.end(),
+                                  [&](const auto& row) { return row.file != rows.front().file; });
+    const auto count = static_cast<std::size_t>(end - rows.begin());
+    print(rows.first(count), runs);
+    rows = rows.subspan(count);
   }
 }
 
@@ -211,6 +270,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
   json runs = json::array();
   const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
   const bool shows_progress = isatty(STDERR_FILENO) != 0;
+  const Nanoseconds asked = parse_run_time(options.duration);
   std::string interrupted;
   try {
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
@@ -222,7 +282,7 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
         }
         json run = run_again(words_of(row, options), signals).at("runs").at(0);
         run["repeat"] = repeat;
-        add_run(row, run);
+        add_run(row, run, asked);
         runs.push_back(std::move(run));
       }
     }

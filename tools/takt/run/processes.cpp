@@ -191,6 +191,8 @@ json run_processes(const std::vector<SystemDescription>& processes, const RunOpt
                     : run_here(processes.front(), options.overrides, options.duration, signals,
                                options.loads);
   for (json& callback : result.at("callbacks")) callback.erase("from_outside");
+  const Releases releases = releases_of(result);
+  result["releases"] = {{"due", releases.due}, {"served", releases.served}};
   return result;
 }
 

@@ -100,6 +100,7 @@ json callbacks_json(const ProcessResult& process) {
                          {"too_late", of_known_period(statistics.too_late)},
                          {"deadline_misses", statistics.deadline_misses},
                          {"overruns", statistics.overruns},
+                         {"skipped", statistics.skipped},
                          {"latency_us", histogram_json(statistics.latency, true)},
                          {"waiting_us", histogram_json(statistics.waiting, true)},
                          {"take_us", histogram_json(statistics.take, true)},
@@ -165,6 +166,17 @@ json process_json(const ProcessResult& process) {
       {"trace", std::move(trace)},
       {"notes", process.notes},
       {"failed", process.failures}};
+}
+
+Releases releases_of(const json& run) {
+  Releases releases;
+  for (const json& callback : run.at("callbacks")) {
+    if (callback.at("kind") != "timer") continue;
+    const auto served = callback.at("received").get<std::uint64_t>();
+    releases.served += served;
+    releases.due += served + callback.at("skipped").get<std::uint64_t>();
+  }
+  return releases;
 }
 
 Histogram read_histogram(const json& latency) {

@@ -18,6 +18,11 @@ nlohmann::json result_document(nlohmann::json runs);
 /// One process as an entry of "runs", without the options of the run. Histograms are lists of
 /// [bucket, count], see base/histogram.hpp.
 nlohmann::json process_json(const ProcessResult& process);
+/// How many releases of timers were due in a run, and how many of them its callbacks were run for.
+struct Releases {
+  std::uint64_t due = 0, served = 0;
+};
+Releases releases_of(const nlohmann::json& run);
 /// Reads a histogram of run_json; returns an empty one if there is none.
 Histogram read_histogram(const nlohmann::json& latency);
 

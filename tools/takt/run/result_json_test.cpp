@@ -36,6 +36,51 @@ TEST(ResultJson, SaysNullOfTimesWithoutASample) {
     "p50": null, "p90": null, "p99": null, "p999": null, "max": null, "histogram": []})"));
 }
 
+TEST(ResultJson, SaysEachPercentileByItsName) {
+  ProcessResult result = result_of_one_callback();
+  result.chains.push_back({.name = "chain"});
+  CallbackStatistics& statistics = result.callbacks[0].statistics;
+  for (int i = 1; i <= 10'000; ++i) {
+    statistics.latency.record(i * 1us);
+    statistics.waiting.record(i * 2us);
+    statistics.take.record(i * 3us);
+    statistics.execution.record(i * 4us);
+    result.chains[0].statistics.latency.record(i * 5us);
+  }
+  const auto expect = [](const json& written, const Histogram& histogram) {
+    EXPECT_EQ(written.at("count"), 10'000u);
+    for (const auto& [key, fraction] :
+         {std::pair("p50", 0.5), {"p90", 0.9}, {"p99", 0.99}, {"p999", 0.999}, {"max", 1.0}}) {
+      EXPECT_EQ(from_us(written.at(key)), histogram.percentile(fraction)) << key;
+    }
+    EXPECT_EQ(from_us(written.at("min")), histogram.min());
+    EXPECT_EQ(from_us(written.at("mean")), histogram.mean());
+    EXPECT_EQ(from_us(written.at("sum")), histogram.sum());
+  };
+  const json run = process_json(result);
+  const json callback = run.at("callbacks").at(0);
+  expect(callback.at("latency_us"), statistics.latency);
+  expect(callback.at("waiting_us"), statistics.waiting);
+  expect(callback.at("take_us"), statistics.take);
+  expect(callback.at("execution_us"), statistics.execution);
+  expect(run.at("chains").at(0).at("latency_us"), result.chains[0].statistics.latency);
+}
+
+TEST(ResultJson, ReleasesAreThoseOfAllTimers) {
+  ProcessResult result = result_of_one_callback();
+  result.callbacks.push_back(result.callbacks[0]);
+  result.callbacks.push_back(result.callbacks[0]);
+  result.callbacks[0].statistics.received = 30;
+  result.callbacks[0].statistics.skipped = 10;
+  result.callbacks[0].statistics.overruns = 17;  // with those of the budget
+  result.callbacks[1].statistics.received = 60;
+  result.callbacks[2].statistics.kind = EntityKind::subscription;
+  result.callbacks[2].statistics.received = 500;
+  const Releases releases = releases_of(process_json(result));
+  EXPECT_EQ(releases.due, 100u);
+  EXPECT_EQ(releases.served, 90u);
+}
+
 TEST(ResultJson, KeepsAHistogramWhole) {
   ProcessResult result = result_of_one_callback();
   Histogram& latency = result.callbacks[0].statistics.latency;

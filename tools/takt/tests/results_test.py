@@ -72,6 +72,31 @@ with tempfile.TemporaryDirectory() as folder:
     holds("takt compare", document("compare", one, "--executors", "events,isolated", "--schedulers",
                                    "file,edf", "--duration", "100ms"))
 
+# What ran little of what was due looked best: its row said nothing of it.
+STARVED = """
+    - {component: takt::Workload, name: both, parameters:
+       {publishers: {topic: [a], period_us: [1000], size_bytes: [64]}, subscriptions: {topic: [a], work_us: [2500]}}}
+"""
+with tempfile.TemporaryDirectory() as folder:
+    system, result = (os.path.join(folder, name) for name in ("starved.yaml", "result.json"))
+    with open(system, "w", encoding="utf-8") as file:
+        file.write(f"container:\n  name: robot\n  components:{STARVED}")
+    words = [takt, "compare", system, "--executors", "events,multi_threaded", "--duration", "500ms"]
+    shown = subprocess.run([*words, "--json", result], env=environment, stdin=subprocess.DEVNULL,
+                           stdout=subprocess.PIPE, text=True, timeout=120).stdout
+    with open(result, encoding="utf-8") as file:
+        releases = [run["releases"] for run in json.load(file)["runs"]]
+    check("most releases were skipped", releases[0]["due"] > 2 * releases[0]["served"] > 0, releases)
+    sentence = "releases of timers that were served: " + ", ".join(
+        f"{name} {1000 * of['served'] // of['due'] / 10} % ({of['served']} of {of['due']})"
+        for name, of in zip(("events", "multi_threaded"), releases))
+    check("takt compare says so", sentence in shown, sentence, shown)
+    titles, row = (line.split() for line in shown.split("\n")[2:4])
+    cells = dict(zip(titles, row))
+    check("it shows the overruns", int(cells["overruns"]) >= releases[0]["due"] - releases[0]["served"], cells)
+    rate = int(cells["received"]) / float(cells["seconds"].rstrip("!"))
+    check("and what was received by the second of the run", abs(float(cells["received/s"]) - rate) < 0.02 * rate, cells)
+
 # What the schema is there for.
 for what, spoil in (("a key that it does not know", lambda run: run.update(new=1)),
                     ("a key that is missing", lambda run: run["callbacks"][0].pop("received")),
