@@ -24,11 +24,12 @@ void GenericPublisher::publish(std::span<const std::byte> message) {
         fmt::format("'{}' is to send {} bytes that are no message", topic(), message.size()),
         "give little-endian CDR with its four bytes of header");
   }
+  const TimePoint published = writer_.stamp();
+  if (remote_ != nullptr) remote_->write(&message, {});
   auto block = std::make_unique<ReceivedBlock>();
   block->from_heap = true;
   block->hold_bytes(message);
-  if (remote_ != nullptr) remote_->write(&message);
-  writer_.write(*block.release());
+  writer_.write(*block.release(), published);
 }
 
 }  // namespace takt

@@ -125,8 +125,13 @@ class PublisherBase {
     return prototype_ != nullptr && is_for_outside_only() ? remote_->lend(prototype_->payload())
                                                           : nullptr;
   }
-  void write_lent(MessageBlock& block) noexcept { remote_->write_lent(block); }
-  void send(MessageBlock& block) noexcept {
+  PublishTime stamp() const noexcept {
+    return {writer_.stamp(), remote_ != nullptr ? remote_->stamp() : WallTime{}};
+  }
+  void write_lent(MessageBlock& block, const PublishTime& published) noexcept {
+    remote_->write_lent(block, published.far);
+  }
+  void send(MessageBlock& block, const PublishTime& published) noexcept {
     const Dispatch* dispatch = Dispatch::current();
     block.envelope.chain_instance = dispatch != nullptr ? dispatch->chain_instance : 0;
     block.envelope.root_release = dispatch != nullptr ? dispatch->root_release : TimePoint{};
@@ -135,7 +140,7 @@ class PublisherBase {
     if (dispatch != nullptr && dispatch->outputs != nullptr) [[unlikely]] {
       return dispatch->outputs->add(writer_, remote_.get(), block);
     }
-    takt::send(writer_, remote_.get(), block);
+    takt::send(writer_, remote_.get(), block, published);
   }
   /// For a message that the user made.
   OwnedBlock& wrapper();
@@ -181,34 +186,36 @@ class Publisher : public PublisherBase {
   }
 
   void publish(LoanedMessage<T>&& message) noexcept {
+    const PublishTime now = stamp();
     if (!message) return;
     if (!message.is_outside_) {
-      send(*std::exchange(message.block_, nullptr));
+      send(*std::exchange(message.block_, nullptr), now);
     } else if (is_for_outside_only()) {
-      write_lent(*std::exchange(message.block_, nullptr));
+      write_lent(*std::exchange(message.block_, nullptr), now);
     } else {  // a reader in this process has come meanwhile
       const LoanedMessage<T> loan = std::move(message);
-      publish(*loan);
+      publish_copy(*loan, now);
     }
   }
-  void publish(std::unique_ptr<T> message) { publish_owned(std::move(message)); }
-  void publish(std::shared_ptr<const T> message) { publish_owned(std::move(message)); }
-  void publish(const T& message) {
-    if (LoanedMessage<T> loan{lend(), false}) {
-      *loan = message;
-      publish(std::move(loan));
-    } else {
-      publish(std::make_unique<T>(message));
-    }
-  }
+  void publish(std::unique_ptr<T> message) { publish_owned(std::move(message), stamp()); }
+  void publish(std::shared_ptr<const T> message) { publish_owned(std::move(message), stamp()); }
+  void publish(const T& message) { publish_copy(message, stamp()); }
 
  private:
+  void publish_copy(const T& message, const PublishTime& now) {
+    if (LoanedMessage<T> loan{lend(), false}) {
+      *loan = message;
+      send(*std::exchange(loan.block_, nullptr), now);
+    } else {
+      publish_owned(std::make_unique<T>(message), now);
+    }
+  }
   template <class Pointer>
-  void publish_owned(Pointer message) {
+  void publish_owned(Pointer message, const PublishTime& now) {
     if (message == nullptr) refuse_null();
     OwnedBlock& block = wrapper();
     block.own(std::move(message));
-    send(block);
+    send(block, now);
   }
 };
 

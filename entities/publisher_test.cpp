@@ -62,6 +62,55 @@ TEST_F(PublisherTest, KnowsItsTopicAndHowManySubscriptionsItServes) {
   EXPECT_EQ(scans->subscription_count(), 1u);
 }
 
+/// Copying it takes a second.
+struct Long {
+  struct Copied {
+    Copied() = default;
+    Copied(const Copied&) { clock->work(1s); }
+    Copied& operator=(const Copied&) {
+      clock->work(1s);
+      return *this;
+    }
+  };
+  int id = 0;
+  Copied content;
+  static inline ManualClock* clock = nullptr;
+};
+TAKT_MESSAGE(Long, "test_msgs/msg/Long", id);
+
+// The time was read when all was done but to send it: what `publish` copies was no latency.
+TEST_F(PublisherTest, TheTimeOfAMessageIsFromBeforePublishDoesAnything) {
+  Long::clock = &clock_;
+  const auto subscription = node_->create_subscription<Long>("long", 10, [](const Long&) {});
+  subscription->set_wants_time(true);
+  for (const std::size_t loans : {0, 1}) {
+    const auto publisher = node_->create_publisher<Long>("long", 10, {.loans = loans});
+    const Long message{.id = 1};
+    for (int i = 0; i < 2; ++i) {
+      const TimePoint before = clock_.now();
+      publisher->publish(message);
+      EXPECT_EQ(clock_.now(), before + 1s);
+      Slot slot;
+      ASSERT_TRUE(subscription->take(slot));
+      EXPECT_EQ(slot.ready_time, before);
+      subscription->discard(slot);
+    }
+  }
+}
+
+TEST_F(PublisherTest, ReadsNoClockForReadersThatWantNoTime) {
+  const auto scans = publisher();
+  const auto reader = subscription();
+  for (const bool wants : {false, true, false}) {
+    reader->set_wants_time(wants);
+    scans->publish(Scan{});
+    Slot slot;
+    ASSERT_TRUE(reader->take(slot));
+    EXPECT_EQ(slot.ready_time, wants ? clock_.now() : TimePoint{});
+    reader->discard(slot);
+  }
+}
+
 // ---- Loans ----
 
 TEST_F(PublisherTest, LendsAsManyMessagesAsItHas) {

@@ -9,20 +9,27 @@
 
 namespace TAKT_PUBLIC takt {
 
+/// When a message was published: read before anything is done with it, or {}.
+struct PublishTime {
+  TimePoint near{};
+  WallTime far{};
+};
+
 /// Sends a message with what a publisher has: near first, then far. Takes the caller's hold of it
 /// over. `remote` may be nullptr.
-inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message) noexcept {
-  if (remote == nullptr) return writer.write(message);
-  writer.write(message, 1);
-  remote->write(message.payload());
+inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message,
+                 const PublishTime& published) noexcept {
+  if (remote == nullptr) return writer.write(message, published.near);
+  writer.write(message, published.near, 1);
+  remote->write(message.payload(), published.far);
   message.release();
 }
 /// The same, for a caller with a lock, which `released` outlives.
 inline void send(IntraProcessWriter& writer, RemoteWriter* remote, MessageBlock& message,
-                 ReleasedMessages& released) noexcept {
-  if (remote == nullptr) return writer.write(message, 0, released);
-  writer.write(message, 1, released);
-  remote->write(message.payload());
+                 const PublishTime& published, ReleasedMessages& released) noexcept {
+  if (remote == nullptr) return writer.write(message, published.near, 0, released);
+  writer.write(message, published.near, 1, released);
+  remote->write(message.payload(), published.far);
   released.release(message);
 }
 

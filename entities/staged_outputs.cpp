@@ -57,7 +57,10 @@ void StagedOutputs::add(IntraProcessWriter& writer, RemoteWriter* remote,
 void StagedOutputs::publish() noexcept {
   ReleasedMessages released;
   const std::lock_guard lock(mutex_);
-  for (const auto& [writer, remote, message] : outputs_) send(*writer, remote, *message, released);
+  for (const auto& [writer, remote, message] : outputs_) {
+    const PublishTime now{writer->stamp(), remote != nullptr ? remote->stamp() : WallTime{}};
+    send(*writer, remote, *message, now, released);
+  }
   outputs_.clear();
 }
 

@@ -221,7 +221,7 @@ class RemoteWriterOfShort {
   bool matched() const { return writer_->reader_count() == 1; }
   void write(std::int32_t value) const {
     const Short message{value};
-    writer_->write(&message);
+    writer_->write(&message, {});
   }
 
  private:

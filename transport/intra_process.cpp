@@ -268,30 +268,31 @@ IntraProcessWriter::~IntraProcessWriter() {
   }
 }
 
-void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept) noexcept {
+void IntraProcessWriter::write(MessageBlock& message, TimePoint published,
+                               std::uint32_t kept) noexcept {
   if (has_policies_) [[unlikely]] {
     ReleasedMessages released;
-    return send_by_policies(message, kept, released);
+    return send_by_policies(message, published, kept, released);
   }
   ReleasedMessages released;
-  send(message, kept, released);
+  send(message, published, kept, released);
 }
 
-void IntraProcessWriter::write(MessageBlock& message, std::uint32_t kept,
+void IntraProcessWriter::write(MessageBlock& message, TimePoint published, std::uint32_t kept,
                                ReleasedMessages& released) noexcept {
   if (has_policies_) [[unlikely]]
-    return send_by_policies(message, kept, released);
-  send(message, kept, released);
+    return send_by_policies(message, published, kept, released);
+  send(message, published, kept, released);
 }
 
-void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t kept,
-                                          ReleasedMessages& released) noexcept {
-  const TimePoint now = clock_.now();
+void IntraProcessWriter::send_by_policies(MessageBlock& message, TimePoint published,
+                                          std::uint32_t kept, ReleasedMessages& released) noexcept {
+  const TimePoint now = published != TimePoint{} ? published : clock_.now();
   events_->set_last_message(now);
   if (endpoint_.qos.lifespan_duration != Nanoseconds::zero()) {
     message.expire_at(later(now, endpoint_.qos.lifespan_duration), clock_);
   }
-  if (history_ == nullptr) return send(message, kept, released);
+  if (history_ == nullptr) return send(message, now, kept, released);
   const std::lock_guard lock(history_->mutex);
   message.envelope.sequence = next_sequence();  // there may be no reader yet
   message.envelope.ready_time = now;
@@ -299,11 +300,11 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t k
     released.release(*oldest);
   }
   history_->next = (history_->next + 1) % history_->messages.size();
-  send(message, kept + 1, released);
+  send(message, now, kept + 1, released);
 }
 
 [[gnu::always_inline]] inline void IntraProcessWriter::send(MessageBlock& message,
-                                                            std::uint32_t kept,
+                                                            TimePoint published, std::uint32_t kept,
                                                             ReleasedMessages& released) noexcept {
   const ReadSection section;
   const std::span readers(*table_.load());
@@ -312,12 +313,16 @@ void IntraProcessWriter::send_by_policies(MessageBlock& message, std::uint32_t k
     return released.release(message);
   }
   Arrival arrival{next_sequence(), {}};
+  bool wants_time = false;
   for (const IntraProcessReader* reader : readers) {
     if (reader->wants_time()) {
-      arrival.ready_time = clock_.now();
+      arrival.ready_time = published != TimePoint{} ? published : clock_.now();
+      wants_time = true;
       break;
     }
   }
+  if (wants_time_.load(std::memory_order_relaxed) != wants_time) [[unlikely]]
+    wants_time_.store(wants_time, std::memory_order_relaxed);
   message.envelope.sequence = arrival.sequence;
   message.envelope.ready_time = arrival.ready_time;
   message.set_references(kept + static_cast<std::uint32_t>(readers.size()));

@@ -155,11 +155,17 @@ class IntraProcessWriter {
   IntraProcessWriter& operator=(const IntraProcessWriter&) = delete;
 
   const Endpoint& endpoint() const noexcept { return endpoint_; }
+  /// The time, for `write`: to be read before anything is done with the message. {} if no reader
+  /// has wanted it lately; one that has come since then gets the time of the sending.
+  TimePoint stamp() const noexcept {
+    return wants_time_.load(std::memory_order_relaxed) ? clock_.now() : TimePoint{};
+  }
   /// Sends the message to every matched reader and gives up the caller's hold of it, but for
-  /// `kept` of them.
-  void write(MessageBlock& message, std::uint32_t kept = 0) noexcept;
+  /// `kept` of them. `published`: a stamp, or {}.
+  void write(MessageBlock& message, TimePoint published = {}, std::uint32_t kept = 0) noexcept;
   /// For a caller with a lock, which `released` outlives.
-  void write(MessageBlock& message, std::uint32_t kept, ReleasedMessages& released) noexcept;
+  void write(MessageBlock& message, TimePoint published, std::uint32_t kept,
+             ReleasedMessages& released) noexcept;
   std::size_t reader_count() const noexcept;
   const std::shared_ptr<EndpointEvents>& events() const noexcept { return events_; }
 
@@ -173,8 +179,10 @@ class IntraProcessWriter {
     std::size_t next = 0;                 // where the oldest is, once it is full
   };
 
-  void send(MessageBlock& message, std::uint32_t kept, ReleasedMessages& released) noexcept;
-  [[gnu::cold, gnu::noinline]] void send_by_policies(MessageBlock& message, std::uint32_t kept,
+  void send(MessageBlock& message, TimePoint published, std::uint32_t kept,
+            ReleasedMessages& released) noexcept;
+  [[gnu::cold, gnu::noinline]] void send_by_policies(MessageBlock& message, TimePoint published,
+                                                     std::uint32_t kept,
                                                      ReleasedMessages& released) noexcept;
 
   const Endpoint endpoint_;
@@ -183,6 +191,7 @@ class IntraProcessWriter {
   const bool has_policies_;                 // for which more is done than to send
   const std::shared_ptr<EndpointEvents> events_ = std::make_shared<EndpointEvents>();
   std::atomic<const Table*> table_;
+  std::atomic<bool> wants_time_{true};  // a reader, when the last message was sent
 };
 
 }  // namespace takt

@@ -49,10 +49,13 @@ struct Envelope {
   Nanoseconds expected_period{0};    // the publisher's, 0 unknown: what counts as late
 };
 
+/// The time that messages to other processes carry.
+using WallTime = std::chrono::system_clock::time_point;
+
 /// Where a message of another process comes from; for one of this process it stays as it is.
 struct Origin {
-  std::chrono::system_clock::time_point source_time{};  // when it was published, by its own clock
-  std::uint64_t writer = 0;                             // a number of the publisher
+  WallTime source_time{};    // when it was published, by its own clock
+  std::uint64_t writer = 0;  // a number of the publisher
 };
 
 /// The payload with a count of the holders that have not released it.

@@ -48,6 +48,7 @@ class DispatchingExecutor::Spin {
     const ReadSection registers_this_thread;
     executor_.install_update();
     executor_.ready_.read_clock();
+    executor_.has_just_run_ = false;
     // Between two spins no thread has waited for file descriptors.
     if (executor_.watched_.load() != 0) executor_.backend_->look();
     executor_.has_workers_.store(has_workers);
@@ -227,9 +228,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
   // was picked: on one worker that is one reading.
   const bool reads_clock = ready_.exact_time();
   TimePoint start = picked, end = picked;
-  if (reads_clock && (times_take_ || is_checked)) [[unlikely]]
-    start = options_.clock->now();
-  Measured measured;
+  Usage used;
   if (taken) {
     const bool is_root = slot.chain_instance == 0;
     const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
@@ -239,14 +238,19 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
       record.supervision->running[place_->index].chain_instance.store(dispatch.chain_instance);
-    if (trace_of_ != nullptr) [[unlikely]] {
-      measured = call_and_measure(record, slot);
-    } else {
-      call(record, slot);
-    }
+    Usage before;
+    if (trace_of_ != nullptr) [[unlikely]]
+      before = usage_of_thread();
+    // Last before the callback: what is done for it, in no cache, belongs to the latency.
+    if (reads_clock && (times_take_ || is_checked) && (is_checked || !starts_at_once(record, slot)))
+        [[unlikely]]
+      start = options_.clock->now();
+    call(record, slot);
     // Before the user's handlers of limits, and before the wait for the lock.
     if (reads_clock || is_checked) [[unlikely]]
       end = options_.clock->now();
+    if (trace_of_ != nullptr) [[unlikely]]
+      used = usage_of_thread() - before;
     if (is_checked) [[unlikely]]
       check_limits(record, slot, dispatch, start, end);
   } else if (is_checked) {
@@ -259,12 +263,14 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
       ready_.read_clock();
     } else {
       ready_.set_now(end);
+      has_just_run_ = end - start < kBrief;
     }
     // The time of the dispatch was read after the callback before: what came since then, from
     // another thread, did not wait.
     picked = std::max(picked, slot.ready_time);
+    start = std::max(start, picked);
     if (taken && records_times_) record_times(record, slot, picked, start, end);
-    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, measured);
+    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, used);
     ready_.report_execution(record, as_picked, end - start);
   }
   ready_.finished(record, slot.more);

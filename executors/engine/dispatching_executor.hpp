@@ -214,19 +214,26 @@ class DispatchingExecutor : public Executor, private Wakeable {
       caught(record, std::current_exception());
     }
   }
-  /// As call; returns the CPU time of the callback, and whether it gave up the CPU by itself.
-  struct Measured {
+  struct Usage {
     Nanoseconds cpu_time{0};
-    bool has_waited = false;
+    std::int64_t waits = 0;  // how often it gave up the CPU by itself; not where it was preempted
+    Usage operator-(const Usage& before) const noexcept {
+      return {cpu_time - before.cpu_time, waits - before.waits};
+    }
   };
-  [[gnu::cold, gnu::noinline]] Measured call_and_measure(CallbackRecord& record,
-                                                         Slot& slot) noexcept {
-    const std::int64_t waits = waits_of_thread();
-    const Nanoseconds before = thread_cpu_time();
-    call(record, slot);
-    return {thread_cpu_time() - before, waits_of_thread() != waits};
+  /// What the calling thread has used so far: read before a traced execution begins and after it
+  /// has ended, as that takes longer than many a callback.
+  [[gnu::cold, gnu::noinline]] static Usage usage_of_thread() noexcept;
+  /// A callback so brief leaves the dispatch in the caches, which then takes as long as a reading
+  /// of the clock.
+  static constexpr Nanoseconds kBrief{500};
+  /// A pointer was taken, right after a brief callback on the only worker: when that has ended says
+  /// as much as another reading.
+  bool starts_at_once(const CallbackRecord& record, const Slot& slot) const noexcept {
+    return !shared_ && has_just_run_ && trace_of_ == nullptr &&
+           record.settings.info.kind == EntityKind::subscription &&
+           slot.message->origin.writer == 0;
   }
-  static std::int64_t waits_of_thread() noexcept;
   /// The group of the callback that the thread is in.
   static const Exclusion* group_inside() noexcept {
     const Dispatch* const dispatch = Dispatch::current();
@@ -238,7 +245,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
                                           TimePoint picked, TimePoint start, TimePoint end,
-                                          const Measured& measured) noexcept;
+                                          const Usage& used) noexcept;
   [[gnu::cold, gnu::noinline]] void check_limits(CallbackRecord& record, const Slot& slot,
                                                  const Dispatch& dispatch, TimePoint start,
                                                  TimePoint end) noexcept;

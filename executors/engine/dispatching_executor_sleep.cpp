@@ -114,6 +114,7 @@ bool DispatchingExecutor::keep_time(std::size_t index) noexcept {
 bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
                                 const FutureState* future) noexcept {
   is_left_over_.store(exception_ != nullptr);  // before the next release is read
+  has_just_run_ = false;
   if (spin_ != Nanoseconds::zero()) {
     keep_time(index);
     const TimePoint deadline = std::min(limit, first_release());

@@ -82,14 +82,14 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   return past.with(std::move(result));
 }
 
-std::int64_t DispatchingExecutor::waits_of_thread() noexcept {
+DispatchingExecutor::Usage DispatchingExecutor::usage_of_thread() noexcept {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
-  return usage.ru_nvcsw;  // not those in which it was preempted
+  return {thread_cpu_time(), usage.ru_nvcsw};
 }
 
 void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePoint picked,
-                                TimePoint start, TimePoint end, const Measured& measured) noexcept {
+                                TimePoint start, TimePoint end, const Usage& used) noexcept {
   const std::uint64_t lost = record.entity->lost();
   trace_of_->record({.callback = record.id(),
                      .sequence = slot.sequence,
@@ -102,8 +102,8 @@ void DispatchingExecutor::trace(CallbackRecord& record, const Slot& slot, TimePo
                      .picked = picked,
                      .start = start,
                      .end = end,
-                     .cpu_time = measured.cpu_time,
-                     .has_waited = measured.has_waited});
+                     .cpu_time = used.cpu_time,
+                     .has_waited = used.waits != 0});
 }
 
 std::vector<ThreadStatistics> DispatchingExecutor::thread_statistics() const {

@@ -73,14 +73,17 @@ class CycloneWriter final : public CycloneEndpoint {
     }
   }
 
-  void write(const void* message) noexcept {
-    if (is_service_ && waits(message)) return;
-    if (matched_.load(std::memory_order_relaxed) == 0 &&
-        endpoint_.qos.durability == Durability::volatile_) {
-      return;
-    }
+  /// Nobody would receive what is written now.
+  bool is_in_vain() const noexcept {
+    return matched_.load(std::memory_order_relaxed) == 0 &&
+           endpoint_.qos.durability == Durability::volatile_;
+  }
+  WallTime stamp() const noexcept { return is_in_vain() ? WallTime{} : WallTime::clock::now(); }
+  void write(const void* message, WallTime time) noexcept {
+    if (!is_service_ && is_in_vain()) return;
+    const dds_time_t published = published_at(time);
+    if (is_service_ && (waits(message, published) || is_in_vain())) return;
     const ForeignCode cyclone;
-    const dds_time_t published = dds_time();
     if (is_shared()) return write_copy(message, published);
     count(dds_forwardcdr(handle_, encode_at(message, published)));
   }
@@ -103,11 +106,11 @@ class CycloneWriter final : public CycloneEndpoint {
     return block;
   }
 
-  void write_lent(MessageBlock& message) noexcept {
-    const bool is_kept = is_service_ && waits(message.payload());
+  void write_lent(MessageBlock& message, WallTime time) noexcept {
+    const dds_time_t published = published_at(time);
+    const bool is_kept = is_service_ && waits(message.payload(), published);
     if (!is_kept && matched() != 0) {
       const ForeignCode cyclone;
-      const dds_time_t published = dds_time();
       const std::lock_guard lock(mutex_);
       if (send(static_cast<LentBlock&>(message).take(), published)) {
         uncopied_.fetch_add(1, std::memory_order_relaxed);
@@ -175,6 +178,10 @@ class CycloneWriter final : public CycloneEndpoint {
     dds_time_t published;
   };
 
+  static dds_time_t published_at(WallTime time) noexcept {
+    return time == WallTime{} ? dds_time() : Nanoseconds(time.time_since_epoch()).count();
+  }
+
   ddsi_serdata* encode_at(const void* message, dds_time_t published) const noexcept {
     ddsi_serdata* data = encode(topic_.type(), message);
     data->timestamp.v = published;  // forwardcdr keeps it: encoding is a part of the way
@@ -183,9 +190,8 @@ class CycloneWriter final : public CycloneEndpoint {
 
   // Keeps a response whose client's reader has not been discovered, which may take its time after
   // that of its writer. Beyond the depth it replaces the oldest.
-  bool waits(const void* message) {
+  bool waits(const void* message, dds_time_t published) {
     const ForeignCode cyclone;
-    const dds_time_t published = dds_time();
     std::uint64_t client = 0;
     std::memcpy(&client, message, sizeof client);
     const std::lock_guard lock(waiting_mutex_);  // before looking: send_waiting comes later
@@ -296,9 +302,14 @@ class WriterEnd final : public RemoteWriter {
     put_away(std::move(writer_));
   }
   std::size_t reader_count() const noexcept override { return writer_->reader_count(); }
-  void write(const void* message) noexcept override { writer_->write(message); }
+  WallTime stamp() const noexcept override { return writer_->stamp(); }
+  void write(const void* message, WallTime published) noexcept override {
+    writer_->write(message, published);
+  }
   MessageBlock* lend(const void* prototype) noexcept override { return writer_->lend(prototype); }
-  void write_lent(MessageBlock& message) noexcept override { writer_->write_lent(message); }
+  void write_lent(MessageBlock& message, WallTime published) noexcept override {
+    writer_->write_lent(message, published);
+  }
   void assert_liveliness() noexcept override { writer_->assert_liveliness(); }
   bool wait_for_acks(Nanoseconds timeout) noexcept override {
     return writer_->wait_for_acks(timeout);

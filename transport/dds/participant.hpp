@@ -76,16 +76,19 @@ class RemoteWriter {
   virtual ~RemoteWriter() = default;
   /// How many readers are matched.
   virtual std::size_t reader_count() const noexcept = 0;
+  /// The time, for `write` and `write_lent`: to be read before anything is done with the message.
+  /// {} while nobody would receive it.
+  virtual WallTime stamp() const noexcept = 0;
   /// Encodes and sends the message, or copies it into shared memory; does nothing while no reader
-  /// is matched, unless the writer keeps messages for late joiners.
-  virtual void write(const void* message) noexcept = 0;
+  /// is matched, unless the writer keeps messages for late joiners. `published`: a stamp; {}: now.
+  virtual void write(const void* message, WallTime published) noexcept = 0;
   /// A message in shared memory, that `write_lent` sends without a copy and `release` gives back.
   /// It looks like the prototype, or as its last user has left it. nullptr when no reader is
   /// matched, the topic does not go by shared memory, too many are out, or no memory is left: then
   /// send another by `write`.
   virtual MessageBlock* lend(const void* prototype) noexcept = 0;
   /// Sends what `lend` gave, and takes it over.
-  virtual void write_lent(MessageBlock& message) noexcept = 0;
+  virtual void write_lent(MessageBlock& message, WallTime published) noexcept = 0;
   /// With manual liveliness: asserts that the publisher is alive without a message.
   virtual void assert_liveliness() noexcept = 0;
   /// Waits until every reliable reader has confirmed all messages. False: it took too long.

@@ -48,10 +48,12 @@ bool WriterClocks::is_ours(dds_entity_t reader, dds_instance_handle_t writer) {
 }
 
 TimePoint WriterClocks::sent_at(dds_entity_t reader, const dds_sample_info_t& info) {
-  const TimePoint now = Clock::steady().now();
-  if (!are_synchronized_ && !is_ours(reader, info.publication_handle)) return now;
-  const Nanoseconds age(dds_time() - info.source_timestamp);
-  return now - std::max(age, Nanoseconds::zero());
+  // Before Cyclone is asked, which takes its time.
+  const ClockPair now =
+      read_together([] { return Clock::steady().now(); }, [] { return Nanoseconds(dds_time()); });
+  if (!are_synchronized_ && !is_ours(reader, info.publication_handle)) return now.steady;
+  const Nanoseconds age = now.wall - Nanoseconds(info.source_timestamp);
+  return now.steady - std::max(age, Nanoseconds::zero());
 }
 
 }  // namespace takt

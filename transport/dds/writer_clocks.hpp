@@ -18,6 +18,29 @@ namespace takt {
 /// under one kernel, and so with one CLOCK_REALTIME.
 std::string clock_identity();
 
+/// CLOCK_MONOTONIC and CLOCK_REALTIME at one instant.
+struct ClockPair {
+  TimePoint steady;
+  Nanoseconds wall;
+};
+/// Reads the clocks one after the other; again, a few times, if the thread was preempted in
+/// between. The pair is of readings that lie close together: the second is never before the first.
+template <class Steady, class Wall>
+ClockPair read_together(Steady&& steady, Wall&& wall) {
+  constexpr int kMostReadings = 4;
+  constexpr Nanoseconds kClose(1000);
+  ClockPair closest{};
+  Nanoseconds least = Nanoseconds::max();
+  for (int i = 0; i < kMostReadings && least > kClose; ++i) {
+    const ClockPair pair{steady(), wall()};
+    const Nanoseconds apart = steady() - pair.steady;
+    if (apart >= least) continue;
+    least = apart;
+    closest = pair;
+  }
+  return closest;
+}
+
 /// Turns the time stamps of one reader's messages into times of CLOCK_MONOTONIC. Messages carry
 /// CLOCK_REALTIME of the host that sent them. A difference of wall clocks must not decide about
 /// deadlines: so the stamp counts only where writer and reader share the clock.

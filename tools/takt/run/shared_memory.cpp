@@ -21,9 +21,10 @@ using nlohmann::json;
 class NoWriter final : public RemoteWriter {
  public:
   std::size_t reader_count() const noexcept override { return 0; }
-  void write(const void*) noexcept override {}
+  WallTime stamp() const noexcept override { return {}; }
+  void write(const void*, WallTime) noexcept override {}
   MessageBlock* lend(const void*) noexcept override { return nullptr; }
-  void write_lent(MessageBlock&) noexcept override {}
+  void write_lent(MessageBlock&, WallTime) noexcept override {}
   void assert_liveliness() noexcept override {}
   bool wait_for_acks(Nanoseconds) noexcept override { return true; }
 };
