@@ -19,6 +19,10 @@ ENGINE = "executors/engine/dispatching_executor.cpp"
 STATISTICS = ("executors_test", "{bin}/executors_test", "--gtest_filter=*ConformanceStatistics*")
 PHASE = ("executors_test", "{bin}/executors_test", "--gtest_filter=*KeepsItsPhase*")
 HISTOGRAM = ("base_test", "{bin}/base_test", "--gtest_filter=*Histogram*")
+USAGE = ("containers_test", "{bin}/containers_test", "--gtest_filter=ProcessUsage.*")
+PUBLISHER = ("entities_test", "{bin}/entities_test", "--gtest_filter=PublisherTest.*")
+CLOCKS = ("transport_test", "{bin}/transport_test", "--gtest_filter=WriterClocks.*")
+MODEL = ("takt_cli_test", "{bin}/takt_cli_test", "--gtest_filter=Extraction.*:Model.*")
 RESULTS = ("takt_cli_test", "{bin}/takt_cli_test", "--gtest_filter=ResultJson*")
 SYSTEM = ("takt_cli", "{root}/tools/takt/tests/system_test.py", "{bin}/takt")
 SELFTEST = ("takt_cli", "{bin}/takt", "selftest", "--executors", "events", "--transports", "dds")
@@ -61,6 +65,50 @@ MUTATIONS = {
                               "compare_exchange_weak(due, later(due + missed * period_, period_))",
                               "compare_exchange_weak(due, later(now, period_))",
                               PHASE),
+    "the rest of a deadline": ("executors/engine/supervision.cpp", "const bool has_missed = end > deadline;",
+                               "const bool has_missed = end > deadline + record.settings.info.deadline / 10;",
+                               STATISTICS),
+    "the rest of a budget": ("executors/engine/supervision.cpp", "end - start > budget;",
+                             "end - start > budget + budget / 10;", STATISTICS),
+    "the rest of a chain's deadline": ("nodes/chain.hpp", "latency > options_.deadline)",
+                                       "latency > options_.deadline * 11 / 10)", STATISTICS),
+    "late by a quarter": (ENGINE, "std::min<Nanoseconds>(period / 5,", "std::min<Nanoseconds>(period / 4,",
+                          STATISTICS),
+    "too late by a tenth more": (ENGINE, "std::min<Nanoseconds>(period, std::chrono::milliseconds(50))",
+                                 "std::min<Nanoseconds>(period * 11 / 10, std::chrono::milliseconds(50))",
+                                 STATISTICS),
+    "skipped releases forgotten": ("executors/engine/executor_statistics.cpp",
+                                   "statistics.skipped = report.missed;", "statistics.skipped = 0;", STATISTICS),
+    "a timer that never ran": ("executors/engine/executor_statistics.cpp",
+                               "return due > held ? 0", "return due < held ? 0", STATISTICS),
+    "served releases are all": ("tools/takt/run/result_json.cpp", "releases.due += served + callback",
+                                "releases.due += served + 0 * callback", RESULTS),
+    "RSS shown as PSS": ("containers/process_usage.cpp", 'word == "Pss:"', 'word == "Rss:"', USAGE),
+    "CPU of executors' threads halved": ("containers/container_result.cpp",
+                                         "thread.cpu_time = counted->second.cpu_time;",
+                                         "thread.cpu_time = counted->second.cpu_time / 2;", SELFTEST),
+    "a message's time after its copy": ("entities/publisher.hpp", "publish_copy(message, stamp());",
+                                        "publish_copy(message, {});", PUBLISHER),
+    "preempted between two clocks": ("transport/dds/writer_clocks.hpp", "constexpr int kMostReadings = 4;",
+                                     "constexpr int kMostReadings = 1;", CLOCKS),
+    "the model's p99.9 of a chain is its p99": ("tools/takt/model/extraction.cpp",
+                                                '{"p999", &MeasuredChain::p999}', '{"p99", &MeasuredChain::p999}',
+                                                MODEL),
+    "the p99.9 of a written model": ("tools/takt/model/model_output.cpp", '"p99.9", chain.p999', '"p99.9", chain.p99',
+                                     MODEL),
+    "the p99.9 of a shown model": ("tools/takt/model/model_output.cpp", "rt::us(chain.p999)", "rt::us(chain.p99)",
+                                   MODEL),
+    "the p99.9 of a run": ("tools/takt/run/result_json.cpp", "histogram.percentile(0.999)",
+                           "histogram.percentile(0.99)", RESULTS),
+    "the maximum of a run": ("tools/takt/run/result_json.cpp", "us(histogram.max())",
+                             "us(histogram.percentile(0.999))", RESULTS),
+    "the execution of a run": ("tools/takt/run/result_json.cpp", "histogram_json(statistics.execution, true)",
+                               "histogram_json(statistics.take, true)", RESULTS),
+}
+MUTATIONS |= {
+    f"one of a hundred not recorded: {time}": (ENGINE, f"{time}.record(",
+                                               f"if (record.executions % 100 != 0) {time}.record(", STATISTICS)
+    for time in ("times.latency", "parts->waiting", "parts->take", "times.execution")
 }
 
 

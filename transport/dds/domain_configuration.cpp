@@ -80,11 +80,15 @@ std::string interfaces(const DdsOptions& options) {
 // --no-daemon` looks for half a second.
 constexpr const char* kAnnouncing = "<SPDPInterval>250ms</SPDPInterval>";
 
+/// Of a process that meets no other.
+std::string tag() {
+  return fmt::format("_off_{}", getpid());
+}
+
 std::string discovery(const DdsOptions& options, int participant_index) {
   switch (options.discovery) {
     case DiscoveryRange::off:
-      return fmt::format("<ParticipantIndex>none</ParticipantIndex><Tag>takt_off_{}</Tag>",
-                         getpid());
+      return fmt::format("<ParticipantIndex>none</ParticipantIndex><Tag>takt{}</Tag>", tag());
     case DiscoveryRange::system:
       return {};
     default:
@@ -104,7 +108,9 @@ std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
   std::string xml =
       "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
   for (int byte = 0; byte < 8; ++byte) xml += fmt::format(":{:02x}", (roudi >> (8 * byte)) & 0xff);
-  return xml + fmt::format("</Locator><Prefix>takt_{}</Prefix>", options.domain);
+  // iceoryx knows nothing of discovery: who has the prefix gets the messages.
+  return xml + fmt::format("</Locator><Prefix>takt_{}{}</Prefix>", options.domain,
+                           options.discovery == DiscoveryRange::off ? tag() : "");
 }
 
 /// What CYCLONEDDS_URI says: files, or XML, separated by commas.

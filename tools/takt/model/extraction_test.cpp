@@ -197,6 +197,11 @@ TEST(Extraction, TakesTheWorstOfSeveralTraces) {
   ASSERT_EQ(model.chains.size(), 1u);
   EXPECT_EQ(model.chains[0].instances, 7u);
   EXPECT_EQ(model.chains[0].median, 1500ns);
+  EXPECT_EQ(model.chains[0].p99, 2us);
+  EXPECT_EQ(model.chains[0].p999, 3us);
+  EXPECT_EQ(model.chains[0].longest, 4us);
+  const json written = model_json(model).at("chains").at(0).at("latency_us");
+  EXPECT_EQ(written, json::parse(R"({"p50": 1.5, "p99": 2.0, "p999": 3.0, "max": 4.0})"));
 }
 
 TEST(Model, IsReadAsItWasWritten) {
@@ -215,6 +220,7 @@ TEST(Model, IsReadAsItWasWritten) {
   write_measured_model(model, path);
   const MeasuredModel read = read_measured_model(path);
   std::filesystem::remove(path);
+  EXPECT_EQ(read.chains.at(0).p999, 3us);
   EXPECT_EQ(model_json(read), model_json(model));
   EXPECT_EQ(model_json(read).at("callbacks").size(), 3u);
 }

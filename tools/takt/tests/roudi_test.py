@@ -147,6 +147,23 @@ check("a run ends though RouDi is stopped", run.returncode == 0, run.returncode,
 check("whose processes say that they do not wait", said.count("ends without a goodbye") == 2, said)
 check("it leaves nothing behind", eventually(lambda: not left_behind()), left_behind())
 
+# The self-test ended with nothing where another RouDi has no room for its messages.
+configuration = os.path.join(folder.name, "roudi.toml")
+with open(configuration, "w") as file:
+    file.write("[general]\nversion = 1\n[[segment]]\n[[segment.mempool]]\nsize = 128\ncount = 100\n")
+foreign = subprocess.Popen(["iox-roudi", "-m", "off", "-c", configuration], stdout=subprocess.PIPE, text=True)
+while "ready for clients" not in foreign.stdout.readline():
+    pass
+selftest = subprocess.run([takt, "selftest", "--executors", "events", "--transports", "intra,shm", "--json", "-"],
+                          env=environment, stdout=subprocess.PIPE, text=True, timeout=200)
+foreign.terminate()
+foreign.wait(timeout=100)
+found = json.loads(selftest.stdout)
+check("the self-test shows what it has found before a run fails", selftest.returncode == 1
+      and {finding["transport"] for finding in found["findings"]} == {"", "intra"}
+      and any("events, shm: " in note for note in found["notes"]), selftest.returncode, found)
+check("and another's RouDi leaves nothing behind", eventually(lambda: not left_behind()), left_behind())
+
 # The keeper's question to it was left behind, a file.
 path = os.path.join(folder.name, "iox-roudi")
 with open(path, "w") as file:
