@@ -30,7 +30,8 @@ struct Options {
   std::vector<std::string> libraries;
 };
 
-[[noreturn]] void unknown(const std::string& type) {
+/// `user`: the interface that refers to it, if any.
+[[noreturn]] void unknown(const std::string& type, const std::string& user) {
   const std::string package = type.substr(0, type.find('/'));
   std::set<std::string> packages;
   std::vector<std::string> of_package;
@@ -38,7 +39,8 @@ struct Options {
     packages.emplace(definition.type.substr(0, definition.type.find('/')));
     if (definition.type.starts_with(package + '/')) of_package.emplace_back(definition.type);
   }
-  throw Error(fmt::format("takt does not know the interface {}", type),
+  throw Error(fmt::format("takt does not know the interface {}{}", type,
+                          user.empty() ? "" : ", to which " + user + " refers"),
               !of_package.empty()
                   ? suggest(type, of_package)
                   : fmt::format("name a library that registers it with --library, or a folder "
@@ -47,10 +49,10 @@ struct Options {
                                 fmt::join(packages, ", ")));
 }
 
-std::vector<std::string> lines_of(const std::string& type) {
+std::vector<std::string> lines_of(const std::string& type, const std::string& user) {
   if (const auto lines = definition_lines(type)) return *lines;
   const MessageType* known = message_types().find(type);
-  if (known == nullptr || type.find("/msg/") == std::string::npos) unknown(type);
+  if (known == nullptr || type.find("/msg/") == std::string::npos) unknown(type, user);
   std::vector<std::string> lines;
   std::istringstream stream(message_definition(*known));
   for (std::string line; std::getline(stream, line) && !line.starts_with("====");) {
@@ -59,18 +61,18 @@ std::vector<std::string> lines_of(const std::string& type) {
   return lines;
 }
 
-void print(const std::string& type, std::size_t depth) {
-  for (const std::string& text : lines_of(type)) {
+void print(const std::string& type, std::size_t depth, const std::string& user = {}) {
+  for (const std::string& text : lines_of(type, user)) {
     if (text.empty() && depth > 0) continue;
     rt::print("{:\t>{}}{}\n", "", depth, text);
     if (text.empty() || text == kSeparator) continue;
     if (const std::string nested = DefinitionLine(text, type).nested; !nested.empty()) {
-      print(nested, depth + 1);
+      print(nested, depth + 1, type);
     }
   }
 }
 
-json to_json(const std::string& type) {
+json to_json(const std::string& type, const std::string& user = {}) {
   const auto is_of = [&](const char* kind) { return type.find(kind) != std::string::npos; };
   std::vector<std::string> parts;
   if (is_of("/srv/")) parts = {"request", "response"};
@@ -80,13 +82,13 @@ json to_json(const std::string& type) {
   for (const std::string& part : parts) result[part] = no_lines;
   if (parts.empty()) result.update(no_lines);
   auto part = parts.begin();
-  for (const std::string& text : lines_of(type)) {
+  for (const std::string& text : lines_of(type, user)) {
     if (text == kSeparator) ++part;
     if (text.empty() || text == kSeparator) continue;
     const DefinitionLine line(text, type);
     json row = {{"name", line.name}, {"type", line.field_type}};
     if (!line.value.empty()) row[line.is_constant ? "value" : "default"] = line.value;
-    if (!line.nested.empty()) row["definition"] = to_json(line.nested);
+    if (!line.nested.empty()) row["definition"] = to_json(line.nested, type);
     (parts.empty() ? result : result[*part])[line.is_constant ? "constants" : "fields"].push_back(
         std::move(row));
   }

@@ -131,7 +131,12 @@ class Sizes {
     }
     if (depth > kMostDepth) refuse(type, "contains others too deeply");
     Size size{1, 1};
-    for (const std::string& text : definition_lines(type).value_or(std::vector<std::string>())) {
+    const auto lines = definition_lines(type);
+    const auto separators = lines ? std::count(lines->begin(), lines->end(), kSeparator) : 0;
+    if (lines && static_cast<std::size_t>(separators) + 1 != parts_of(type).size()) {
+      refuse(type, "has too few or too many lines of '---'");
+    }
+    for (const std::string& text : lines.value_or(std::vector<std::string>())) {
       ++size.lines;
       if (text.empty() || text == kSeparator) continue;
       const DefinitionLine line(text, type);

@@ -82,6 +82,12 @@ TEST_F(DefinitionFiles, WithWrongSizesAreRefused) {
   }
 }
 
+// With more parts than its kind has, `takt interface show --json` wrote behind a list.
+TEST_F(DefinitionFiles, WithTooManyPartsAreRefused) {
+  add("Parts", "int32 x\n---\nint32 y\n");
+  EXPECT_THAT(error_of("Parts"), HasSubstr("too many lines of '---'"));
+}
+
 // A FIFO held the command up, and /dev/zero filled the memory.
 TEST_F(DefinitionFiles, ThatAreNoRegularFilesAreRefused) {
   ASSERT_EQ(mkfifo(path("Fifo").c_str(), 0600), 0);

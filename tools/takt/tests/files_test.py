@@ -74,7 +74,7 @@ READERS = {  # the file is FILE
     "library": [("interface", "show", "std_msgs/msg/String", "--library", "./FILE")],
     "index": [("component", "types"), ("list", "components")],
     "key": [("run", f"{key}.yaml", *SHORT) for key in KEYS],
-    "definition": [("interface", "show", "fz/msg/T0"), ("topic", "pub", "/t", "fz/msg/T0", "{}"),
+    "definition": [("interface", "show", "fz/msg/T0"), ("interface", "show", "fz/msg/T0", "--json", "-"), ("topic", "pub", "/t", "fz/msg/T0", "{}"),
                    ("topic", "echo", "/t", "--type", "fz/msg/T0", "--duration", "0.1")],
 }
 ENDINGS = {"recording": "mcap", "trace": "json", "workload": "json", "library": "so", "definition": "msg"}
@@ -222,6 +222,10 @@ def try_definitions(chance, round_seed):
         text = definition(chance, types, parts).encode()
         files[-1].write_bytes(text if chance.random() < 0.8 else changed(chance, [text + b"\n"]))
     tried(f"round {round_seed}, definitions", translation(files), ("fz/",), keep=files)
+    for file in files:
+        words = [takt, "interface", "show", f"fz/{file.suffix[1:]}/{file.stem}", *chance.choice(((), ("--json", "-")))]
+        if file.suffix != ".msg" and chance.random() < 0.3:
+            tried(f"round {round_seed}, definitions", words, ("fz/",), keep=files)
     for words in commands("definition", files[0]):
         if "show" in words or chance.random() < 0.2:  # the others join a domain
             tried(f"round {round_seed}, definitions", words, names_of("definition", files[0]), keep=files)
