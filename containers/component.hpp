@@ -39,7 +39,8 @@ class Completing {
 class KnowsExecutionTimes {
  public:
   virtual ~KnowsExecutionTimes() = default;
-  /// Processor time of each execution of the callback; nullopt: not known.
+  /// Processor time of each execution of the callback, which then does not wait for anything
+  /// either, and sends one message to each of its topics at most. nullopt: not known.
   virtual std::optional<Nanoseconds> execution_time(std::string_view callback) const = 0;
 };
 

@@ -4,13 +4,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/containers/component.hpp"
 #include "takt/containers/model/bound_of_test.hpp"
 
 namespace takt::test {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A timer that sends to s, as far as anybody knows, and one that is bounded.
 std::string with_orphan() {
@@ -159,6 +165,136 @@ TEST(Guarantee, WhatACallbackWaitsCounts) {
   EXPECT_EQ(bound_of(with_keys(""), &measured).bound, 2050us);
 }
 
+std::vector<std::string> assumptions_of(const std::string& text,
+                                        const MeasuredModel* measured = nullptr) {
+  const ConfigurationFile file("system.yaml", text);
+  const SystemDescription description = file.read();
+  const Container container(description);
+  const ModelledProcess process = container.modelled();
+  return make_system_model(description, container.plan().chains, {&process, 1}, measured)
+      .assumptions;
+}
+
+struct Word {
+  int letters = 0;
+};
+TAKT_MESSAGE(Word, "test/msg/Word", letters);
+
+/// Says nothing of its execution times.
+class Silent : public Node {
+ public:
+  explicit Silent(const NodeOptions& options)
+      : Node("silent", options),
+        publisher_(create_publisher<Word>("w", 10, {.published_by = {"tick"}})),
+        subscription_(create_subscription<Word>("w", 10, [](const Word&) {})),
+        timer_(create_timer("tick", 10ms, [] {})) {}
+
+ private:
+  Publisher<Word>::SharedPtr publisher_;
+  std::shared_ptr<void> subscription_;
+  Timer::SharedPtr timer_;
+};
+
+std::string with_silent(const std::string& keys) {
+  return R"(
+threads: {main_cpu: {policy: SCHED_FIFO, priority: 50, affinity: [0]}}
+executors: {default: {type: events, threads: [main_cpu]}}
+chains: [{name: c, deadline: 5ms, path: [x/tick]}]
+container:
+  name: quiet
+  components:
+    - {component: "takt::test::Silent", name: x, callbacks: {w: {execution: 100us, waits: 0s}, tick: {)" +
+         keys + R"(}}}
+)";
+}
+
+// A sleep of 5 ms was guaranteed away, and an assumption that named nobody was all that was said.
+TEST(Guarantee, WhatNobodySaysIsAnAssumptionByName) {
+  const auto waits = HasSubstr("no execution of '/x/tick' waits");
+  const auto declared = HasSubstr("'/x/tick' is longer than declared");
+  const auto sends = HasSubstr("no execution of '/x/tick' sends more than one message");
+  EXPECT_THAT(assumptions_of(with_silent("execution: 1ms")),
+              AllOf(Contains(waits), Contains(declared), Contains(sends)));
+  EXPECT_THAT(assumptions_of(with_silent("execution: 1ms, waits: 1ms")), Not(Contains(waits)));
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/x/tick",
+                                .executions = 100,
+                                .longest_execution = 1ms,
+                                .longest_wait = 0ns,
+                                .causes = {{"/x/w", 1}}});
+  EXPECT_THAT(assumptions_of(with_silent("execution: 1ms"), &measured),
+              Not(Contains(AnyOf(waits, declared, sends))));
+  EXPECT_THAT(assumptions_of(with_keys("")), Not(Contains(HasSubstr("'/x/x_timer'"))));
+}
+
+// They counted as zero, silently where another one was known.
+TEST(Guarantee, OverheadsThatNobodySaysAreAssumptionsEach) {
+  const auto change = ContainsRegex("no time.*a change from thread to thread");
+  const auto dispatch = ContainsRegex("no time.*an executor's way");
+  const auto wake = HasSubstr("waking a thread takes 20.0 µs at most, as the model");
+  const MeasuredModel measured{.wake_overhead = 20us, .lost_executions = 7};
+  EXPECT_THAT(assumptions_of(with_keys(""), &measured),
+              AllOf(Contains(change), Contains(dispatch), Contains(wake),
+                    Contains(HasSubstr("the 7 executions that the trace"))));
+  EXPECT_THAT(assumptions_of("machine: {overheads: {switch: 3us}}\n" + with_keys(""), &measured),
+              AllOf(Not(Contains(change)), Contains(wake)));
+}
+
+/// A client that asks every 10 ms, on a CPU of its own, and its server beside a timer.
+std::string with_service() {
+  return R"(
+threads:
+  a: {policy: SCHED_FIFO, priority: 50, affinity: [0]}
+  b: {policy: SCHED_FIFO, priority: 50, affinity: [1]}
+executors:
+  default: {type: events, threads: [a]}
+  apart: {type: events, threads: [b]}
+machine: {cpus: [0, 1]}
+chains: [{name: c, deadline: 5ms, path: [y/y_timer]}]
+container:
+  name: asking
+  components:
+    - {component: takt::Workload, name: cl, executor: apart, parameters: {clients: {service: [s], period_us: [10000]}}}
+    - {component: takt::Workload, name: sv, executor: default, parameters: {servers: {service: [s], work_us: [1000]}}}
+    - {component: takt::Workload, name: y, executor: default, parameters: {publishers: {topic: [y], period_us: [10000], work_us: [500]}}}
+)";
+}
+
+// How often a service is called was never known, and its time-out had no execution time.
+TEST(Guarantee, RequestsAndResponsesAreKnownWays) {
+  const auto bound = bound_of(with_service());
+  EXPECT_EQ(bound.bound, 1500us) << bound.why_not;
+  EXPECT_THAT(assumptions_of(with_service()),
+              Contains(HasSubstr("'/cl/s_timeout' never comes: each request is answered")));
+  MeasuredModel measured{.duration = 10s, .margin = 0};
+  measured.callbacks.push_back({.name = "/cl/s_timer", .executions = 100});
+  measured.callbacks.push_back({.name = "/sv/s", .executions = 0});
+  EXPECT_THAT(assumptions_of(with_service(), &measured),
+              Contains(HasSubstr("'/cl/s_timer' sends to '/sv/s'")));
+}
+
+// What was promised was not used.
+TEST(Guarantee, ThePeriodOfASubscriptionIsItsArrival) {
+  const auto text = [](const char* keys) {
+    return fmt::format(R"(
+dds: {{discovery: "off"}}
+threads: {{a: {{policy: SCHED_FIFO, priority: 60, affinity: [0]}}}}
+executors: {{a: {{type: events, threads: [a]}}}}
+container:
+  name: received
+  components:
+    - {{component: takt::Workload, name: y, executor: a, parameters: {{subscriptions: {{topic: [x], work_us: [1000]}}}}, callbacks: {{x: {{{}}}}}}}
+chains: [{{name: c, deadline: 20ms, path: [y/x]}}]
+)",
+                       keys);
+  };
+  EXPECT_THAT(bound_of(text("priority: 1")).why_not, HasSubstr("how often '/y/x' runs"));
+  EXPECT_EQ(bound_of(text("period: 10ms")).bound, 1ms);
+  MeasuredModel measured{.duration = 10s};
+  measured.callbacks.push_back({.name = "/y/x", .executions = 2, .least_distances = {9ms}});
+  EXPECT_THROW(bound_of(text("period: 10ms"), &measured), Error);
+}
+
 // 18 ms were guaranteed for what took 25, as an arrival of 1 s replaced the timer's 10 ms.
 TEST(Guarantee, RefusesWhatContradictsTheComponent) {
   EXPECT_THROW(bound_of(with_keys("arrival: {period: 1s}")), Error);
@@ -238,3 +374,5 @@ container:
 
 }  // namespace
 }  // namespace takt::test
+
+TAKT_REGISTER_COMPONENT(takt::test::Silent, "a timer, a publisher and a subscription")

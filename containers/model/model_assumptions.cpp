@@ -43,31 +43,47 @@ void ModelBuilder::add_unknown_callbacks() {
 
 void ModelBuilder::add_assumptions() {
   auto& list = model_.assumptions;
-  std::vector<std::string> names;
-  for (const int cpu : cpus()) names.push_back(std::to_string(cpu));
+  add_assumptions_of_machine();
+  list.push_back(
+      "nothing but callbacks sends, unless the model has seen it; and callbacks do not wait for "
+      "each other by locks of theirs");
+  if (joins_dds()) {
+    list.push_back(
+        "nobody outside of the file publishes on a topic, or calls a service, on which somebody "
+        "inside does");
+  }
+  add_assumptions_of_model();
+  add_what_nobody_says();
+  list.insert(list.end(), granted_.begin(), granted_.end());
+  add_what_was_not_seen();
+}
+
+void ModelBuilder::add_assumptions_of_machine() {
+  auto& list = model_.assumptions;
+  const std::string on = fmt::format("CPU {}", fmt::join(cpus(), ", "));
   list.push_back(
       description_.machine.is_exclusive
-          ? fmt::format("promised: nothing else runs on CPU {}", fmt::join(names, ", "))
-          : fmt::format(
-                "no real-time thread outside of the file runs on CPU {}; Takt's own threads "
-                "(DDS, log, container) need no time of those that run callbacks",
-                fmt::join(names, ", ")));
-  list.push_back(
-      "a callback sends one message to each of its topics in an execution, unless the "
-      "model has seen more; nothing but callbacks sends, unless the model has seen it; and "
-      "callbacks do not wait for each other by locks of theirs");
-  if (joins_dds()) {
-    list.push_back("nobody outside of the file publishes on a topic on which somebody inside does");
-  }
+          ? "promised: nothing else runs on " + on
+          : fmt::format("no real-time thread outside of the file runs on {}; Takt's own threads "
+                        "(DDS, log, container) need no time of those that run callbacks",
+                        on));
   const analysis::Overheads& overheads = model_.system.overheads;
-  if (overheads.dispatch == 0 && overheads.wake == 0 && overheads.context_switch == 0) {
-    list.push_back("Linux and the executors need no time (`machine: overheads` says otherwise)");
-  } else if (has_measured_overheads()) {
-    const auto us = [](analysis::Time time) { return static_cast<double>(time) / 1e3; };
+  const MachineDescription& machine = description_.machine;
+  std::vector<const char*> free;
+  const auto add_overhead = [&](analysis::Time time, Nanoseconds stated, const char* what) {
+    if (time == 0) free.push_back(what);
+    if (time == stated.count()) return;
+    list.push_back(fmt::format("{} takes {:.1f} µs at most, as the model estimates", what,
+                               static_cast<double>(time) / 1e3));
+  };
+  add_overhead(overheads.dispatch, machine.dispatch, "an executor's way to its next callback");
+  add_overhead(overheads.wake, machine.wake, "waking a thread");
+  add_overhead(overheads.context_switch, machine.change, "a change from thread to thread");
+  if (!free.empty()) {
     list.push_back(
-        fmt::format("as the model estimates, the executors need {:.1f} µs between two callbacks, "
-                    "and Linux {:.1f} µs to wake a thread",
-                    us(overheads.dispatch), us(overheads.wake)));
+        fmt::format("these take no time, as nobody has stated (`machine: overheads`) or measured "
+                    "it: {}",
+                    fmt::join(free, ", ")));
   }
   const auto& executors = model_.system.executors;
   const auto has_rights = [](const analysis::Executor& executor) {
@@ -84,21 +100,58 @@ void ModelBuilder::add_assumptions() {
         "Linux grants {:g} ms of each second to the real-time threads of a CPU, as on this machine",
         static_cast<double>(model_.system.for_realtime->budget) / 1e6));
   }
+}
+
+void ModelBuilder::add_assumptions_of_model() {
   const auto exists = [&](Provenance provenance) {
     return std::any_of(model_.callbacks.begin(), model_.callbacks.end(),
                        [&](const auto& callback) { return callback.execution == provenance; });
   };
   if (exists(Provenance::measured)) {
-    list.push_back(
-        fmt::format("no execution is longer than the longest that was measured, and {:g} "
-                    "%; no arrivals are closer than those that were measured",
+    model_.assumptions.push_back(
+        fmt::format("no execution is longer than the longest that was measured, and {:g} %; none "
+                    "waits longer or sends more messages, and no arrivals are closer than those "
+                    "that were measured",
                     100 * measured_->margin));
   }
-  list.insert(list.end(), contradictions_.begin(), contradictions_.end());
-  add_what_was_not_seen();
-  if (exists(Provenance::promised)) {
-    list.push_back("no execution is longer than its `budget`: overruns are counted, not prevented");
+  if (measured_ != nullptr && measured_->lost_executions != 0) {
+    model_.assumptions.push_back(
+        fmt::format("the {} executions that the trace of the model has lost were as the others",
+                    measured_->lost_executions));
   }
+  if (exists(Provenance::promised)) {
+    model_.assumptions.push_back(
+        "no execution is longer than its `budget`: overruns are counted, not prevented");
+  }
+}
+
+// Of each callback by name: what neither the file, a run nor its component tells.
+void ModelBuilder::add_what_nobody_says() {
+  std::vector<std::string> waits, executions, messages, answers;
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    const Provenance execution = model_.callbacks[i].execution;
+    if (!may_run_[i] || execution == Provenance::unknown || said_by_component(i)) continue;
+    const MeasuredCallback* const seen = measured(i);
+    const bool has_run = seen != nullptr && seen->executions != 0;
+    const std::string name = "'" + model_.system.callbacks[i].name + "'";
+    const bool is_service = callbacks_[i]->entity->kind() == EntityKind::service;
+    if (!callbacks_[i]->described.waits && !(has_run && seen->longest_wait)) waits.push_back(name);
+    if (has_run) continue;
+    if (execution == Provenance::declared) executions.push_back(name);
+    if (!model_.system.callbacks[i].outputs.empty())
+      (is_service ? answers : messages).push_back(name);
+  }
+  const auto add = [&](const char* what, const std::vector<std::string>& names, const char* why) {
+    if (names.empty()) return;
+    model_.assumptions.push_back(fmt::format("{} {} {}", what, fmt::join(names, ", "), why));
+  };
+  add("no execution of", executions, "is longer than declared: no run has measured it");
+  add("no execution of", waits,
+      "waits for a lock, a device, a reply or the like: nobody has declared (`waits`) or measured "
+      "how long");
+  add("no execution of", messages,
+      "sends more than one message to each topic and service: no run has shown it");
+  add("each execution of", answers, "answers its request: no run has shown it");
 }
 
 void ModelBuilder::add_what_was_not_seen() {

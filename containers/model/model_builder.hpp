@@ -42,14 +42,7 @@ class ModelBuilder {
   }
 
   SystemModel build() {
-    const MachineDescription& machine = description_.machine;
-    model_.system.overheads = {.dispatch = machine.dispatch.count(),
-                               .wake = machine.wake.count(),
-                               .context_switch = machine.change.count()};
-    if (has_measured_overheads()) {
-      model_.system.overheads.dispatch = measured_->dispatch_overhead.count();
-      model_.system.overheads.wake = measured_->wake_overhead.count();
-    }
+    set_overheads();
     add_callbacks();
     add_unknown_callbacks();
     place_threads();
@@ -66,6 +59,7 @@ class ModelBuilder {
   }
 
  private:
+  void set_overheads();
   void add_callbacks();
   void add_unknown_callbacks();
   std::size_t part_of(const ModelledProcess& process, const ModelledProcess::Callback& callback);
@@ -75,13 +69,30 @@ class ModelBuilder {
   void set_execution(std::size_t callback);
   std::pair<double, double> speeds_of(std::size_t executor) const;
   void link();
-  void link(std::size_t from, std::size_t to);
+  void link_publishers(std::size_t subscription);
+  void link_callers(std::size_t service);
+  void link_answers(std::size_t client);
+  std::size_t answering(std::size_t service) const;
+  /// How a message would go from one callback to another.
+  struct Way {
+    std::string topic;
+    bool is_declared = false;  // that it does go
+    bool joins = false;
+  };
+  void link(std::size_t from, std::size_t to, const Way& way);
+  bool has_seen(std::size_t from, std::size_t to) const {
+    const MeasuredCallback* const seen = measured(from);
+    return seen != nullptr && seen->causes.contains(model_.system.callbacks[to].name);
+  }
   void cut_circles();
   void set_arrivals(std::size_t callback);
   bool is_step(std::size_t from, std::size_t to) const;
   void refuse_execution_below(Nanoseconds known, std::size_t callback) const;
+  std::optional<Nanoseconds> said_by_component(std::size_t callback) const;
   void add_waits(std::size_t callback);
-  analysis::ArrivalCurve declared_arrivals(std::size_t callback, bool has_senders) const;
+  std::optional<ArrivalDescription> stated_arrival(std::size_t callback, bool has_senders) const;
+  analysis::ArrivalCurve declared_arrivals(std::size_t callback, const ArrivalDescription& arrival,
+                                           bool has_senders) const;
   std::optional<analysis::ArrivalCurve> arrivals_of(std::size_t callback, bool has_senders);
   std::optional<analysis::ArrivalCurve> measured_arrivals(const MeasuredCallback& seen) const;
   std::optional<analysis::ArrivalCurve> unexplained_arrivals(std::size_t callback) const;
@@ -91,6 +102,9 @@ class ModelBuilder {
   void pass_on_what_is_unknown();
   void add_chains();
   void add_assumptions();
+  void add_assumptions_of_machine();
+  void add_assumptions_of_model();
+  void add_what_nobody_says();
   void add_what_was_not_seen();
   const ModelledProcess* process_of(std::size_t callback) const {
     return parts_[model_.system.callbacks[callback].executor].process;
@@ -99,12 +113,6 @@ class ModelBuilder {
   const MeasuredCallback* measured(std::size_t callback) const {
     const auto found = measured_callbacks_.find(model_.system.callbacks[callback].name);
     return found != measured_callbacks_.end() ? found->second : nullptr;
-  }
-  /// What the file says comes first.
-  bool has_measured_overheads() const {
-    const MachineDescription& machine = description_.machine;
-    return measured_ != nullptr &&
-           machine.dispatch + machine.wake + machine.change == Nanoseconds::zero();
   }
   const std::vector<int>& cpus() const {
     return description_.machine.cpus.empty() ? available_cpus() : description_.machine.cpus;
@@ -123,9 +131,11 @@ class ModelBuilder {
   std::vector<ModelledThread> threads_;
   std::vector<Place> places_;
   std::set<std::size_t> in_circle_;  // callbacks
+  std::vector<bool> may_run_;        // by callback
   // What the run of the measured model has not shown, and so counts as not happening.
   std::vector<std::string> not_seen_;
-  std::vector<std::string> contradictions_;  // of the file, which are settled
+  // What else is taken for granted of single callbacks.
+  std::vector<std::string> granted_;
 };
 
 }  // namespace takt

@@ -12,11 +12,59 @@ namespace takt {
 
 using analysis::kUnbounded;
 
+namespace {
+
+/// "/map", from the topic of its requests or replies: "rq/mapRequest", "rr/mapReply".
+std::string service_of(const Entity& entity) {
+  const std::string topic = entity.report().topic;
+  return topic.substr(2, topic.rfind('R') - 2);
+}
+
+}  // namespace
+
 void ModelBuilder::link() {
   for (std::size_t to = 0; to < callbacks_.size(); ++to) {
-    if (callbacks_[to]->entity->kind() != EntityKind::subscription) continue;
-    for (std::size_t from = 0; from < callbacks_.size(); ++from) link(from, to);
+    const EntityKind kind = callbacks_[to]->entity->kind();
+    if (kind == EntityKind::service) link_callers(to);
+    if (kind == EntityKind::client) link_answers(to);
+    if (kind == EntityKind::subscription) link_publishers(to);
   }
+}
+
+// Any callback of a node may ask through its clients, but that of a response only if it was seen:
+// otherwise each service would be on a circle.
+void ModelBuilder::link_callers(std::size_t service) {
+  const std::string name = service_of(*callbacks_[service]->entity);
+  for (const ModelledProcess::Callback* const client : callbacks_) {
+    const Entity& entity = *client->entity;
+    if (entity.kind() != EntityKind::client || service_of(entity) != name) continue;
+    for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+      if (callbacks_[from]->node != client->node) continue;
+      const bool is_response = callbacks_[from]->entity->kind() == EntityKind::client;
+      const bool is_timeout = callbacks_[from]->entity->name().ends_with("_timeout");
+      if (has_seen(from, service) || !(is_response || is_timeout)) link(from, service, {name});
+    }
+  }
+}
+
+void ModelBuilder::link_answers(std::size_t client) {
+  const std::string name = service_of(*callbacks_[client]->entity);
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    const Entity& entity = *callbacks_[from]->entity;
+    const bool is_service = entity.kind() == EntityKind::service && service_of(entity) == name;
+    if (is_service) link(answering(from), client, {name});
+    if (!is_service && has_seen(from, client)) link(from, client, {name});
+  }
+}
+
+// A coroutine answers when it goes on.
+std::size_t ModelBuilder::answering(std::size_t service) const {
+  for (std::size_t i = 0; i < callbacks_.size(); ++i) {
+    if (model_.system.callbacks[i].name == model_.system.callbacks[service].name + "/resumed") {
+      return i;
+    }
+  }
+  return service;
 }
 
 // Whether a chain of the file goes from one to the other: that is declared.
@@ -34,37 +82,47 @@ bool ModelBuilder::is_step(std::size_t from, std::size_t to) const {
          });
 }
 
-// What is declared or was seen counts. What a run has not shown is left out, but said.
-void ModelBuilder::link(std::size_t from, std::size_t to) {
+void ModelBuilder::link_publishers(std::size_t to) {
   const std::string topic = callbacks_[to]->entity->report().topic;
-  const std::string& name = callbacks_[from]->entity->name();
-  const auto publishing = callbacks_[from]->node->publishing_callbacks(topic);
-  if (!publishing) return;
-  const auto& names = publishing->names;
+  const Node* node = nullptr;
+  std::optional<PublishingCallbacks> publishing;  // of this node, whose callbacks are neighbours
+  for (std::size_t from = 0; from < callbacks_.size(); ++from) {
+    if (std::exchange(node, callbacks_[from]->node.get()) != callbacks_[from]->node.get()) {
+      publishing = node->publishing_callbacks(topic);
+    }
+    if (!publishing) continue;
+    const auto& names = publishing->names;
+    const bool is_declared =
+        std::find(names.begin(), names.end(), callbacks_[from]->entity->name()) != names.end();
+    if (names.empty() || is_declared || has_seen(from, to)) {
+      link(from, to, {topic, is_declared, publishing->joins});
+    }
+  }
+}
+
+// What is declared or was seen counts. What a run has not shown is left out, but said.
+void ModelBuilder::link(std::size_t from, std::size_t to, const Way& way) {
   const auto& callbacks = model_.system.callbacks;
   const MeasuredCallback* const seen = measured(from);
-  const bool is_seen = seen != nullptr && seen->causes.contains(callbacks[to].name);
+  const bool is_seen = has_seen(from, to);
   const bool is_inside = process_of(from) == process_of(to);
-  if (!is_seen) {
-    if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) return;
-    // A trace sees no causes in other processes, and of a join only the last input.
-    const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside &&
-                               !publishing->joins && measured(to) != nullptr;
-    if (names.empty() && would_be_seen && !is_step(from, to)) {
-      not_seen_.push_back(
-          fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name));
-      return;
-    }
+  // A trace sees no causes in other processes, and of a join only the last input.
+  const bool would_be_seen = seen != nullptr && seen->executions != 0 && is_inside && !way.joins &&
+                             measured(to) != nullptr;
+  if (!is_seen && !way.is_declared && would_be_seen && !is_step(from, to)) {
+    not_seen_.push_back(
+        fmt::format("'{}' sends to '{}'", callbacks[from].name, callbacks[to].name));
+    return;
   }
   analysis::Output output{.to = to};
   if (is_seen) {
     output.messages = std::max<analysis::Count>(
         1, static_cast<analysis::Count>(seen->causes.at(callbacks[to].name)));
   }
-  output.waits = publishing->joins;
+  output.waits = way.joins;
   if (output.waits) output.messages = 0;  // one of the inputs gets one, see below
   if (!is_inside) {
-    const auto delay = description_.delays.find(topic);
+    const auto delay = description_.delays.find(way.topic);
     const bool is_known = delay != description_.delays.end();
     output.delay = is_known ? delay->second.longest.count() : kUnbounded;
     output.least_delay = is_known ? delay->second.least.count() : 0;

@@ -13,6 +13,18 @@
 
 namespace takt {
 
+// What the file says comes first.
+void ModelBuilder::set_overheads() {
+  const MachineDescription& machine = description_.machine;
+  analysis::Overheads& overheads = model_.system.overheads;
+  overheads = {.dispatch = machine.dispatch.count(),
+               .wake = machine.wake.count(),
+               .context_switch = machine.change.count()};
+  if (measured_ == nullptr) return;
+  if (overheads.dispatch == 0) overheads.dispatch = measured_->dispatch_overhead.count();
+  if (overheads.wake == 0) overheads.wake = measured_->wake_overhead.count();
+}
+
 void ModelBuilder::add_callbacks() {
   for (const ModelledProcess& process : processes_) {
     for (const ModelledProcess::Callback& callback : process.callbacks) {
@@ -28,6 +40,8 @@ void ModelBuilder::add_callbacks() {
         facts.depth = end->qos().depth;
       }
       if (const MeasuredCallback* const seen = measured(index)) facts.dropped = seen->dropped;
+      if (facts.depth != 0) described.depth = static_cast<analysis::Count>(facts.depth);
+      if (facts.dropped != 0) described.depth = 0;
       const CallbackParameters parameters = callback.node->callback_parameters(*callback.entity);
       if (parameters.overrun == OverrunPolicy::abort) {
         facts.given_up_after = std::min(parameters.budget.value_or(Nanoseconds::max()),

@@ -22,6 +22,12 @@ using analysis::kUnbounded;
 
 namespace {
 
+/// Of a client, for requests that are not answered. Not set as long as nothing runs.
+bool is_timeout(const Entity& entity) {
+  const auto* timer = dynamic_cast<const Timer*>(&entity);
+  return timer != nullptr && timer->is_canceled() && entity.name().ends_with("_timeout");
+}
+
 // The library's alarms and time-outs are set by something else, and simulated time may run at any
 // speed.
 bool is_periodic(const Entity& entity) {
@@ -30,8 +36,7 @@ bool is_periodic(const Entity& entity) {
   const auto simulated = timer->clock().as_simulated();
   if (simulated != nullptr && simulated->simulates()) return false;
   const bool is_alarm = entity.name().find('/') != std::string::npos;
-  const bool is_timeout = timer->is_canceled() && entity.name().ends_with("_timeout");
-  return !is_alarm && !is_timeout;
+  return !is_alarm && !is_timeout(entity);
 }
 
 // A callback that gives up its CPU for longer waits for something that nobody has described. Locks
@@ -64,16 +69,19 @@ std::pair<double, double> ModelBuilder::speeds_of(std::size_t executor) const {
   return {*least, *most};
 }
 
+std::optional<Nanoseconds> ModelBuilder::said_by_component(std::size_t index) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
+  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
+  return component != nullptr ? component->execution_time(callback.entity->name()) : std::nullopt;
+}
+
 void ModelBuilder::set_execution(std::size_t index) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
   analysis::Callback& described = model_.system.callbacks[index];
   SystemModel::Callback& facts = model_.callbacks[index];
   const auto budget = callback.node->callback_parameters(*callback.entity).budget;
-  const auto* component = dynamic_cast<const KnowsExecutionTimes*>(callback.node.get());
-  Nanoseconds exact{0};
-  if (component != nullptr) {
-    exact = component->execution_time(callback.entity->name()).value_or(Nanoseconds::zero());
-  }
+  const std::optional<Nanoseconds> said = said_by_component(index);
+  const Nanoseconds exact = said.value_or(Nanoseconds::zero());
   const MeasuredCallback* const seen = measured(index);
   const auto [slowest, fastest] = speeds_of(described.executor);
   // The measured ones are of a CPU of unknown speed: of the slowest, at least this is true.
@@ -98,12 +106,12 @@ void ModelBuilder::set_execution(std::size_t index) {
         std::chrono::duration<double, std::nano>(seen->longest_execution) *
         (1 + measured_->margin));
     longest = std::max(longest, exact);
-  } else if (exact != Nanoseconds::zero()) {
+  } else if (said) {
     facts.execution = Provenance::exact;
     longest = least = exact;
   }
   if (budget && *budget < known) {
-    contradictions_.push_back(
+    granted_.push_back(
         fmt::format("the budget of '{}', {}, is less than its execution time, {}, which counts",
                     described.name, to_string(*budget), to_string(known)));
   }
@@ -154,7 +162,7 @@ void ModelBuilder::add_waits(std::size_t index) {
         callback.name);
   }
   if (stated.waits && observed > declared) {
-    contradictions_.push_back(
+    granted_.push_back(
         fmt::format("'{}' waited for {} in the measured run, its `waits` is {}; the longer counts",
                     callback.name, to_string(observed), to_string(declared)));
   }
@@ -205,9 +213,21 @@ std::optional<ArrivalCurve> ModelBuilder::unexplained_arrivals(std::size_t index
   return measured_arrivals(rest);
 }
 
-ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, bool has_senders) const {
+// `period` of a callback promises the least distance of what it gets, which is more than is known
+// where nobody in the system sends.
+std::optional<ArrivalDescription> ModelBuilder::stated_arrival(std::size_t index,
+                                                               bool has_senders) const {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  const ArrivalDescription& arrival = *callback.described.arrival;
+  if (callback.described.arrival) return callback.described.arrival;
+  if (has_senders && !in_circle_.contains(index)) return {};
+  const auto period = callback.node->callback_parameters(*callback.entity).period;
+  if (!period || callback.entity->kind() == EntityKind::timer) return {};
+  return ArrivalDescription{.period = *period};
+}
+
+ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, const ArrivalDescription& arrival,
+                                             bool has_senders) const {
+  const ModelledProcess::Callback& callback = *callbacks_[index];
   const std::string& name = model_.system.callbacks[index].name;
   if (is_periodic(*callback.entity)) {
     throw Error(
@@ -228,8 +248,8 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, bool has_senders
     throw Error(
         fmt::format(
             "{} arrivals of '{}' came within {} in the measured run, but its "
-            "'arrival' allows no fewer than {}",
-            i + 2, name, to_string(distance),
+            "'{}' allows no fewer than {}",
+            i + 2, name, to_string(distance), callback.described.arrival ? "arrival" : "period",
             to_string(Nanoseconds(curve.least_distance(static_cast<analysis::Count>(i) + 2)))),
         "correct it", callback.described.where);
   }
@@ -239,7 +259,9 @@ ArrivalCurve ModelBuilder::declared_arrivals(std::size_t index, bool has_senders
 // What arrives, beside what callbacks of the system send; nullopt: nothing.
 std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool has_senders) {
   const ModelledProcess::Callback& callback = *callbacks_[index];
-  if (callback.described.arrival) return declared_arrivals(index, has_senders);
+  if (const auto stated = stated_arrival(index, has_senders)) {
+    return declared_arrivals(index, *stated, has_senders);
+  }
   if (in_circle_.contains(index)) return ArrivalCurve::unknown();
   const EntityKind kind = callback.entity->kind();
   if (kind == EntityKind::timer && is_periodic(*callback.entity)) {
@@ -247,7 +269,14 @@ std::optional<ArrivalCurve> ModelBuilder::arrivals_of(std::size_t index, bool ha
   }
   if (has_senders) return unexplained_arrivals(index);
   const MeasuredCallback* const seen = measured(index);
-  const bool may_be_called = kind != EntityKind::subscription || joins_dds();
+  const bool is_receiver =
+      kind == EntityKind::subscription || kind == EntityKind::service || kind == EntityKind::client;
+  const bool may_be_called = !is_receiver || joins_dds();
+  if (is_timeout(*callback.entity) && (seen == nullptr || seen->executions == 0)) {
+    granted_.push_back(fmt::format("'{}' never comes: each request is answered in time",
+                                   model_.system.callbacks[index].name));
+    return {};
+  }
   if (seen == nullptr) return may_be_called ? std::optional(ArrivalCurve::unknown()) : std::nullopt;
   const auto arrivals = measured_arrivals(*seen);
   if (!arrivals && may_be_called) {
@@ -267,6 +296,7 @@ void ModelBuilder::set_arrivals(std::size_t index) {
   described.arrivals = arrivals_of(index, has_senders);
   std::string& unknown = model_.system.executors[described.executor].unknown;
   const bool may_run = described.arrivals || has_senders;
+  may_run_.push_back(may_run);
   const CallbackDescription& stated = callbacks_[index]->described;
   if (!may_run && stated.waits && !stated.where.empty()) {
     throw Error(fmt::format("'{}' never runs, so it does not wait", described.name),
@@ -324,19 +354,25 @@ void ModelBuilder::set_order(const ModelledPart& part) {
 // A thread waits for all that are as urgent on its CPU: what they need must be known.
 void ModelBuilder::pass_on_what_is_unknown() {
   auto& executors = model_.system.executors;
+  std::vector<std::string> causes;  // by executor: without those that pass it on
+  for (const analysis::Executor& executor : executors) {
+    causes.push_back(executor.spin >= kUnbounded && executor.unknown.empty()
+                         ? fmt::format("'{}' spins always", executor.name)
+                         : executor.unknown);
+  }
   for (bool has_changed = true; std::exchange(has_changed, false);) {
     for (analysis::Executor& executor : executors) {
       if (!executor.share || !executor.unknown.empty()) continue;
       for (const analysis::Executor& other : executors) {
-        const bool spins_always = other.spin >= kUnbounded;
-        if (&other == &executor || !other.share || (other.unknown.empty() && !spins_always) ||
+        const std::string& cause = causes[static_cast<std::size_t>(&other - executors.data())];
+        if (&other == &executor || !other.share || cause.empty() ||
             other.share->cpu != executor.share->cpu ||
             other.share->priority < executor.share->priority) {
           continue;
         }
-        executor.unknown =
-            fmt::format("'{}' runs before it on CPU {}, and {}", other.name, executor.share->cpu,
-                        spins_always ? "spins always" : other.unknown);
+        executor.unknown = fmt::format("'{}' runs before it on CPU {}, and {}", other.name,
+                                       executor.share->cpu, cause);
+        causes[static_cast<std::size_t>(&executor - executors.data())] = cause;
         has_changed = true;
         break;
       }
