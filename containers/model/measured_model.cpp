@@ -81,6 +81,9 @@ class ModelReader : private SystemReader {
               {"margin", "", into_margin(model.margin)},
               {"lost_executions", "", into_count(model.lost_executions)},
               {"overheads", "", into_overheads(model)},
+              {"executors", "", each_in_map([&](const Value& value) {
+                 model.executors.push_back(executor(value));
+               })},
               {"callbacks", "",
                each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
                /*is_required=*/true},
@@ -136,6 +139,17 @@ class ModelReader : private SystemReader {
                {{"dispatch", "", into_time(model.dispatch_overhead)},
                 {"wake", "", into_time(model.wake_overhead)}});
     };
+  }
+
+  MeasuredExecutor executor(const Value& value) {
+    MeasuredExecutor result{.name = value.name};
+    read_map(value, "an executor of a measured run",
+             {{"type", "", into(result.type), /*is_required=*/true},
+              {"scheduler", "", into(result.scheduler), /*is_required=*/true},
+              {"callbacks", "", each_in_list([&](const Value& name) {
+                 into(result.callbacks.emplace_back())(name);
+               })}});
+    return result;
   }
 
   MeasuredCallback callback(const Value& value) {

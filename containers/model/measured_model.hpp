@@ -49,6 +49,12 @@ struct MeasuredChain {
   Nanoseconds median{0}, p99{0}, p999{0}, longest{0};
 };
 
+/// An executor in a run, and what it served.
+struct MeasuredExecutor {
+  std::string name, type, scheduler;
+  std::vector<std::string> callbacks;
+};
+
 /// The content of a *.model.yaml file.
 struct MeasuredModel {
   std::string path;         // of itself, for messages; empty: it was not read from a file
@@ -65,6 +71,7 @@ struct MeasuredModel {
   std::uint64_t lost_executions = 0;
   std::vector<MeasuredCallback> callbacks;
   std::vector<MeasuredChain> chains;
+  std::vector<MeasuredExecutor> executors;  // empty: the model does not tell
 };
 
 /// Reads such a file, which a person may have written.

@@ -113,7 +113,7 @@ TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
   EXPECT_EQ(errors_in("callback: {}\ncallbacks: {}"),
             "m.model.yaml:1: 'callback' is no key of a measured model; did you mean 'callbacks'? "
             "valid: file, machine, duration, margin, lost_executions, overheads, "
-            "callbacks, chains\n");
+            "executors, callbacks, chains\n");
   EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is no key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));

@@ -300,8 +300,34 @@ bool is_triggered(const std::vector<SystemDescription>& system, const json& thre
   return false;
 }
 
+/// Which executors have run which callbacks, by name; those of several processes as in `analyze`.
+json executors_json(const json& run, const std::vector<SystemDescription>& system,
+                    const Options& options) {
+  json result = json::object();
+  for (const json& callback : run.at("callbacks")) {
+    const std::string process = callback.at("process"), name = callback.at("executor");
+    ExecutorDescription described;
+    for (const SystemDescription& other : system) {
+      for (const ExecutorDescription& executor : other.executors) {
+        if (other.name == process && executor.name == name) described = executor;
+      }
+    }
+    if (!options.executor.empty()) described = {.type = options.executor};
+    json& executor = result[system.size() > 1 ? process + "/" + name : name];
+    executor["type"] = described.type;
+    executor["scheduler"] = !options.scheduler.empty() ? options.scheduler
+                            : !described.scheduler.empty()
+                                ? described.scheduler
+                                : executors().traits(described.type).scheduler;
+    executor["callbacks"].push_back(callback.at("node").get<std::string>() + "/" +
+                                    callback.at("callback").get<std::string>());
+  }
+  return result;
+}
+
 /// The timeline and the model of the run.
 void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
+  run["executors"] = executors_json(run, system, options);
   for (json& thread : run.at("trace")) {
     thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
   }
@@ -348,6 +374,7 @@ void run(const Options& options) {
   }
   if (options.traces()) write_traced(run, system, options);
   run.erase("trace");
+  run.erase("executors");
   if (!options.json.empty() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
       for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {

@@ -281,6 +281,13 @@ MeasuredModel extract_model(std::span<const Trace> traces) {
   if (!traces.empty()) {
     model.file = traces.front().about.at("file");
     model.machine = traces.front().about.at("machine");
+    for (const auto& [name, of] : traces.front().about.at("executors").items()) {
+      MeasuredExecutor& executor = model.executors.emplace_back(
+          MeasuredExecutor{.name = name, .type = of.at("type"), .scheduler = of.at("scheduler")});
+      for (const json& callback : of.at("callbacks")) {
+        executor.callbacks.push_back(named_as_in_chains(callback));
+      }
+    }
   }
   return std::move(model);
 }

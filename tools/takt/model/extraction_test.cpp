@@ -18,11 +18,9 @@ using testing::Pair;
 /// A trace of one thread in the making.
 struct Made : Trace {
   explicit Made(double duration_s = 10) {
-    about = {{"file", "robot.yaml"},
-             {"machine", "a robot"},
-             {"duration_s", duration_s},
-             {"callbacks", json::array()},
-             {"chains", json::array()}};
+    about = {{"file", "robot.yaml"},       {"machine", "a robot"},
+             {"duration_s", duration_s},   {"executors", json::object()},
+             {"callbacks", json::array()}, {"chains", json::array()}};
     threads.push_back({.process = "p", .name = "worker", .tid = 7, .is_prompt = true});
   }
   /// Starts when it is ready.

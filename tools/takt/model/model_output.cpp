@@ -80,6 +80,11 @@ ordered_json document(const MeasuredModel& model) {
   add_time(overheads, "dispatch", model.dispatch_overhead);
   add_time(overheads, "wake", model.wake_overhead);
   if (!overheads.empty()) result["overheads"] = std::move(overheads);
+  for (const MeasuredExecutor& executor : model.executors) {
+    result["executors"][executor.name] = {{"type", executor.type},
+                                          {"scheduler", executor.scheduler},
+                                          {"callbacks", executor.callbacks}};
+  }
   for (const MeasuredChain& chain : model.chains) result["chains"][chain.name] = document(chain);
   result["callbacks"] = ordered_json::object();
   for (const MeasuredCallback& callback : model.callbacks) {
@@ -128,7 +133,12 @@ void write_measured_model(const MeasuredModel& model, const std::string& path) {
 }
 
 json model_json(const MeasuredModel& model) {
-  json callbacks = json::array(), chains = json::array();
+  json callbacks = json::array(), chains = json::array(), executors = json::object();
+  for (const MeasuredExecutor& executor : model.executors) {
+    executors[executor.name] = {{"type", executor.type},
+                                {"scheduler", executor.scheduler},
+                                {"callbacks", executor.callbacks}};
+  }
   for (const MeasuredCallback& callback : model.callbacks) {
     callbacks.push_back(callback_json(callback));
   }
@@ -149,6 +159,7 @@ json model_json(const MeasuredModel& model) {
           {"overheads_us",
            {{"dispatch", us_or_null(model.dispatch_overhead)},
             {"wake", us_or_null(model.wake_overhead)}}},
+          {"executors", std::move(executors)},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)}};
 }

@@ -36,6 +36,7 @@ json about(const json& run) {
   return {{"file", run.at("file")},
           {"machine", rt::machine_line()},
           {"duration_s", run.at("duration_s")},
+          {"executors", run.at("executors")},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)}};
 }
@@ -204,6 +205,10 @@ class TraceWriter {
 void check_about(const json& about) {
   for (const char* key : {"file", "machine"}) about.at(key).get<std::string>();
   about.at("duration_s").get<double>();
+  for (const json& executor : about.at("executors")) {
+    for (const char* key : {"type", "scheduler"}) executor.at(key).get<std::string>();
+    executor.at("callbacks").get<std::vector<std::string>>();
+  }
   about.at("callbacks").get<std::vector<std::string>>();
   for (const json& chain : about.at("chains")) {
     chain.at("name").get<std::string>();

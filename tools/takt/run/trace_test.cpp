@@ -32,6 +32,8 @@ json run(const std::vector<json>& threads) {
                {"p999", 1},
                {"max", 1},
                {"histogram", {{3, 1}}}}}}}},
+          {"executors",
+           {{"all", {{"type", "events"}, {"scheduler", "fifo"}, {"callbacks", {"/node/tick"}}}}}},
           {"trace", threads}};
 }
 
@@ -64,6 +66,7 @@ TEST(TraceFile, HasASliceForAnExecutionAndOneForItsTimeInTheQueue) {
     "displayTimeUnit": "ns",
     "otherData": {"overwritten_executions": 3, "file": "robot.yaml", "duration_s": 2.5,
                   "callbacks": ["/node/tick"],
+                  "executors": {"all": {"type": "events", "scheduler": "fifo", "callbacks": ["/node/tick"]}},
                   "chains": [{"name": "c", "latency_us": {"count": 1, "p50": 1, "p99": 1, "p999": 1, "max": 1}}]},
     "traceEvents": [
       {"ph": "M", "pid": 1, "name": "process_name", "args": {"name": "robot"}},
