@@ -52,6 +52,8 @@ std::vector<ReferenceSection> ConfigurationReader::describe_file() {
 }
 
 SystemDescription ConfigurationReader::read(const Value& root) {
+  const Value* const machine = document::find(root, "machine");
+  names_cpus_ = machine != nullptr && document::find(*machine, "cpus") != nullptr;
   read_file(root);
   check_number_of_containers(root);
   check_that_loading_can_be_asked_for(root);

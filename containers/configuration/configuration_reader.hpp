@@ -63,6 +63,8 @@ class ConfigurationReader : private SystemReader {
   Read into_cpus(std::vector<int>& cpus);
   void read_speed(const Value& value);
   void check_cpus_of_threads(const Value& root);
+  /// `machine: cpus` need not be here: then threads are checked against these.
+  bool names_cpus_ = false;
   Field waits_field(std::optional<Nanoseconds>& waits);
   Read into_rt_runtime(std::optional<Nanoseconds>& runtime);
 

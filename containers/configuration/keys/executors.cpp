@@ -144,6 +144,9 @@ void ConfigurationReader::read_executor(const Value& value) {
   }
   ExecutorOptions options = options_of(executor);
   options.threads = std::move(threads);
+  if (names_cpus_) {
+    for (ThreadAttributes& thread : options.threads) thread.affinity.clear();
+  }
   if (is_sound) errors_.passes(value.line, [&] { try_to_make(executor.type, options); });
   executors_.insert(executor.name);
   system_.executors.push_back(std::move(executor));

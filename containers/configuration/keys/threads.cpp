@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "takt/base/available_cpus.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
 namespace takt {
@@ -41,7 +42,9 @@ void ConfigurationReader::read_thread(const Value& value) {
     is_sound &= passes(value, "priority", [&] { asked.check_priority(); });
     is_sound &= passes(value, "nice", [&] { asked.check_nice(); });
     is_sound &= passes(value, "runtime", [&] { asked.check_reservation(); });
-    is_sound &= passes(value, "affinity", [&] { asked.check_affinity(); });
+    ThreadAttributes here = asked;
+    if (names_cpus_ && !asked.affinity.empty()) here.affinity = {available_cpus().front()};
+    is_sound &= passes(value, "affinity", [&] { here.check_affinity(); });
   }
   if (!is_sound) asked = {.name = asked.name};  // so that its executors do not report it again
   threads_.try_emplace(asked.name, asked);
@@ -70,6 +73,7 @@ void ConfigurationReader::read_cpu(const Value& value, std::vector<int>& cpus) {
   int cpu = -1;
   into(cpu, 0)(value);
   if (cpu < 0) return;
+  if (names_cpus_) return cpus.push_back(cpu);  // see check_cpus_of_threads
   if (errors_.passes(value.line, [&] { ThreadAttributes{.affinity = {cpu}}.check(); })) {
     cpus.push_back(cpu);
   }

@@ -198,6 +198,26 @@ void print_callbacks(const AnalyzedFile& file) {
   print_reasons(file);
 }
 
+/// What matters, in a sentence.
+void print_summary(const AnalyzedFile& file) {
+  const auto& chains = file.bounds.chains;
+  const auto bounded = std::count_if(chains.begin(), chains.end(),
+                                     [](const auto& chain) { return chain.bound.has_value(); });
+  std::size_t guaranteed = 0;
+  for (std::size_t i = 0; i < chains.size(); ++i) {
+    if (verdict(file.model.chains[i], chains[i]) == Verdict::guaranteed) ++guaranteed;
+  }
+  if (chains.empty()) {
+    rt::print("'{}' has no chains, so nothing is guaranteed: list them, or write `chains: auto`\n",
+              file.system.file);
+  } else if (bounded == 0) {
+    rt::print("no chain has a bound: {}\n", chains.front().why_not);
+  } else {
+    rt::print("of {} chains, {} have a bound, and {} are guaranteed\n", chains.size(), bounded,
+              guaranteed);
+  }
+}
+
 }  // namespace
 
 json analysis_json(const AnalyzedFile& file) {
@@ -208,13 +228,14 @@ json analysis_json(const AnalyzedFile& file) {
   }
   return {{"file", file.system.file},
           {"model", file.measured ? json(file.measured->file) : json()},
-          {"guaranteed", file.is_guaranteed()},
+          {"guaranteed", file.is_all_guaranteed()},
           {"chains", std::move(chains)},
           {"callbacks", std::move(callbacks)},
           {"assumptions", file.model.assumptions}};
 }
 
 void print_analysis(const AnalyzedFile& file) {
+  print_summary(file);
   print_chains(file);
   print_callbacks(file);
   rt::print("assumptions\n");

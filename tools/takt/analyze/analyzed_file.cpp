@@ -2,6 +2,7 @@
 #include "analyze/analyzed_file.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 
 #include <fmt/format.h>
@@ -18,6 +19,21 @@ bool AnalyzedFile::is_guaranteed() const {
   return true;
 }
 
+bool AnalyzedFile::is_all_guaranteed() const {
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    if (verdict(model.chains[i], bounds.chains[i]) != Verdict::guaranteed) return false;
+  }
+  return !model.chains.empty();
+}
+
+bool AnalyzedFile::is_contradicted() const {
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    const Verdict found = verdict(model.chains[i], bounds.chains[i]);
+    if (found == Verdict::missed || found == Verdict::refuted) return true;
+  }
+  return false;
+}
+
 const MeasuredChain* AnalyzedFile::observed(const SystemModel::Chain& chain) const {
   if (!measured) return nullptr;
   const auto found = std::find_if(measured->chains.begin(), measured->chains.end(),
@@ -25,21 +41,85 @@ const MeasuredChain* AnalyzedFile::observed(const SystemModel::Chain& chain) con
   return found != measured->chains.end() ? &*found : nullptr;
 }
 
+namespace {
+
+/// An executor's type and scheduler: "events with fifo".
+std::string kind_of(const std::string& type, const std::string& scheduler) {
+  return fmt::format("{} with {}", type,
+                     scheduler.empty() ? executors().traits(type).scheduler : scheduler);
+}
+
+/// As kind_of, where it runs each callback in the file.
+std::map<std::string, std::string> kinds_in(const AnalyzedFile& file) {
+  std::map<std::string, std::string> result;
+  for (const ModelledProcess& process : file.processes) {
+    std::map<std::string, std::string> executors;
+    for (const ExecutorDescription& executor : process.executors) {
+      executors[executor.name] = kind_of(executor.type, executor.scheduler);
+    }
+    for (const auto& callback : process.callbacks) {
+      result[to_string(Chain::Step{callback.node, callback.entity->name()})] =
+          executors[callback.executor];
+    }
+  }
+  return result;
+}
+
+/// What differs between the run of the model and the file; empty: nothing that the model says.
+std::string why_latencies_differ(const AnalyzedFile& file, const ContainerOverrides& overrides) {
+  const MeasuredModel& model = *file.measured;
+  if (model.executors.empty() && !(overrides.executor.empty() && overrides.scheduler.empty())) {
+    return "they are of the executors of the file";
+  }
+  const auto kinds = kinds_in(file);
+  for (const MeasuredExecutor& executor : model.executors) {
+    const std::string measured = executor.type + " with " + executor.scheduler;
+    for (const std::string& callback : executor.callbacks) {
+      const auto here = kinds.find(callback);
+      if (here == kinds.end() || here->second == measured) continue;
+      return fmt::format("'{}' ran on {} then, and runs on {} here", callback, measured,
+                         here->second);
+    }
+  }
+  return {};
+}
+
+/// Marks what the model does not fit.
+void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides) {
+  MeasuredModel& model = *file.measured;
+  const auto name = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+  if (!model.file.empty() && name(model.file) != name(file.system.file)) {
+    file.system.notes.push_back(fmt::format("the model was measured with '{}', not with '{}'",
+                                            model.file, file.system.file));
+  }
+  const std::string why = why_latencies_differ(file, overrides);
+  if (why.empty()) return;
+  model.chains.clear();
+  file.system.notes.push_back("the latencies of the model are not shown: " + why);
+}
+
+/// Threads on the CPUs of `machine: cpus`, which need not be here: nothing runs on them.
+void forget_cpus(std::vector<ThreadDescription>& threads) {
+  for (ThreadDescription& thread : threads) thread.attributes.affinity.clear();
+}
+
+}  // namespace
+
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
   AnalyzedFile file{.system = read_system(path, options.settings)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
-  if (file.measured &&
-      !(options.overrides.executor.empty() && options.overrides.scheduler.empty())) {
-    file.measured->chains.clear();  // they are of the file's own executors
-    file.system.notes.push_back(
-        "the latencies of the model are not shown: they are of the executors of the file");
-  }
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription& process : split(file.system, Composition::file)) {
+    const std::vector<ThreadDescription> threads = process.threads;
     process.dds.reset();  // nothing runs
+    if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
     file.containers.push_back(std::make_unique<Container>(process, options.overrides));
     file.processes.push_back(file.containers.back()->modelled());
+    file.processes.back().threads.clear();
+    for (const auto& [attributes, where] : threads) {
+      file.processes.back().threads.push_back(attributes);
+    }
     for (const auto& callback : file.processes.back().callbacks) {
       if (nodes.empty() || nodes.back() != callback.node) nodes.push_back(callback.node);
     }
@@ -47,9 +127,12 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   std::vector<std::string> errors;
   file.chains = find_chains(file.system, nodes, errors);
   if (!errors.empty()) throw ConfigurationError(errors);
+  if (file.measured) compare_with_model(file, options.overrides);
   file.model = make_system_model(file.system, file.chains, file.processes,
                                  file.measured ? &*file.measured : nullptr);
+  const auto begin = std::chrono::steady_clock::now();
   file.bounds = analyze(file.model);
+  file.analysis_time = std::chrono::steady_clock::now() - begin;
   return file;
 }
 

@@ -23,9 +23,14 @@ struct AnalyzedFile {
   std::vector<ModelledProcess> processes;
   SystemModel model;
   ModelBounds bounds;
+  Nanoseconds analysis_time{0};  // what `bounds` took
 
   /// Whether each chain with a deadline meets it for sure.
   bool is_guaranteed() const;
+  /// Whether there are chains, and each has a deadline and meets it for sure.
+  bool is_all_guaranteed() const;
+  /// Whether a run has shown that a deadline is missed, or a bound wrong.
+  bool is_contradicted() const;
   /// What a run has shown of a chain; nullptr: nothing.
   const MeasuredChain* observed(const SystemModel::Chain& chain) const;
 };
@@ -57,9 +62,15 @@ struct Suggestion {
   std::string chain;                         // the one that gains most
   std::optional<Nanoseconds> before, after;  // its bound
 };
-/// Tries other executors, schedulers, priorities and CPUs, one change at a time. The best first;
-/// `tried` is how many there were.
-std::vector<Suggestion> suggestions(const AnalyzedFile& file, std::size_t& tried);
+/// The best first.
+struct Suggestions {
+  std::vector<Suggestion> found;
+  std::size_t tried = 0;
+  bool is_complete = true;  // not ended by the limit of time
+};
+/// Tries other executors, schedulers, priorities and CPUs, one change at a time, and none that
+/// would probably end later than `most` after the call.
+Suggestions suggestions(const AnalyzedFile& file, Nanoseconds most);
 
 }  // namespace takt::tools
 

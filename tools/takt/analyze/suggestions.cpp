@@ -1,8 +1,8 @@
 // What would help: the system with one thing changed, analysed again.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <functional>
-#include <set>
+#include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,10 +35,14 @@ Score score(const SystemModel& model, const ModelBounds& bounds) {
 
 class Search {
  public:
-  explicit Search(const AnalyzedFile& file)
-      : file_(file), processes_(file.processes), before_(score(file.model, file.bounds)) {}
+  Search(const AnalyzedFile& file, Nanoseconds most)
+      : file_(file),
+        processes_(file.processes),
+        before_(score(file.model, file.bounds)),
+        most_(most),
+        longest_(file.analysis_time) {}
 
-  std::vector<Suggestion> run() {
+  Suggestions run() {
     if (before_ == Score{0, 0}) return {};  // no deadlines, so nothing to be better at
     for (ModelledProcess& process : processes_) {
       for (ExecutorDescription& executor : process.executors) try_orders(executor);
@@ -46,13 +50,12 @@ class Search {
     }
     std::stable_sort(found_.begin(), found_.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<Suggestion> result;
+    Suggestions result{.tried = tried_, .is_complete = !is_over_};
     for (auto& [reached, suggestion] : found_) {
-      if (result.size() < kMostShown) result.push_back(std::move(suggestion));
+      if (result.found.size() < kMostShown) result.found.push_back(std::move(suggestion));
     }
     return result;
   }
-  std::size_t tried() const { return tried_; }
 
  private:
   void try_orders(ExecutorDescription& executor);
@@ -60,25 +63,36 @@ class Search {
   /// Changes `target` to `value`, analyses, and changes it back.
   template <class T>
   void try_value(T& target, const T& value, const std::string& change) {
-    if (target == value || tried_ == kMostTried) return;
+    if (target == value) return;
     const T old = std::exchange(target, value);
     analyse(change);
     target = old;
   }
   void analyse(const std::string& change);
 
+  using SteadyClock = std::chrono::steady_clock;
   const AnalyzedFile& file_;
   std::vector<ModelledProcess> processes_;
   const Score before_;
+  const SteadyClock::time_point begin_ = SteadyClock::now();
+  const Nanoseconds most_;
+  Nanoseconds longest_;  // analysis so far
+  bool is_over_ = false;
   std::size_t tried_ = 0;
   std::vector<std::pair<Score, Suggestion>> found_;
 };
 
 void Search::analyse(const std::string& change) {
+  const auto begin = SteadyClock::now();
+  if (tried_ == kMostTried || begin - begin_ > most_ - longest_) {
+    is_over_ = true;
+    return;
+  }
   ++tried_;
   const SystemModel model = make_system_model(file_.system, file_.chains, processes_,
                                               file_.measured ? &*file_.measured : nullptr);
   const ModelBounds bounds = analyze(model);
+  longest_ = std::max<Nanoseconds>(longest_, SteadyClock::now() - begin);
   const Score reached = score(model, bounds);
   // Five percent of a deadline are worth an edit.
   if (reached.first > before_.first ||
@@ -121,7 +135,7 @@ void Search::try_orders(ExecutorDescription& executor) {
       changed.type = type;
       changed.scheduler = scheduler;
       const ExecutorDescription old = executor;
-      if ((old.type == type && old.scheduler == scheduler) || tried_ == kMostTried) continue;
+      if (old.type == type && old.scheduler == scheduler) continue;
       executor = changed;
       analyse(
           fmt::format("executors.{}: {{type: {}, scheduler: {}}}", executor.name, type, scheduler));
@@ -149,11 +163,8 @@ void Search::try_threads(ThreadAttributes& thread) {
 
 }  // namespace
 
-std::vector<Suggestion> suggestions(const AnalyzedFile& file, std::size_t& tried) {
-  Search search(file);
-  std::vector<Suggestion> result = search.run();
-  tried = search.tried();
-  return result;
+Suggestions suggestions(const AnalyzedFile& file, Nanoseconds most) {
+  return Search(file, most).run();
 }
 
 }  // namespace takt::tools

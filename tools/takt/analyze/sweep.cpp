@@ -76,9 +76,10 @@ json sweep(const std::string& path, const AnalyzeOptions& options, const std::st
       const auto& bound = file.bounds.chains[i].bound;
       if (rows.empty()) header.push_back(file.model.chains[i].name + "_ms");
       row.push_back(bound ? milliseconds(*bound) : "-");
-      chains.push_back({{"name", file.model.chains[i].name},
-                        {"bound_us", bound ? json(rt::us(*bound)) : json()},
-                        {"verdict", verdict(file.model.chains[i], file.bounds.chains[i])}});
+      chains.push_back(
+          {{"name", file.model.chains[i].name},
+           {"bound_us", bound ? json(rt::us(*bound)) : json()},
+           {"verdict", to_string(verdict(file.model.chains[i], file.bounds.chains[i]))}});
     }
     result["points"].push_back({{"value", value}, {"chains", std::move(chains)}});
     rows.push_back(std::move(row));

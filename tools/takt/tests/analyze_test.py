@@ -69,7 +69,25 @@ with tempfile.TemporaryDirectory() as folder:
     # It counted as a deadline that is not guaranteed.
     free = write("free.yaml", ROBOT.replace("deadline: DEADLINE, ", "").replace("policy: SCHED_FIFO, priority: 40, ", ""))
     status, output, errors = run(free)
-    check("no deadline, no bound", status == 0 and "sense has no bound" in output, status, output, errors)
+    check("no deadline, no bound", status == 1 and "sense has no bound" in output, status, output, errors)
+    check("the first line says so", output.startswith("no chain has a bound: bulk: thread 'rest' is SCHED_OTHER"), output)
+    for name, file, expected in [("no bound", plain, 0), ("no deadline", free, 0), ("not shown", late, 0)]:
+        status, output, errors = run(file, "--allow-unbounded", "--suggest", "off")
+        check(f"allowed: {name}", status == expected and "what would help" not in output, status, output, errors)
+
+    # Both ended with 0, and said nothing.
+    chainless = write("chainless.yaml", ROBOT[:ROBOT.index("chains:")])
+    status, output, errors = run(chainless)
+    check("no chains", status == 1 and output.startswith(f"'{chainless}' has no chains"), status, output, errors)
+    check("no chains, allowed", run(chainless, "--allow-unbounded")[0] == 0)
+
+    # A file for a machine with more CPUs was refused.
+    elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
+                      .replace("affinity: [0]", "affinity: [65]"))
+    status, output, errors = run(elsewhere)
+    check("a machine of its own", status == 0 and " guaranteed " in output, status, output, errors)
+    status, output, errors = run(elsewhere, "--duration", "10ms", command="run")
+    check("which is not this one", status == 2 and "there is no CPU 65 here" in errors, status, output, errors)
 
     status, output, errors = run("--deadlines", robot, free, command="check")
     check("deadlines that are guaranteed", status == 0 and output.count(": valid: ") == 2 and errors == "", status, output, errors)
@@ -127,11 +145,19 @@ with tempfile.TemporaryDirectory() as folder:
         slow = write("slow.model.yaml", f"callbacks: {{}}\nchains: {{sense: {{instances: 1, max: {longest}}}}}\n")
         status, output, errors = run(robot, "--model", slow)
         check(verdict, status == 1 and f" {verdict} " in output and words in output, status, output, errors)
+        check(verdict + " is not allowed", run(robot, "--model", slow, "--allow-unbounded")[0] == 1)
         wrong = write("refuted.yaml", ROBOT.replace("DEADLINE", "20ms") + "model: slow.model.yaml\n")
         status, output, errors = run("--deadlines", wrong, command="check")
         check("check: " + verdict, status == 1 and words in errors, status, output, errors)
         status, output, errors = run(robot, "--model", slow, "--executor", "events")
         check("observed with other executors", words not in output and "are not shown" in errors, status, output, errors)
+    # Latencies of other executors stood beside the bounds of these.
+    edited = write("edited.yaml", ROBOT.replace("DEADLINE", "20ms").replace("type: single_threaded", "type: events"))
+    status, output, errors = run(edited, "--model", model)
+    check("a model of other executors", "ran on single_threaded with " in errors and "runs on events with " in errors and
+          json.loads(run(edited, "--model", model, "--json", "-")[1])["chains"][0]["observed_us"] is None, errors)
+    check("a model of another file", "the model was measured with '" + robot in errors, errors)
+    check("its own is not marked", run(robot, "--model", model)[2] == "")
     status, output, errors = run(robot, command="model")
     check("a file that is no trace", status == 2 and "this is no trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")

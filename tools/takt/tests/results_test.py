@@ -1,11 +1,14 @@
 #!/usr/bin/python3
-"""What --json writes keeps the schema that the documents promise: results_test.py TAKT SCHEMA
+"""What --json writes keeps the schemas that the documents promise: results_test.py TAKT SCHEMA
+
+Those of analyze and rta are beside that of results.
 
 SPDX-License-Identifier: Apache-2.0
 """
 import copy
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -19,9 +22,17 @@ except ImportError:
     skip("apt-get install python3-jsonschema brings what looks at schemas")
 
 takt, schema = map(os.path.abspath, sys.argv[1:])
-with open(schema, encoding="utf-8") as text:
-    validator = jsonschema.Draft202012Validator(json.load(text))
-validator.check_schema(validator.schema)
+
+
+def validator_of(path):
+    with open(path, encoding="utf-8") as text:
+        result = jsonschema.Draft202012Validator(json.load(text))
+    result.check_schema(result.schema)
+    return result
+
+
+validator, of_analyze, of_rta = (validator_of(os.path.join(os.path.dirname(schema), name)) for name in (
+    os.path.basename(schema), "analyze.schema.json", "rta.schema.json"))
 
 COMPONENTS = """
     - {component: takt::Workload, name: camera, executor: all,
@@ -38,18 +49,18 @@ chains: [{name: sees, path: [camera/image_timer, detector/image], deadline: 5ms}
 """
 
 
-def errors(document):
-    return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(document)]
+def errors(document, by=validator):
+    return [f"{error.json_path}: {error.message}" for error in by.iter_errors(document)]
 
 
-def document(*words):
-    done = subprocess.run([takt, *words, "--json", "-"], env=environment, stdin=subprocess.DEVNULL,
+def document(*words, text=""):
+    done = subprocess.run([takt, *words, "--json", "-"], env=environment, input=text,
                           stdout=subprocess.PIPE, text=True, timeout=120)
     return json.loads(done.stdout)
 
 
-def holds(what, written):
-    found = errors(written)
+def holds(what, written, by=validator):
+    found = errors(written, by)
     check(f"{what} keeps the schema", not found, *found[:5])
     return written
 
@@ -69,6 +80,15 @@ with tempfile.TemporaryDirectory() as folder:
                                         "--trace", os.path.join(folder, "trace.json")))
     written = holds("takt run of two processes", document("run", two, "--duration", "200ms"))
     check("that run has topics to look at", written["runs"][0].get("topics"), written["runs"][0])
+    model = os.path.join(folder, "model.yaml")
+    document("run", one, "--duration", "200ms", "--model", model)
+    analysis = holds("takt analyze", document("analyze", one), of_analyze)
+    check("it looks for nothing that would help unless asked", analysis["suggestions"] is None, analysis)
+    analysed = holds("takt analyze with a model", document("analyze", one, "--model", model, "--suggest", "1s"), of_analyze)
+    check("it has suggestions if asked", analysed["suggestions"] is not None, analysed)
+    check("it has observed latencies", analysed["chains"][0]["observed_us"], analysed)
+    holds("takt analyze of two processes", document("analyze", two), of_analyze)
+    holds("a sweep", document("analyze", one, "--sweep", "threads.one.runtime=1ms..2ms"), of_analyze)
     holds("takt compare", document("compare", one, "--executors", "events,isolated", "--schedulers",
                                    "file,edf", "--duration", "100ms"))
 
@@ -97,7 +117,17 @@ with tempfile.TemporaryDirectory() as folder:
     rate = int(cells["received"]) / float(cells["seconds"].rstrip("!"))
     check("and what was received by the second of the run", abs(float(cells["received/s"]) - rate) < 0.02 * rate, cells)
 
+methods = re.findall(r"^  ([a-z_]+)  +[A-Z]", subprocess.run([takt, "rta"], env=environment, text=True,
+                                                             capture_output=True, check=True).stdout, re.M)
+for method in methods:
+    help_ = subprocess.run([takt, "rta", method, "--help"], env=environment, text=True, capture_output=True, check=True).stdout
+    example = re.search(r"<<END\n(.*)\nEND\n", help_, re.S)[1]
+    holds(f"takt rta {method}", document("rta", method, text=example), of_rta)
+check("methods to look at", len(methods) >= 18, methods)
+
 # What the schema is there for.
+analysis["chains"][0]["verdict"] = "fine"
+check("the schema of analyze refuses a verdict that it does not know", errors(analysis, of_analyze))
 for what, spoil in (("a key that it does not know", lambda run: run.update(new=1)),
                     ("a key that is missing", lambda run: run["callbacks"][0].pop("received")),
                     ("a negative count", lambda run: run["callbacks"][0].update(lost=-1)),
