@@ -217,27 +217,26 @@ TEST(Analysis, SaysWhatABoundIsMissingFor) {
               HasSubstr("by way of 'first', and there is more work than time"));
 }
 
-// It waited for the next message of its own, 100 later, though the other one comes every 10.
-TEST(Analysis, AJoinWaitsForTheOtherInputAtMost) {
+// It waited for the next message of its own, 100 later, though the others come every 30 and 10.
+TEST(Analysis, AJoinWaitsForTheOtherInputsAtMost) {
   const auto chain = [](std::optional<Count> depth) {
-    const Output output{.to = 2, .messages = 0, .waits = true};
-    System system{.executors = {{.name = "slow"}, {.name = "fast"}, {.name = "end"}}};
-    for (std::size_t i = 0; i < 2; ++i) {
-      system.callbacks.push_back({.name = "timer_" + std::to_string(i),
-                                  .executor = i,
+    System system{.executors = {{.name = "a"}, {.name = "b"}, {.name = "c"}, {.name = "end"}}};
+    for (const Time period : {100, 30, 10}) {
+      system.callbacks.push_back({.name = "timer",
+                                  .executor = system.callbacks.size(),
                                   .execution = 1,
-                                  .arrivals = ArrivalCurve::periodic(i == 0 ? 100 : 10),
-                                  .longest_gap = i == 0 ? 100 : 10,
+                                  .arrivals = ArrivalCurve::periodic(period),
+                                  .longest_gap = period,
                                   .is_timer = true,
-                                  .depth = i == 0 ? std::nullopt : depth,
-                                  .outputs = {output}});
+                                  .depth = period == 30 ? depth : std::nullopt,
+                                  .outputs = {{.to = 3, .messages = 0, .waits = true}}});
     }
     system.callbacks[0].outputs[0].messages = 1;
-    system.callbacks.push_back({.name = "joined", .executor = 2, .execution = 1});
-    system.chains = {{.name = "c", .callbacks = {0, 2}}};
+    system.callbacks.push_back({.name = "joined", .executor = 3, .execution = 1});
+    system.chains = {{.name = "c", .callbacks = {0, 3}}};
     return analyze(system).chains[0].bound;
   };
-  EXPECT_EQ(chain(std::nullopt), 1 + 10 + 1 + 1);
+  EXPECT_EQ(chain(std::nullopt), 1 + 30 + 1 + 1);
   EXPECT_GT(chain(0), 100);  // what may be lost does not come
 }
 
