@@ -103,6 +103,15 @@ void forget_cpus(std::vector<ThreadDescription>& threads) {
   for (ThreadDescription& thread : threads) thread.attributes.affinity.clear();
 }
 
+/// As the file has them. There may be others, which a plan has made.
+void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<ThreadAttributes>& to) {
+  for (const auto& [attributes, where] : from) {
+    for (ThreadAttributes& thread : to) {
+      if (thread.name == attributes.name) thread.affinity = attributes.affinity;
+    }
+  }
+}
+
 }  // namespace
 
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
@@ -116,10 +125,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
     if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
     file.containers.push_back(std::make_unique<Container>(process, options.overrides));
     file.processes.push_back(file.containers.back()->modelled());
-    file.processes.back().threads.clear();
-    for (const auto& [attributes, where] : threads) {
-      file.processes.back().threads.push_back(attributes);
-    }
+    remember_cpus(threads, file.processes.back().threads);
     for (const auto& callback : file.processes.back().callbacks) {
       if (nodes.empty() || nodes.back() != callback.node) nodes.push_back(callback.node);
     }

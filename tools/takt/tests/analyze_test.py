@@ -81,6 +81,12 @@ with tempfile.TemporaryDirectory() as folder:
     check("no chains", status == 1 and output.startswith(f"'{chainless}' has no chains"), status, output, errors)
     check("no chains, allowed", run(chainless, "--allow-unbounded")[0] == 0)
 
+    # Takt makes executors and threads from the chains; these have real-time priorities, too.
+    planned = write("planned.yaml", re.sub(r" +executor: \w+\n", "", ROBOT.replace("DEADLINE", "20ms"))
+                    .replace(ROBOT[:ROBOT.index("container:")], "\n"))
+    status, output, errors = run(planned, "--suggest", "off")
+    check("planned executors", output.startswith("of 1 chains, 1 have a bound"), status, output, errors)
+
     # A file for a machine with more CPUs was refused.
     elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
                       .replace("affinity: [0]", "affinity: [65]"))
