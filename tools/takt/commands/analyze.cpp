@@ -27,7 +27,7 @@ struct Options {
 /// How long changes that would help are looked for; zero: not at all.
 Nanoseconds time_for_suggestions(const Options& options) {
   if (options.suggest == "off" || (options.suggest.empty() && !options.json.empty())) return {};
-  return options.suggest.empty() ? std::chrono::seconds(2) : parse_duration(options.suggest);
+  return options.suggest.empty() ? std::chrono::seconds(2) : parse_run_time(options.suggest);
 }
 
 std::string ms(const std::optional<Nanoseconds>& bound) {
