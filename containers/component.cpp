@@ -13,6 +13,7 @@
 
 #include "takt/base/library.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/messages/message_types.hpp"
 
@@ -42,7 +43,8 @@ void warn_of_missing(const std::vector<IndexFolder>& folders) {
   for (const IndexFolder& index : folders) {
     std::error_code none;
     if (fs::is_directory(index.folder, none) || has_warned.exchange(true)) continue;
-    log(LogLevel::warn, "TAKT_COMPONENT_PATH: there is no folder '{}'", index.folder.string());
+    log(LogLevel::warn, "TAKT_COMPONENT_PATH: there is no folder '{}'",
+        printable(index.folder.string()));
   }
 }
 

@@ -338,12 +338,12 @@ void write_traced(json& run, const std::vector<SystemDescription>& system, const
 
 /// A variable that somebody exported long ago changes what runs.
 void note_variables(const Options& options) {
-  for (const auto& [variable, value] :
-       {std::pair("TAKT_EXECUTOR", &options.executor), {"TAKT_SCHEDULER", &options.scheduler}}) {
-    const char* const given = std::getenv(variable);
-    if (given == nullptr || value->empty() || *value != given) continue;
-    rt::to_stderr("note: {}={} is in force\n", variable, given);
-  }
+  const auto note = [](const char* name, const char* given, const std::string& value) {
+    if (given == nullptr || value.empty() || value != given) return;
+    rt::to_stderr("note: {}={} is in force\n", name, value);
+  };
+  note("TAKT_EXECUTOR", std::getenv("TAKT_EXECUTOR"), options.executor);
+  note("TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"), options.scheduler);
 }
 
 void run(const Options& options) {
