@@ -189,9 +189,9 @@ TEST(LoadSoak, KeepsOfComponentsThatHaveGoneWhatCycloneKeepsAlone) {
       "a cycle of {} endpoints keeps {:.0f} bytes with new names, {:.0f} with the same, and "
       "{:.0f} by Cyclone alone\n",
       cyclone.ends(), with_new_names.median(), with_the_same.median(), alone.median());
-  // Tables and caches grow by some kilobytes in one stretch and not in another, and what is freed
-  // a little later counts in the next one. Seen on a busy machine: 15 kB.
-  const double noise = 20e3 / cycles;
+  // The executor frees the records of the last component, with 28 kB of histograms, at its next
+  // change, so they may count in one stretch and be missing in another.
+  const double noise = 60e3 / cycles;
   EXPECT_LE(with_new_names.median(), 1.05 * with_the_same.median() + noise);
   EXPECT_LE(with_the_same.median(), 1.2 * alone.median() + noise);
   EXPECT_LE(kFirst * (at_first.median() - alone.median()), 1e6) << "statistics of what has gone";
