@@ -105,9 +105,10 @@ bool Logger::take_room() noexcept {
   return false;
 }
 
-void Logger::write(std::string_view source, LogLevel level, fmt::string_view format,
-                   fmt::format_args arguments) {
+void Logger::write(std::string_view source, LogLevel level, const std::source_location& where,
+                   fmt::string_view format, fmt::format_args arguments) {
   Record record;
+  record.where = where;
   std::size_t begin = 0;
   if (!source.empty()) {
     const auto end = fmt::format_to_n(record.text, kLineBytes, "{}: ", source);
@@ -162,7 +163,7 @@ void Logger::write_line(const Record& record) {
     const bool has_source = record.source_size != 0 && record.source_size + 2 <= line.size();
     listener_({record.level, record.time,
                has_source ? line.substr(0, record.source_size) : std::string_view(),
-               has_source ? line.substr(record.source_size + 2) : line});
+               has_source ? line.substr(record.source_size + 2) : line, record.where});
   }
   taken_.fetch_sub(1);
   written_.fetch_add(1);

@@ -10,7 +10,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <source_location>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/core.h>
@@ -21,12 +23,25 @@ namespace TAKT_PUBLIC takt {
 
 enum class LogLevel { debug, info, warn, error };
 
+/// A format, with the place in a program where it is written.
+template <class... Arguments>
+struct LogFormat {
+  template <class Text>
+  consteval LogFormat(const Text& text,  // NOLINT(google-explicit-constructor)
+                      std::source_location here = std::source_location::current())
+      : format(text), where(here) {}
+
+  fmt::format_string<Arguments...> format;
+  std::source_location where;
+};
+
 /// A log line with its source and time.
 struct LogLine {
   LogLevel level;
   std::chrono::system_clock::time_point time;
   std::string_view source;  // a node's full name, or empty
   std::string_view text;
+  std::source_location where;  // of the call
 };
 
 /// A bounded logger: a line is formatted and handed, by a queue of fixed capacity, to the thread
@@ -53,12 +68,14 @@ class Logger {
   void run_in_thread(const std::function<void()>& function);
 
   template <class... Arguments>
-  void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    if (level >= this->level()) write({}, level, format, fmt::make_format_args(arguments...));
+  void log(LogLevel level, const std::type_identity_t<LogFormat<Arguments...>>& format,
+           Arguments&&... arguments) {
+    if (level < this->level()) return;
+    write({}, level, format.where, format.format, fmt::make_format_args(arguments...));
   }
   /// A line of whatever level: "source: text" if there is a source.
-  void write(std::string_view source, LogLevel level, fmt::string_view format,
-             fmt::format_args arguments);
+  void write(std::string_view source, LogLevel level, const std::source_location& where,
+             fmt::string_view format, fmt::format_args arguments);
 
   LogLevel level() const noexcept { return level_.load(std::memory_order_relaxed); }
   void set_level(LogLevel level) noexcept { level_.store(level, std::memory_order_relaxed); }
@@ -75,6 +92,7 @@ class Logger {
   struct Record {
     LogLevel level;
     std::chrono::system_clock::time_point time;
+    std::source_location where;
     std::size_t size, source_size = 0;
     char text[kLineBytes];
   };
@@ -118,7 +136,8 @@ class LogThrottle {
 };
 
 template <class... Arguments>
-void log(LogLevel level, fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+void log(LogLevel level, const std::type_identity_t<LogFormat<Arguments...>>& format,
+         Arguments&&... arguments) {
   Logger::instance().log(level, format, std::forward<Arguments>(arguments)...);
 }
 

@@ -118,10 +118,11 @@ Node::~Node() {
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
-void Node::write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) const {
+void Node::write_log(LogLevel level, const std::source_location& where, fmt::string_view format,
+                     fmt::format_args arguments) const {
   Logger& logger = Logger::instance();
   if (level >= options_.log_level.value_or(logger.level())) {
-    logger.write(fully_qualified_name_, level, format, arguments);
+    logger.write(fully_qualified_name_, level, where, format, arguments);
   }
 }
 

@@ -93,9 +93,9 @@ class Node : public std::enable_shared_from_this<Node> {
 
   /// Writes a line that begins with the node's name. Real-time: as Logger.
   template <class... Arguments>
-  void log(LogLevel level, fmt::format_string<Arguments...> format,
+  void log(LogLevel level, const std::type_identity_t<LogFormat<Arguments...>>& format,
            Arguments&&... arguments) const {
-    write_log(level, format, fmt::make_format_args(arguments...));
+    write_log(level, format.where, format.format, fmt::make_format_args(arguments...));
   }
 
   [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(
@@ -432,7 +432,8 @@ class Node : public std::enable_shared_from_this<Node> {
  private:
   struct State;
 
-  void write_log(LogLevel level, fmt::string_view format, fmt::format_args arguments) const;
+  void write_log(LogLevel level, const std::source_location& where, fmt::string_view format,
+                 fmt::format_args arguments) const;
   ParameterValue declare_value(std::string_view name, ParameterValue value,
                                ParameterDescriptor descriptor, const detail::IntegerLimits& limits);
   ParameterValue parameter_value(std::string_view name) const;

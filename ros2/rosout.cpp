@@ -36,7 +36,10 @@ void Rosout::publish(const LogLine& line) const {
                           .set__stamp(Time(line.time))
                           .set__level(level_of(line.level))
                           .set__name(line.source.empty() ? host_ : logger_name(line.source))
-                          .set__msg(std::string(line.text)));
+                          .set__msg(std::string(line.text))
+                          .set__file(line.where.file_name())
+                          .set__function(line.where.function_name())
+                          .set__line(line.where.line()));
 }
 
 }  // namespace takt

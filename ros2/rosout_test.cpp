@@ -16,9 +16,11 @@ TEST(Rosout, LinesOfNodesAndOthersArePublished) {
   const auto node = std::make_shared<Node>("lidar", NodeOptions{.name_space = "/front"});
   const auto reader =
       host->create_subscription<rcl_interfaces::msg::Log>("/rosout", 10, [](const auto&) {});
+  std::uint32_t logged_after = 0;
   {
     const Rosout rosout(*host);
     node->log(LogLevel::warn, "range {} m", 3);
+    logged_after = __LINE__;
     log(LogLevel::error, "of nobody");
     Logger::instance().flush();
   }
@@ -36,6 +38,10 @@ TEST(Rosout, LinesOfNodesAndOthersArePublished) {
   EXPECT_THAT(received,
               testing::ElementsAre("30 front.lidar: range 3 m", "40 container: of nobody"));
   EXPECT_GT(line.stamp.sec, 1'700'000'000);
+  // They were empty and 0: rqt_console and others show where a line was logged.
+  EXPECT_THAT(line.file, testing::EndsWith("ros2/rosout_test.cpp"));
+  EXPECT_THAT(line.function, testing::HasSubstr("LinesOfNodesAndOthersArePublished"));
+  EXPECT_EQ(line.line, logged_after + 1);
 }
 
 }  // namespace
