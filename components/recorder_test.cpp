@@ -209,17 +209,17 @@ TEST_F(RecordingTest, ARequestUsesFilesBeneathTheFolderForRecordingsOnly) {
   const auto play = [&](const std::string& file, const std::string& folder) {
     return error_of([&] { Player player(asked(file, folder)); });
   };
-  for (const std::string file : {path("precious"), std::string("a"), std::string("../a")}) {
+  for (const std::string& file : {path("precious"), std::string("a"), std::string("../a")}) {
     EXPECT_THAT(record(file, ""), HasSubstr("`load: {recordings: DIR}`")) << file;
     EXPECT_THAT(play(file, ""), HasSubstr("`takt run --name NAME --recordings DIR`")) << file;
   }
-  for (const std::string file :
+  for (const std::string& file :
        {path("own/new"), path("precious"), std::string("../precious"), std::string("up/precious"),
         std::string("link"), std::string("there"), std::string("fifo"), std::string("."),
         std::string("/proc/self/mem"), std::string("../own/new")}) {
     EXPECT_NE(record(file, path("own")), "no error") << file;
   }
-  for (const std::string file : {"../old.mcap", "up/old.mcap", "fifo", "."}) {
+  for (const std::string& file : {"../old.mcap", "up/old.mcap", "fifo", "."}) {
     EXPECT_NE(play(file, path("own")), "no error") << file;
   }
   EXPECT_EQ(std::filesystem::file_size(path("precious")), 8u);

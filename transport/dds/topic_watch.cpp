@@ -14,17 +14,6 @@ namespace {
 
 using Listener = std::unique_ptr<dds_listener_t, decltype(&dds_delete_listener)>;
 
-// What others announce is reported, but they must not fill the log.
-constexpr std::uint64_t kComplaintsPerSecond = 10;
-
-// Not in this second any more; else, what the line says of those that were left out.
-std::optional<std::string> may_complain() {
-  static constinit LogThrottle throttle(kComplaintsPerSecond);
-  const auto left_out = throttle.may_log();
-  if (!left_out) return {};
-  return *left_out == 0 ? "" : fmt::format("({} others before) ", *left_out);
-}
-
 std::string of_node(const std::string& node) {
   return node.empty() ? "a node whose name is not known" : "node '" + node + "'";
 }
@@ -138,6 +127,13 @@ bool TopicWatch::compare(const std::string& topic, const End& ours, const End& o
       of_node(ours.is_writer ? other.node : ours.node),
       ours.is_writer ? "in another process" : "here", policy);
   return true;
+}
+
+// Not in this second any more; else, what the line says of those that were left out.
+std::optional<std::string> TopicWatch::may_complain() {
+  const auto left_out = throttle_.may_log();
+  if (!left_out) return {};
+  return *left_out == 0 ? "" : fmt::format("({} others before) ", *left_out);
 }
 
 // What receives requests is a server. A node has many services; one line of each node will do.

@@ -5,9 +5,11 @@
 
 #include <map>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 
+#include "takt/base/logger.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
 
 namespace takt {
@@ -42,9 +44,11 @@ class TopicWatch {
   };
   void discover(dds_entity_t reader, bool writers) noexcept;
   void forget_if_empty(const std::string& name) noexcept;
+  std::optional<std::string> may_complain();
   bool compare(const std::string& topic, const End& ours, const End& other);
   bool compare_servers(const std::string& topic, const End& ours, const End& other);
 
+  LogThrottle throttle_{10};  // others must not fill the log
   dds_instance_handle_t own_ = 0;
   std::mutex mutex_;
   std::map<std::string, Ends> topics_;        // by the name that it has in DDS

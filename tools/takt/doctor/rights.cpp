@@ -12,7 +12,7 @@
 
 #include "takt/sched/threads/thread_attributes.hpp"
 
-namespace takt::tools {
+namespace takt::tools::doctor_command {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,4 +130,4 @@ Finding dma_latency() {
                  : "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"};
 }
 
-}  // namespace takt::tools
+}  // namespace takt::tools::doctor_command

@@ -5,7 +5,7 @@
 
 #include <string>
 
-namespace takt::tools {
+namespace takt::tools::doctor_command {
 
 enum class Verdict { good, note, bad };
 
@@ -24,6 +24,6 @@ Finding locked_memory();
 Finding nice_limit();
 Finding dma_latency();
 
-}  // namespace takt::tools
+}  // namespace takt::tools::doctor_command
 
 #endif  // TAKT_TOOLS_TAKT_DOCTOR_RIGHTS_HPP_

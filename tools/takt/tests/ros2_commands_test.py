@@ -412,7 +412,7 @@ def test_types_of_others_are_described_by_their_nodes():
 def test_services_of_ros2_are_described_by_their_events_only():
     with System("robot", [("Ros2Turner", "/", "turner")], "false"):
         wrong = run("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}", status=2)
-        check("the service is not described", "does not know the type peer_msgs/srv/Turn_Request" in wrong.stderr
+        check("the service is not described", "does not know the type peer_msgs/srv/Turn;" in wrong.stderr
               and "nodes of ROS 2 describe messages only" in wrong.stderr, wrong.stderr)
     with System("robot", [("IntrospectedTurner", "/", "turner")], "false"):
         rows = as_json("service", "call", "/turn", "{by: [{angle: 1}, {angle: 2}]}")
