@@ -47,8 +47,8 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 // What depends on the machine, or on what this program has loaded, has a name in angle brackets.
 std::string portable(std::string text) {
   text = replaced(std::move(text), TAKT_BAD_FILES "/", "");
-  static const std::regex kComponents("valid: [^;]*;");
-  text = std::regex_replace(text, kComponents, "valid: <components>;");
+  static const std::regex kComponents("valid: [^;\n]*; others are");
+  text = std::regex_replace(text, kComponents, "valid: <components>; others are");
   const std::pair<std::string, std::string> lists[] = {
       {fmt::format("valid: {}\n", fmt::join(executors().names(), ", ")), "valid: <executors>\n"},
       {fmt::format("valid: {}\n", fmt::join(schedulers().names(), ", ")), "valid: <schedulers>\n"},
