@@ -34,6 +34,7 @@ RULES = {
     "spdx": "sources with the SPDX line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
+    "once": "a type is defined in one place of the product",
     "keep": "what create_… returns is [[nodiscard]]",
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
@@ -147,6 +148,22 @@ def check_contract(file, _):
 
 # Who drops what it returns has no callback, and learns nothing of it.
 CREATES = re.compile(r"(?m)^ *(?:\w+ )*std::shared_ptr<[^;={}()]*>\s+create_\w+\(")
+
+
+def check_once(files):
+    """The linker takes one of two definitions for both, and says nothing."""
+    places = {}
+    for file in files:
+        if not (file_rules.is_product(file.path) and pathlib.PurePath(file.path).suffix in CPP):
+            continue
+        for kind, name, line, _, scopes in cpp_source.outline(file.text):
+            path = [scope_name for scope_kind, scope_name in scopes if scope_kind != "extern"]
+            is_local = any(scope_kind != "namespace" for scope_kind, _ in scopes) or "" in path
+            if kind.split()[0] not in ("class", "struct", "union", "enum") or "<" in name or is_local or not name:
+                continue
+            place = places.setdefault("::".join([*path, name]), file.path)
+            if place != file.path:
+                yield Finding(file.path, line, "once", f"{'::'.join([*path, name])} is defined in {place}, too")
 
 
 def check_keep(file, _):
@@ -348,7 +365,7 @@ def main():
                    or path.endswith("CMakeLists.txt"))
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
-    findings = list(check_format(files, root))
+    findings = [*check_format(files, root), *check_once(files)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,

@@ -174,6 +174,17 @@ def test_links():
             "a.md:5: there is no heading for c.md#no")
 
 
+def test_once():
+    defined = SPDX + "namespace takt {\n\nstruct A {};\n\n}  // namespace takt\n"
+    refused("a type that is defined twice", {"tools/a/a.hpp": defined, "tools/b/b.cpp": defined},
+            "tools/b/b.cpp:4: takt::A is defined in tools/a/a.hpp, too")
+    accepted("a type of one file alone", {
+        "tools/a/a.hpp": defined, "tools/b/b.cpp": defined.replace("struct A {};", "namespace {\nstruct A {};\n}  // namespace")})
+    accepted("an enumeration in each of two namespaces", {
+        "tools/a/a.hpp": defined.replace("struct", "enum class"),
+        "tools/b/b.hpp": defined.replace("struct", "enum class").replace("namespace takt", "namespace other")})
+
+
 def test_keep():
     refused("a created entity that may be dropped at once",
             {"base/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\nstd::shared_ptr<Timer> create_timer(int period);\n"
@@ -242,6 +253,7 @@ if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
 test_links()
+test_once()
 test_keep()
 test_time_sums()
 test_phrases()

@@ -15,7 +15,7 @@ NO_CODE = re.compile(r"""//[^\n]* | /\*.*?\*/
 BEFORE = re.compile(r"(?:\s|(?:public|private|protected):|[A-Z][A-Z_]+\((?:[^()]|\([^()]*\))*\)\s*\n)*")
 TEMPLATE = re.compile(r"template\s*<(?:[^<>]|<(?:[^<>]|<[^<>]*>)*>)*>\s*"
                       r"(?:requires\b[^{(]*?(?=\b(?:class|struct)\b))?")
-SCOPE = re.compile(r"""(?:inline\s+)?(?P<kind>namespace|class|struct|union|enum|extern\s*$)
+SCOPE = re.compile(r"""(?:inline\s+)?(?P<kind>namespace|class|struct|union|enum(?:\s+(?:class|struct))?|extern\s*$)
                        (?:\s+(?:\[\[[^\]]*\]\]|alignas\([^)]*\)|[A-Z][A-Z_]{2,}(?=\s+\w)))*
                        \s*(?P<name>[\w:<>]*)""", re.VERBOSE)
 

@@ -2,7 +2,6 @@
 #include "takt/transport/dds/topic_watch.hpp"
 
 #include <array>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -101,39 +100,28 @@ void TopicWatch::forget_if_empty(const std::string& name) noexcept {
 // True: there was something to say.
 bool TopicWatch::compare(const std::string& topic, const End& ours, const End& other) {
   if (ours.type != other.type) {
-    const auto others = may_complain();
-    if (!others) return true;
-    log(LogLevel::error,
-        "{}topic '{}' has two types, so no message passes: {} for the {} of {} here, {} for the {} "
-        "of "
-        "{} in another process; give both one type",
-        *others, topic, ours.type, kind(ours.is_writer), of_node(ours.node), other.type,
-        kind(other.is_writer), of_node(other.node));
+    complain(
+        LogLevel::error,
+        fmt::format("topic '{}' has two types, so no message passes: {} for the {} of {} here, "
+                    "{} for the {} of {} in another process; give both one type",
+                    topic, ours.type, kind(ours.is_writer), of_node(ours.node), other.type,
+                    kind(other.is_writer), of_node(other.node)));
     return true;
   }
-  if (ours.is_writer == other.is_writer)
+  if (ours.is_writer == other.is_writer) {
     return !ours.is_writer && compare_servers(topic, ours, other);
+  }
   const std::string_view policy =
       ours.is_writer ? ours.qos.refuses(other.qos) : other.qos.refuses(ours.qos);
   if (policy.empty()) return false;
-  const auto others = may_complain();
-  if (!others) return true;
-  log(LogLevel::warn,
-      "{}topic '{}': the publisher of {} {} offers less than the subscription of {} {} asks for: "
-      "{}; "
-      "no message passes",
-      *others, topic, of_node(ours.is_writer ? ours.node : other.node),
-      ours.is_writer ? "here" : "in another process",
-      of_node(ours.is_writer ? other.node : ours.node),
-      ours.is_writer ? "in another process" : "here", policy);
+  complain(LogLevel::warn,
+           fmt::format("topic '{}': the publisher of {} {} offers less than the subscription of {} "
+                       "{} asks for: {}; no message passes",
+                       topic, of_node(ours.is_writer ? ours.node : other.node),
+                       ours.is_writer ? "here" : "in another process",
+                       of_node(ours.is_writer ? other.node : ours.node),
+                       ours.is_writer ? "in another process" : "here", policy));
   return true;
-}
-
-// Not in this second any more; else, what the line says of those that were left out.
-std::optional<std::string> TopicWatch::may_complain() {
-  const auto left_out = throttle_.may_log();
-  if (!left_out) return {};
-  return *left_out == 0 ? "" : fmt::format("({} others before) ", *left_out);
 }
 
 // What receives requests is a server. A node has many services; one line of each node will do.
@@ -141,15 +129,21 @@ bool TopicWatch::compare_servers(const std::string& topic, const End& ours, cons
   constexpr std::string_view kBegin = "rq/", kEnd = "Request";
   if (!topic.starts_with(kBegin) || !topic.ends_with(kEnd)) return false;
   if (doubted_.contains(ours.node)) return true;
-  const auto others = may_complain();
-  if (!others) return true;
-  doubted_.insert(ours.node);
-  log(LogLevel::warn,
-      "{}service '{}' is served by {} here, and by {} in another process: both get each request; "
-      "give "
-      "each node and container its own name",
-      *others, topic.substr(kBegin.size() - 1, topic.size() - kBegin.size() + 1 - kEnd.size()),
-      of_node(ours.node), of_node(other.node));
+  const std::string name =
+      topic.substr(kBegin.size() - 1, topic.size() - kBegin.size() + 1 - kEnd.size());
+  const bool is_said = complain(
+      LogLevel::warn,
+      fmt::format("service '{}' is served by {} here, and by {} in another process: both get each "
+                  "request; give each node and container its own name",
+                  name, of_node(ours.node), of_node(other.node)));
+  if (is_said) doubted_.insert(ours.node);
+  return true;
+}
+
+bool TopicWatch::complain(LogLevel level, const std::string& line) {
+  const auto left_out = throttle_.may_log();
+  if (!left_out) return false;
+  log(level, "{}{}", *left_out == 0 ? "" : fmt::format("({} others before) ", *left_out), line);
   return true;
 }
 

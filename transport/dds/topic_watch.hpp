@@ -5,7 +5,6 @@
 
 #include <map>
 #include <mutex>
-#include <optional>
 #include <set>
 #include <string>
 
@@ -16,10 +15,11 @@ namespace takt {
 
 /// DDS does not match two ends of a topic whose types differ, and says nothing; of QoS it says only
 /// the policy. So the ends that DDS discovers are compared with ours here, as they come. Each pair
-/// is logged once: different types as an error, QoS that does not fit as a warning, and so is a
-/// node of ours, the first time that another process serves one of its services, too. Thread
-/// safety: every method from any thread. Real-time: no. Discovered ends are compared on Cyclone's
-/// threads.
+/// is logged once: different types as an error, QoS that does not fit as a warning. So is a node of
+/// ours, the first time that another process serves one of its services, too.
+///
+/// Thread safety: every method from any thread.
+/// Real-time: no. Discovered ends are compared on Cyclone's threads.
 class TopicWatch {
  public:
   /// Throws Error when Cyclone refuses to report what it discovers.
@@ -44,7 +44,8 @@ class TopicWatch {
   };
   void discover(dds_entity_t reader, bool writers) noexcept;
   void forget_if_empty(const std::string& name) noexcept;
-  std::optional<std::string> may_complain();
+  /// False: others have complained too often in this second, so that the line is left out.
+  bool complain(LogLevel level, const std::string& line);
   bool compare(const std::string& topic, const End& ours, const End& other);
   bool compare_servers(const std::string& topic, const End& ours, const End& other);
 

@@ -1,7 +1,6 @@
 // takt service: lists and calls the services on the domain.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <regex>
@@ -35,14 +34,6 @@ struct Options : ObserverOptions {
   Nanoseconds timeout = std::chrono::seconds(5);
   bool shows_types = false, counts = false;
 };
-
-std::vector<GraphEndpoint> known_as(const std::vector<GraphEndpoint>& ends,
-                                    const std::string& name) {
-  std::vector<GraphEndpoint> known;
-  std::copy_if(ends.begin(), ends.end(), std::back_inserter(known),
-               [&](const GraphEndpoint& end) { return end.name == name; });
-  return known;
-}
 
 std::set<std::string> types_of(const std::vector<GraphEndpoint>& ends) {
   std::set<std::string> types;
@@ -88,7 +79,7 @@ void list(const Options& options) {
 
 /// Throws Error if nobody serves it.
 std::set<std::string> require_types(const Graph& graph, const std::string& name) {
-  const auto types = types_of(known_as(graph.services, name));
+  const auto types = types_of(ends_of(graph.services, name));
   if (types.empty()) type_of(graph.services, {}, name, "service");  // throws
   return types;
 }
@@ -119,8 +110,8 @@ void info(const Options& options) {
   const std::string name = absolute(options.service);
   const Graph graph = graph_with_service(options, name);
   const auto types = require_types(graph, name);
-  const std::size_t clients = known_as(graph.clients, name).size(),
-                    services = known_as(graph.services, name).size();
+  const std::size_t clients = ends_of(graph.clients, name).size(),
+                    services = ends_of(graph.services, name).size();
   if (options.json_path != "-") {
     rt::print("Type: {}\nClients count: {}\nServices count: {}\n", fmt::join(types, ", "), clients,
               services);

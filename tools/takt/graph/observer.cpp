@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "graph/observer.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <map>
 #include <set>
@@ -48,6 +49,13 @@ void add_library_option(CLI::App& command, std::vector<std::string>& libraries) 
 
 bool is_hidden(const std::string& name) {
   return name.find("/_") != std::string::npos;
+}
+
+std::vector<GraphEndpoint> ends_of(const std::vector<GraphEndpoint>& all, const std::string& name) {
+  std::vector<GraphEndpoint> ends;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(ends),
+               [&](const GraphEndpoint& end) { return end.name == name; });
+  return ends;
 }
 
 std::string absolute(const std::string& name) {

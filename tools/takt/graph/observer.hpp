@@ -64,6 +64,8 @@ class Observer {
 std::string type_of(const std::vector<GraphEndpoint>& some,
                     const std::vector<GraphEndpoint>& others, const std::string& name,
                     const char* what);
+/// Those of the topic or service with this name.
+std::vector<GraphEndpoint> ends_of(const std::vector<GraphEndpoint>& all, const std::string& name);
 /// Adds the leading slash to a name if it is missing.
 std::string absolute(const std::string& name);
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <iterator>
 #include <map>
 #include <set>
 
@@ -81,14 +80,6 @@ void print_end(const char* kind, const GraphEndpoint& end) {
 void print_ends(const char* title, const char* kind, const std::vector<GraphEndpoint>& ends) {
   rt::print("{} count: {}\n\n", title, ends.size());
   for (const GraphEndpoint& end : ends) print_end(kind, end);
-}
-
-std::vector<GraphEndpoint> ends_of(const std::vector<GraphEndpoint>& all,
-                                   const std::string& topic) {
-  std::vector<GraphEndpoint> ends;
-  std::copy_if(all.begin(), all.end(), std::back_inserter(ends),
-               [&](const GraphEndpoint& end) { return end.name == topic; });
-  return ends;
 }
 
 /// When there is an end of a topic for which `is_meant`, or after some time.
