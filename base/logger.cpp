@@ -105,7 +105,7 @@ bool Logger::take_room() noexcept {
   return false;
 }
 
-void Logger::write(std::string_view source, LogLevel level, const std::source_location& where,
+void Logger::write(std::string_view source, LogLevel level, const SourceLocation& where,
                    fmt::string_view format, fmt::format_args arguments) {
   Record record;
   record.where = where;

@@ -10,7 +10,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <source_location>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -23,16 +22,29 @@ namespace TAKT_PUBLIC takt {
 
 enum class LogLevel { debug, info, warn, error };
 
+/// A place in a program: std::source_location, which clang 14 (Debian 12) lacks.
+struct SourceLocation {
+  const char* file = "";
+  const char* function = "";
+  std::uint32_t line = 0;
+
+  static constexpr SourceLocation current(const char* file = __builtin_FILE(),
+                                          const char* function = __builtin_FUNCTION(),
+                                          std::uint32_t line = __builtin_LINE()) {
+    return {file, function, line};
+  }
+};
+
 /// A format, with the place in a program where it is written.
 template <class... Arguments>
 struct LogFormat {
   template <class Text>
   consteval LogFormat(const Text& text,  // NOLINT(google-explicit-constructor)
-                      std::source_location here = std::source_location::current())
+                      SourceLocation here = SourceLocation::current())
       : format(text), where(here) {}
 
   fmt::format_string<Arguments...> format;
-  std::source_location where;
+  SourceLocation where;
 };
 
 /// A log line with its source and time.
@@ -41,7 +53,7 @@ struct LogLine {
   std::chrono::system_clock::time_point time;
   std::string_view source;  // a node's full name, or empty
   std::string_view text;
-  std::source_location where;  // of the call
+  SourceLocation where;  // of the call
 };
 
 /// A bounded logger: a line is formatted and handed, by a queue of fixed capacity, to the thread
@@ -74,7 +86,7 @@ class Logger {
     write({}, level, format.where, format.format, fmt::make_format_args(arguments...));
   }
   /// A line of whatever level: "source: text" if there is a source.
-  void write(std::string_view source, LogLevel level, const std::source_location& where,
+  void write(std::string_view source, LogLevel level, const SourceLocation& where,
              fmt::string_view format, fmt::format_args arguments);
 
   LogLevel level() const noexcept { return level_.load(std::memory_order_relaxed); }
@@ -92,7 +104,7 @@ class Logger {
   struct Record {
     LogLevel level;
     std::chrono::system_clock::time_point time;
-    std::source_location where;
+    SourceLocation where;
     std::size_t size, source_size = 0;
     char text[kLineBytes];
   };

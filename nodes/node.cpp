@@ -118,7 +118,7 @@ Node::~Node() {
   if (options_.participant != nullptr) options_.participant->remove_node(fully_qualified_name_);
 }
 
-void Node::write_log(LogLevel level, const std::source_location& where, fmt::string_view format,
+void Node::write_log(LogLevel level, const SourceLocation& where, fmt::string_view format,
                      fmt::format_args arguments) const {
   Logger& logger = Logger::instance();
   if (level >= options_.log_level.value_or(logger.level())) {

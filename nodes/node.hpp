@@ -432,7 +432,7 @@ class Node : public std::enable_shared_from_this<Node> {
  private:
   struct State;
 
-  void write_log(LogLevel level, const std::source_location& where, fmt::string_view format,
+  void write_log(LogLevel level, const SourceLocation& where, fmt::string_view format,
                  fmt::format_args arguments) const;
   ParameterValue declare_value(std::string_view name, ParameterValue value,
                                ParameterDescriptor descriptor, const detail::IntegerLimits& limits);

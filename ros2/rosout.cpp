@@ -37,9 +37,9 @@ void Rosout::publish(const LogLine& line) const {
                           .set__level(level_of(line.level))
                           .set__name(line.source.empty() ? host_ : logger_name(line.source))
                           .set__msg(std::string(line.text))
-                          .set__file(line.where.file_name())
-                          .set__function(line.where.function_name())
-                          .set__line(line.where.line()));
+                          .set__file(line.where.file)
+                          .set__function(line.where.function)
+                          .set__line(line.where.line));
 }
 
 }  // namespace takt
