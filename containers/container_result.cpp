@@ -98,6 +98,9 @@ ProcessResult Container::result() const {
     std::vector<CallbackStatistics> callbacks = running->executor->statistics();
     if (callbacks.empty()) continue;  // the default executor, unused
     if (running->is_own) callbacks.clear();
+    const ExecutorDescription& made = running->description;
+    const std::string scheduler =
+        made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler;
     result.callbacks.reserve(result.callbacks.size() + callbacks.size());
     for (auto& callback : callbacks) {
       result.callbacks.push_back({running->name, std::move(callback)});
@@ -115,7 +118,7 @@ ProcessResult Container::result() const {
       }
       if (!statistics.in_force.refused.empty()) result.notes.push_back(statistics.in_force.refused);
       set_counted(statistics);
-      result.threads.push_back({running->name, std::move(statistics)});
+      result.threads.push_back({running->name, std::move(statistics), made.type, scheduler});
     }
   }
   for (ThreadStatistics thread : dds_threads_) {

@@ -30,6 +30,7 @@ struct ProcessResult {
   struct Thread {
     std::string executor;
     ThreadStatistics statistics;
+    std::string executor_type = {}, scheduler = {};  // empty: of Cyclone DDS
   };
 
   struct ChainResult {

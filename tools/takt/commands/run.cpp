@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
@@ -301,24 +302,20 @@ bool is_triggered(const std::vector<SystemDescription>& system, const json& thre
 }
 
 /// Which executors have run which callbacks, by name; those of several processes as in `analyze`.
-json executors_json(const json& run, const std::vector<SystemDescription>& system,
-                    const Options& options) {
+json executors_json(const json& run, bool has_several_processes) {
+  const auto name_of = [&](const json& row) {
+    const std::string name = row.at("executor");
+    return has_several_processes ? row.at("process").get<std::string>() + "/" + name : name;
+  };
+  std::map<std::string, const json*> threads;  // one of each executor that has run something
+  for (const json& thread : run.at("trace")) threads[name_of(thread)] = &thread;
   json result = json::object();
   for (const json& callback : run.at("callbacks")) {
-    const std::string process = callback.at("process"), name = callback.at("executor");
-    ExecutorDescription described;
-    for (const SystemDescription& other : system) {
-      for (const ExecutorDescription& executor : other.executors) {
-        if (other.name == process && executor.name == name) described = executor;
-      }
-    }
-    if (!options.executor.empty()) described = {.type = options.executor};
-    json& executor = result[system.size() > 1 ? process + "/" + name : name];
-    executor["type"] = described.type;
-    executor["scheduler"] = !options.scheduler.empty() ? options.scheduler
-                            : !described.scheduler.empty()
-                                ? described.scheduler
-                                : executors().traits(described.type).scheduler;
+    const auto thread = threads.find(name_of(callback));
+    if (thread == threads.end()) continue;
+    json& executor = result[thread->first];
+    executor["type"] = thread->second->at("executor_type");
+    executor["scheduler"] = thread->second->at("scheduler");
     executor["callbacks"].push_back(callback.at("node").get<std::string>() + "/" +
                                     callback.at("callback").get<std::string>());
   }
@@ -327,7 +324,7 @@ json executors_json(const json& run, const std::vector<SystemDescription>& syste
 
 /// The timeline and the model of the run.
 void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
-  run["executors"] = executors_json(run, system, options);
+  run["executors"] = executors_json(run, system.size() > 1);
   for (json& thread : run.at("trace")) {
     thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
   }

@@ -58,8 +58,8 @@ json attributes_json(const Attributes& attributes) {
   return result;
 }
 
-json trace_json(const std::string& process, const std::string& executor,
-                const ThreadStatistics& thread) {
+json trace_json(const std::string& process, const ProcessResult::Thread& of) {
+  const ThreadStatistics& thread = of.statistics;
   json events = json::array();
   for (const NamedTraceEvent& event : thread.trace) {
     const auto ns = [](TimePoint time) { return time.time_since_epoch().count(); };
@@ -69,7 +69,9 @@ json trace_json(const std::string& process, const std::string& executor,
                       event.cause, event.has_waited});
   }
   return {{"process", process},
-          {"executor", executor},
+          {"executor", of.executor},
+          {"executor_type", of.executor_type},
+          {"scheduler", of.scheduler},
           {"thread", thread.in_force.name},
           {"tid", thread.in_force.tid},
           {"is_realtime", is_realtime(thread.in_force.policy)},
@@ -146,7 +148,7 @@ json process_json(const ProcessResult& process) {
                        {"spin_percent", statistics.spin_percent()},
                        {"wakeups", statistics.counters.voluntary_switches}});
     if (!statistics.trace.empty()) {
-      trace.push_back(trace_json(process.name, thread.executor, statistics));
+      trace.push_back(trace_json(process.name, thread));
     }
   }
   const auto counted = [&](std::uint64_t count) {
