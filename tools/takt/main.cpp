@@ -1,5 +1,7 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+
 #include <cstdio>
 #include <map>
 #include <new>
@@ -83,6 +85,14 @@ int run(int argc, char** argv) {
   }
 }
 
+/// Each thread that chooses no size of its own has a stack of that limit, and iceoryx keeps lists of
+/// 256 KiB on it.
+bool has_stack() noexcept {
+  constexpr rlim_t kLeast = rlim_t{1} << 20;
+  rlimit stack{};
+  return getrlimit(RLIMIT_STACK, &stack) != 0 || stack.rlim_cur >= kLeast;
+}
+
 /// Nothing is thrown out of main, neither while options are set up nor while an error is reported.
 int run_in_net(int argc, char** argv) noexcept {
   try {
@@ -99,6 +109,10 @@ int run_in_net(int argc, char** argv) noexcept {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (!has_stack()) {
+    std::fputs("takt: stacks have less than 1 MiB; raise the limit (ulimit -s)\n", stderr);
+    return takt::tools::kBadUsage;
+  }
   takt::rt::guard_output();
   return takt::rt::checked_output(run_in_net(argc, argv));
 }

@@ -41,7 +41,7 @@ void log_sink(void*, const dds_log_data_t* data) {
 }
 
 dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
-  check_room();
+  check_room(roudi == 0 ? 0 : shared_memory_bytes());
   for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
     const auto index = free_participant_index(options);
     if (!index) break;

@@ -37,16 +37,16 @@ void check_descriptors() {
   }
 }
 
-void check_memory() {
-  void* const taken = mmap(nullptr, kBytes, PROT_READ | PROT_WRITE,
+void check_memory(std::size_t bytes) {
+  void* const taken = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (taken == MAP_FAILED) refuse(fmt::format("it needs {} MB of memory", kBytes >> 20), "-v");
-  munmap(taken, kBytes);
+  if (taken == MAP_FAILED) refuse(fmt::format("it needs {} MB of memory", bytes >> 20), "-v");
+  munmap(taken, bytes);
 }
 
 }  // namespace
 
-void check_room() {
+void check_room(std::size_t mapped_bytes) {
   check_descriptors();
   std::counting_semaphore<kThreads> may_end(0);
   std::vector<std::thread> threads;
@@ -57,7 +57,7 @@ void check_room() {
   };
   try {
     while (threads.size() < kThreads) threads.emplace_back([&] { may_end.acquire(); });
-    check_memory();
+    check_memory(kBytes + mapped_bytes);
   } catch (const std::system_error&) {
     end();
     refuse(fmt::format("it needs {} threads, with their stacks", kThreads), "-u, -v");

@@ -158,6 +158,17 @@ pid_t holder_of_roudi_lock() {
   return 0;
 }
 
+std::size_t shared_memory_bytes() noexcept {
+  std::error_code failed;
+  std::size_t bytes = 0;
+  for (std::filesystem::directory_iterator file("/dev/shm", failed), end; !failed && file != end;
+       file.increment(failed)) {
+    std::error_code gone;
+    if (const std::uintmax_t size = file->file_size(gone); !gone) bytes += size;
+  }
+  return bytes;
+}
+
 Roudi find_roudi() {
   Roudi roudi;
   const auto unusable = [&](std::string why) {

@@ -38,6 +38,9 @@ struct Roudi {
 /// Real-time: set-up only, it reads files, and waits 1.5 s for an answer.
 Roudi find_roudi();
 
+/// What lies in /dev/shm: the most that iceoryx maps.
+std::size_t shared_memory_bytes() noexcept;
+
 /// Memory for messages of a size, and for smaller ones that have no pool of their own.
 struct ChunkPool {
   std::size_t message_bytes = 0;

@@ -65,6 +65,8 @@ for descriptors in range(3, 24, 1 if not is_sanitized else 5):
 if not is_sanitized:
     for megabytes in (20, 30, 40, 50, 60, 80, 100, 120, 140, 160, 200, 260):
         limited("RLIMIT_AS", megabytes << 20, short)
+for kibibytes in (64, 512, 1023, 1024):  # 512 ended it by SIGSEGV
+    limited("RLIMIT_STACK", kibibytes << 10, short)
 for size in (0, 1024):
     limited("RLIMIT_FSIZE", size, ["reference", "config"])
     for option in ("--json", "--trace"):
