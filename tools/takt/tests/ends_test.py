@@ -70,7 +70,7 @@ with tempfile.TemporaryDirectory() as folder:
         file = os.path.join(folder, f"{kind}.yaml")
         with open(file, "w") as out:
             out.write(SYSTEM.format(kind))
-        latest = whole_life(file)
+        latest = min(whole_life(file), 3)  # one start on a busy machine took 25 s, so the sweep an hour
         ends = sorted(time_to_end(file, latest) for _ in range(rounds))
         times = [time for time, _ in ends]
         spread = ", ".join(f"{share} % in {times[len(times) * share // 100]:.2f} s" for share in (50, 90, 99))
