@@ -5,7 +5,7 @@
 # Written in C++ upon rclcpp, or upon nothing of ROS 2: they are built as any other package.
 set(takt_ros2_absent_source
     ackermann_msgs actuator_msgs angles apriltag_msgs bond bondcpp camera_calibration_parsers camera_info_manager
-    class_loader control_msgs control_toolbox controller_interface controller_manager controller_manager_msgs
+    control_msgs control_toolbox controller_interface controller_manager controller_manager_msgs
     cv_bridge depth_image_proc diagnostic_aggregator diagnostic_updater eigen3_cmake_module filters foxglove_msgs
     generate_parameter_library geodesy geographic_msgs gps_msgs grid_map_msgs hardware_interface image_geometry
     image_transport imu_tools interactive_markers joint_limits joint_trajectory_controller joy kdl_parser

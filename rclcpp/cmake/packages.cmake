@@ -16,6 +16,7 @@ set(takt_ros2_packages_library
     "rcutils 6.7.2"
     "rmw 7.3.2"
     "ament_index_cpp 1.8.1"
+    "class_loader 2.7.0"
     "rosidl_runtime_cpp 4.6.5"
     "rosidl_typesupport_cpp 3.2.2"
     "rosidl_typesupport_introspection_cpp 4.6.5")
