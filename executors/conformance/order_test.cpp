@@ -1,6 +1,7 @@
 // In which order callbacks run, and that none is overtaken for ever. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/nodes/chain.hpp"
 

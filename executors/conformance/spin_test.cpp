@@ -1,6 +1,7 @@
 // What the ways of spinning, cancelling and throwing mean. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include <sys/resource.h>
 
 #include "takt/executors/conformance/conformance.hpp"

@@ -1,6 +1,7 @@
 // Nobody starves, and under some schedulers there is a number for how long one waits. The numbers
 // in the comments are those of the rclcpp issues whose defect is tested; #2360, #2402 and #2912
-// are in conformance_order_test.cpp. SPDX-License-Identifier: Apache-2.0
+// are in conformance_order_test.cpp.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <random>
 

@@ -31,7 +31,7 @@ RULES = {
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
-    "spdx": "sources with the SPDX line",
+    "spdx": "sources with the SPDX line, alone on its line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
     "once": "a type is defined in one place of the product",
@@ -101,9 +101,12 @@ def check_function_length(file, _):
                           above)
 
 
+# On a line of its own: a formatter once glued it to the sentence before.
+SPDX = re.compile(r"(?:(?://|#) )?SPDX-License-Identifier: Apache-2\.0")
+
+
 def check_spdx(file, _):
-    if file.is_source and not any("SPDX-License-Identifier: Apache-2.0" in line
-                                  for line in file.lines[:40]):
+    if file.is_source and not any(SPDX.fullmatch(line) for line in file.lines[:40]):
         yield Finding(file.path, 1, "spdx", "no line 'SPDX-License-Identifier: Apache-2.0'")
 
 

@@ -118,7 +118,7 @@ def test_rules():
             {"a.py": "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60},
             "a.py:2: f has 61 lines, 60 at most")
     for path in ("a.cpp", "a.hpp", "a.c", "a.py", "a.sh", "a.cmake", "sub/CMakeLists.txt", "dev"):
-        refused(f"no SPDX line in {path}", {path: "\n"},
+        refused(f"no SPDX line in {path}", {path: "// A test. SPDX-License-Identifier: Apache-2.0\n" if path == "a.cpp" else "\n"},
                 f"{path}:1: no line 'SPDX-License-Identifier: Apache-2.0'")
     refused("a public class without its contract",
             {"base/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\n/// A.\n/// Real-time: yes.\nclass A {};\n\n"
