@@ -28,6 +28,7 @@ SOURCES = CPP | {".py", ".sh", ".cmake"}
 PROSE = SOURCES | {".md", ".in", ".yaml", ".xml"}
 SCRIPTS = {"dev", ".ci/run"}
 RULES = {
+    "generated": "what programs make of data is not in git",
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
@@ -278,6 +279,12 @@ def check_time_sums(file, _):
                       f"'{' '.join(found[0].split())}': later(time, duration) cannot overflow")
 
 
+def check_generated(listed, root):
+    for path in listed.split("\0"):
+        if path.endswith(".html") and (root / path).is_file():
+            yield Finding(path, 1, "generated", "write it into build/")
+
+
 def check_format(files, root):
     """One finding for each file that clang-format would change."""
     paths = [file.path for file in files if file.suffix in CPP]
@@ -368,7 +375,7 @@ def main():
                    or path.endswith("CMakeLists.txt"))
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
-    findings = [*check_format(files, root), *check_once(files)]
+    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,

@@ -221,6 +221,10 @@ def test_phrases():
             "b.md:3: 'those who': those that, all that")
 
 
+def test_generated():
+    refused("a page that a program has drawn", {"docs/a.html": "<html>\n"}, "docs/a.html:1: write it into build/")
+
+
 def test_format():
     refused("a file that clang-format would change", {"a.cpp": SPDX + "int  a;\nint  b;\n"},
             "a.cpp:2: not as clang-format has it: ./dev format")
@@ -257,6 +261,7 @@ test_once()
 test_keep()
 test_time_sums()
 test_phrases()
+test_generated()
 test_format()
 test_exceptions()
 finish()
