@@ -1,7 +1,5 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/resource.h>
-
 #include <cstdio>
 #include <map>
 #include <new>
@@ -9,6 +7,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include "takt/base/version.hpp"
 #include "takt/containers/configuration/system_description.hpp"
@@ -85,8 +84,8 @@ int run(int argc, char** argv) {
   }
 }
 
-/// Each thread that chooses no size of its own has a stack of that limit, and iceoryx keeps lists of
-/// 256 KiB on it.
+/// Each thread that chooses no size of its own has a stack of that limit, and iceoryx keeps lists
+/// of 256 KiB on it.
 bool has_stack() noexcept {
   constexpr rlim_t kLeast = rlim_t{1} << 20;
   rlimit stack{};
