@@ -20,8 +20,8 @@ namespace takt {
     DispatchingExecutor::spin_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Place*
-    DispatchingExecutor::place_ = nullptr;
+[[gnu::tls_model(
+    "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::place_ = 0;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -42,7 +42,7 @@ class DispatchingExecutor::Spin {
     executor_.was_spun_ = true;
     outer_ = std::exchange(worker_of_, &executor_);
     outer_spin_ = std::exchange(spin_of_, this);
-    outer_place_ = std::exchange(place_, &executor_.lock_.enter(0));
+    outer_place_ = std::exchange(place_, 0);
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
@@ -73,13 +73,12 @@ class DispatchingExecutor::Spin {
 
   DispatchingExecutor* outer() const noexcept { return outer_; }
   const Spin* outer_spin() const noexcept { return outer_spin_; }
-  Place* outer_place() const noexcept { return outer_place_; }
 
  private:
   DispatchingExecutor& executor_;
   DispatchingExecutor* outer_;
   Spin* outer_spin_;
-  Place* outer_place_;
+  std::size_t outer_place_;
   TraceRing* outer_trace_;
 };
 
@@ -115,16 +114,12 @@ void DispatchingExecutor::cancel() noexcept {
 // left. Installs the updates of all executors whose callbacks this thread is in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
-  Place* place = place_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
-    if (executor->shared_) executor->lock_.lock(*place);
+    executor->lock();
     executor->install_update();
-    if (executor->shared_) executor->lock_.unlock_and_leave(*place);
+    executor->unlock();
     executor = spin != nullptr ? spin->outer() : nullptr;
-    if (spin != nullptr) {
-      place = spin->outer_place();
-      spin = spin->outer_spin();
-    }
+    if (spin != nullptr) spin = spin->outer_spin();
   }
 }
 
@@ -237,7 +232,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     Dispatch dispatch{as_picked.info, instance, root, path, outputs, record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
-      record.supervision->running[place_->index].chain_instance.store(dispatch.chain_instance);
+      record.supervision->running[place_].chain_instance.store(dispatch.chain_instance);
     Usage before;
     if (trace_of_ != nullptr) [[unlikely]]
       before = usage_of_thread();
@@ -254,7 +249,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     if (is_checked) [[unlikely]]
       check_limits(record, slot, dispatch, start, end);
   } else if (is_checked) {
-    record.supervision->running[place_->index].deadline.store(kNever);
+    record.supervision->running[place_].deadline.store(kNever);
   }
   lock();
   if (taken && options_.statistics != StatisticsLevel::off) ++record.executions;
@@ -316,10 +311,8 @@ void DispatchingExecutor::rethrow() {
 // The loop of a worker: one function, with the whole hot path inlined. All else is declared
 // noinline: in a unity build the compiler sees it, and would inline it, too.
 [[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
-  constexpr std::uint32_t kManyMeetings = 8;  // by chance they are rare
   worker_of_ = this;
-  Place& self = lock_.enter(index);
-  place_ = &self;
+  place_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];
   { const ReadSection registers_this_thread; }
   backend_->enter(index, threads_[index]);
@@ -329,12 +322,10 @@ void DispatchingExecutor::rethrow() {
   lock();
   spin_times_[index] = Nanoseconds::zero();
   while (!stopping()) {
-    if (shared_ && lock_.count_meetings(self) >= kManyMeetings) [[unlikely]]
-      stand_by();
     if (!run_next({}) && !stand_by()) [[unlikely]]
       sleep(index, kNever);
   }
-  unlock_and_leave();
+  unlock();
   ThreadStatistics& statistics = thread_statistics_[index];
   if (let_ != nullptr) {
     let_->outputs.publish();
@@ -390,7 +381,7 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   lock();
   while (!stopping() && !run_next({}) && has_time_left(limit) && sleep(0, limit)) {
   }
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -399,7 +390,7 @@ bool DispatchingExecutor::run_one() {
   Spin spin(*this);
   lock();
   const bool has_run = run_next({});
-  unlock_and_leave();
+  unlock();
   rethrow();
   return has_run;
 }
@@ -418,7 +409,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
     if (!has_time_left(limit)) break;
   }
   ready_.restore_deferred();
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -432,7 +423,7 @@ void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   while (!stopping() && run_next({})) {
     if (!has_time_left(limit)) break;
   }
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -454,7 +445,7 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
     const bool has_run = run_next({});
     if (!has_time_left(limit) || (!has_run && !sleep(0, limit, &future))) break;
   }
-  unlock_and_leave();
+  unlock();
   const bool was_cancelled = spin.take_cancel();
   rethrow();
   if (future.ready()) return FutureReturnCode::SUCCESS;

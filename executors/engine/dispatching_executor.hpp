@@ -182,22 +182,11 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Workers.
   void lock() noexcept {
-    if (!shared_) return;
-    detail::lock_is_held();
-    if (!lock_.lock(*place_)) [[unlikely]]
-      ready_.prefetch();
+    if (shared_) lock_.lock();
   }
   void unlock() noexcept {
-    if (!shared_) [[likely]]
-      return;
-    detail::lock_is_released();
-    lock_.unlock(*place_);
-  }
-  /// As unlock, by a worker that will not be back soon.
-  void unlock_and_leave() noexcept {
-    if (!shared_) return;
-    detail::lock_is_released();
-    lock_.unlock_and_leave(*place_);
+    if (shared_) [[unlikely]]
+      lock_.unlock();
   }
   void start_worker(std::size_t index);
   void work(std::size_t index);
@@ -278,10 +267,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   }
   [[gnu::noinline]] bool has_left_over() noexcept;
   [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
-  // The same, called by a worker's callback. Each is a function of its own, which saves no more
+  // The same, called by a callback of the only worker: a function of its own, which saves no more
   // registers than it needs.
   [[gnu::noinline]] void announce_alone(CallbackRecord& record, Arrival arrival) noexcept;
-  [[gnu::noinline]] void announce_in_pool(CallbackRecord& record, Arrival arrival) noexcept;
   [[gnu::noinline]] void wake() noexcept final;
   void wake_all() noexcept;
   bool claim_idle() noexcept;
@@ -302,8 +290,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
 
   // Which of its workers: the thread that spins has index 0.
-  using Place = detail::DispatchLock::Worker;
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit Place* place_;
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t place_;
 
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
@@ -394,7 +381,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   void announce(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return executor.announce(*this, arrival);
     if (!executor.shared_) return executor.announce_alone(*this, arrival);
-    if (!announce_itself()) executor.announce_in_pool(*this, arrival);
+    if (!announce_itself()) executor.announce(*this, arrival);
   }
   [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return false;

@@ -80,7 +80,6 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       let_(options_.trigger.let_period > Nanoseconds::zero()
                ? std::make_unique<Let>(options_.trigger)
                : nullptr),
-      lock_(threads_.size(), stands_by_),
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().traits(scheduler_).uses_time,

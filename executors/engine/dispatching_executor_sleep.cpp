@@ -30,20 +30,6 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   ready_.announce_from_callback(record, arrival);
 }
 
-// As an only worker does, one that gets the lock soon avoids the inbox.
-[[gnu::flatten]] void DispatchingExecutor::announce_in_pool(CallbackRecord& record,
-                                                            Arrival arrival) noexcept {
-  bool may_run = false;
-  const bool is_announced = lock_.try_run(*place_, [&] {
-    ready_.announce_from_callback(record, arrival);
-    may_run = record.exclusion->is_free();
-    if (may_run && watched_closely_.load(std::memory_order_relaxed) != 0)
-      is_left_over_.store(true, std::memory_order_relaxed);
-  });
-  if (!is_announced) return announce(record, arrival);
-  if (may_run) wake();
-}
-
 // Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
 // itself idle before it looks for events a last time. Both are sequentially consistent, so no
 // wake-up is lost. A worker that stands by looks for events after it has ceased to. Without
@@ -72,7 +58,7 @@ bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
   constexpr Nanoseconds kLook(2000);  // between two looks at file descriptors
   if (shared_ || standing_by_.load() == 0) standing_by_.fetch_add(1);
   if (shared_) watched_closely_.fetch_add(1);
-  unlock_and_leave();
+  unlock();
   const Clock& clock = *options_.clock;
   const TimePoint start = clock.now();
   TimePoint now = start, looked = start;
@@ -133,7 +119,7 @@ bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
   idle_.fetch_add(1);
   // Left over: what came while this worker spun has woken no worker.
   bool is_needed = is_left_over_.load() || must_look(future) || exception_ != nullptr;
-  unlock_and_leave();
+  unlock();
   bool was_woken =
       !is_needed && (!wakes_early || options_.clock->now() < end) && backend_->wait(index, end);
   // This worker still counts as idle, unless another thread is about to wake it: then it takes the
@@ -168,7 +154,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   watched_closely_.fetch_add(1);
   standing_by_.fetch_add(1);
   is_left_over_.store(exception_ != nullptr || ready_.has_waiting());
-  keep_time(place_->index);
+  keep_time(place_);
   const TimePoint release = first_release();
   std::uint64_t before = dispatches_.load(std::memory_order_relaxed);
   unlock();
@@ -196,7 +182,7 @@ bool DispatchingExecutor::stand_by() noexcept {
   lock();
   if (!is_fast) watched_closely_.fetch_sub(1);
   standing_by_.fetch_sub(1);
-  stop_keeping_time(place_->index);
+  stop_keeping_time(place_);
   ready_.read_clock();
   return now - last < kPatience || ready_.has_waiting() || ready_.has_announcements();
 }

@@ -130,7 +130,6 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     }
   };
   if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
-  scheduler_memory_ = scheduler_->memory();
   is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +15,6 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/sequence.hpp"
-#include "takt/base/prefetch.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/watchdog.hpp"
@@ -284,12 +282,6 @@ class ReadySet {
   }
   void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
 
-  /// Fetches where callbacks wait, which depends on what another worker has written last: a small
-  /// place is fetched while that is.
-  void prefetch() const noexcept {
-    prefetch_for_writing(scheduler_memory_.data(), scheduler_memory_.size());
-  }
-
   /// The time as of the last reading, for callers that just read the clock (full statistics).
   void set_now(TimePoint now) noexcept { now_ = now; }
   TimePoint now() const noexcept { return now_; }
@@ -328,7 +320,6 @@ class ReadySet {
   std::atomic<bool> timers_stopped_{false};
   bool is_order_ = false;  // the scheduler
   std::unique_ptr<Scheduler> scheduler_;
-  std::span<const std::byte> scheduler_memory_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   // Wait sets: what has become ready since the polling point. An array, as a list would write into
   // records that another worker has.
