@@ -97,9 +97,9 @@ struct ExecutorOptions {
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
   /// A thread that finds nothing looks for arrivals for this long before it sleeps: what comes
-  /// meanwhile has no wake-up latency, and its sender makes no system call, at the cost of this CPU
-  /// time per sleep. File descriptors are looked at every 2 µs. At most kMostSpin, or kSpinAlways:
-  /// it never sleeps, which needs a CPU of its own. Under a manual clock it takes no time.
+  /// meanwhile has no wake-up latency, at the cost of this CPU time per sleep. At most kMostSpin,
+  /// or kSpinAlways: it never sleeps, which needs a CPU of its own. In a pool one thread at a time
+  /// does so. Under a manual clock it takes no time.
   Nanoseconds spin{0};
   /// The same for timers: a thread that sleeps until a release wakes up this much earlier, and
   /// spins until then. At most kMostSpin.
@@ -219,9 +219,9 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// (a second one throws Error). Destroy it when it does not spin.
 /// Real-time: after the start of spin, Takt's code on the executor's threads allocates nothing and
 /// holds no lock without priority inheritance. It polls in two cases only: for `spin` and
-/// `early_wake`, and in an executor of several workers, where one that finds nothing watches the
-/// others while they dispatch, and for 20 µs after
-/// (docs/explanation/decisions/0030_one_worker_is_favoured.md). An idle executor sleeps. Adding and
+/// `early_wake`, and in an executor of several workers, where one that finds nothing searches while
+/// others are at work, and for 20 µs after the last announcement
+/// (docs/explanation/decisions/0030_one_worker_searches.md). An idle executor sleeps. Adding and
 /// removing prepare everything on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:

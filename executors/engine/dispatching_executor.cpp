@@ -20,8 +20,8 @@ namespace takt {
     DispatchingExecutor::spin_of_ = nullptr;
 [[gnu::tls_model(
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::place_ = 0;
+[[gnu::tls_model("initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::place_ =
+    0;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -55,7 +55,6 @@ class DispatchingExecutor::Spin {
   }
   ~Spin() {
     executor_.has_workers_.store(false);
-    executor_.standing_by_.store(0);  // an only worker that has spun
     executor_.backend_->leave(0);
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_update();
@@ -83,27 +82,6 @@ class DispatchingExecutor::Spin {
 };
 
 // ---- Dispatch ----
-
-// Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
-// or if no timekeeper is left; one that watches closely sees it. What waits alone is often of the
-// group that has just become busy.
-void DispatchingExecutor::pass_on() noexcept {
-  if (!shared_) return;
-  if (standing_by_.load() != 0) {
-    dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    if (watched_closely_.load(std::memory_order_relaxed) != 0) [[unlikely]]
-      is_left_over_.store(has_left_over(), std::memory_order_relaxed);
-    return;
-  }
-  if (idle_.load() == 0) return;
-  if (needs_timekeeper(ready_.next_release()) || ready_.has_another()) wake();
-}
-
-bool DispatchingExecutor::has_left_over() noexcept {
-  const bool has_more = ready_.has_waiting() || ready_.has_announcements();
-  return exception_ != nullptr || ready_.waiting() > 1 || needs_timekeeper(ready_.next_release()) ||
-         (has_more && ready_.has_another());
-}
 
 void DispatchingExecutor::cancel() noexcept {
   cancelled_.store(true);
@@ -321,10 +299,12 @@ void DispatchingExecutor::rethrow() {
   const TimePoint start = Clock::steady().now();
   lock();
   spin_times_[index] = Nanoseconds::zero();
+  ++workers_;
   while (!stopping()) {
-    if (!run_next({}) && !stand_by()) [[unlikely]]
-      sleep(index, kNever);
+    if (!run_next({})) [[unlikely]]
+      wait(index, kNever);
   }
+  --workers_;
   unlock();
   ThreadStatistics& statistics = thread_statistics_[index];
   if (let_ != nullptr) {
@@ -379,7 +359,7 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
   lock();
-  while (!stopping() && !run_next({}) && has_time_left(limit) && sleep(0, limit)) {
+  while (!stopping() && !run_next({}) && has_time_left(limit) && wait(0, limit)) {
   }
   unlock();
   spin.take_cancel();
@@ -443,7 +423,7 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   lock();
   while (!stopping() && !future.ready()) {
     const bool has_run = run_next({});
-    if (!has_time_left(limit) || (!has_run && !sleep(0, limit, &future))) break;
+    if (!has_time_left(limit) || (!has_run && !wait(0, limit, &future))) break;
   }
   unlock();
   const bool was_cancelled = spin.take_cancel();

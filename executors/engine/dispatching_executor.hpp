@@ -33,8 +33,8 @@ void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes
 ///    set's inbox, and one sleeping worker is woken, if there is one.
 /// 2. A worker takes the dispatch lock (only where there is more than one worker), picks a callback
 ///    from the ready set, and executes it without the lock.
-/// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
-///    when the first timer is due.
+/// 3. When there is nothing to pick, the worker waits: it may search for a moment, then it sleeps.
+///    One of those that wait does so until the first timer is due.
 /// 4. A control thread builds a change as an update; a worker installs it at its next dispatch.
 ///    While no thread spins, the control thread installs it itself.
 /// Thread safety and real-time: as Executor.
@@ -65,8 +65,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
     timers_held_.store(released ? TimePoint{} : options_.clock->now());
-    is_left_over_.store(true);
-    wake();  // the timekeeper must look again
+    wake();  // the worker that waits for the first one must look again
   }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
@@ -241,11 +240,16 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint picked, TimePoint start,
                     TimePoint end) noexcept;
   bool has_time_left(TimePoint limit) noexcept;
-  [[gnu::noinline]] bool spin_until(TimePoint limit, std::size_t index,
-                                    const FutureState* future) noexcept;
-  [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
-                               const FutureState* future = nullptr) noexcept;
-  [[gnu::noinline]] bool stand_by() noexcept;
+  void set_wait(std::size_t index, TimePoint until) noexcept;
+  TimePoint release_to_wait_for() const noexcept;
+  bool may_search(std::size_t index) const noexcept {
+    return !shared_ || (may_search_[index] && search_.load() == Search::none);
+  }
+  Nanoseconds patience_of(std::size_t index) const noexcept;
+  bool search(std::size_t index, TimePoint until, Nanoseconds patience,
+              const FutureState* future) noexcept;
+  [[gnu::noinline]] bool wait(std::size_t index, TimePoint limit,
+                              const FutureState* future = nullptr) noexcept;
   void install_update() noexcept {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
       install_pending_update();
@@ -257,20 +261,20 @@ class DispatchingExecutor : public Executor, private Wakeable {
   TimePoint first_release() const noexcept {
     return let_ != nullptr ? let_->next : ready_.next_release();
   }
-  /// Whether no worker waits until that release: there is no timekeeper, or it waits for longer.
-  bool needs_timekeeper(TimePoint release) const noexcept {
-    return release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  }
-  bool keep_time(std::size_t index) noexcept;
-  void stop_keeping_time(std::size_t index) noexcept {
-    if (timekeeper_ == index) timekeeper_ = kNobody;
-  }
-  [[gnu::noinline]] bool has_left_over() noexcept;
   [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
   // The same, called by a callback of the only worker: a function of its own, which saves no more
   // registers than it needs.
   [[gnu::noinline]] void announce_alone(CallbackRecord& record, Arrival arrival) noexcept;
-  [[gnu::noinline]] void wake() noexcept final;
+  /// What is left for the worker of a pool that searches instead of sleeping. Only one does at a
+  /// time.
+  enum class Search : std::uint8_t {
+    none,    // nobody searches: a sleeper is woken
+    quiet,   // nothing has come since it last looked
+    asked,   // something was announced: it looks whether the announcing worker has taken that
+    called,  // it has to come: there is something to run, or to wait for
+  };
+  [[gnu::noinline]] void notify(Search what) noexcept;
+  void wake() noexcept final { notify(Search::called); }
   void wake_all() noexcept;
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
@@ -300,8 +304,8 @@ class DispatchingExecutor : public Executor, private Wakeable {
   const std::string scheduler_;
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
-  const bool stands_by_;                   // its workers run at the same time
-  const bool may_starve_;                  // what is ready, in the scheduler's order
+  const bool is_parallel_;                 // and they run at the same time
+  const std::vector<bool> may_search_;     // each worker of a pool
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
@@ -315,19 +319,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
   ReadySet ready_;
   std::exception_ptr exception_;
   ExceptionHandler handler_;
-  static constexpr std::size_t kNobody = SIZE_MAX;
   std::vector<Nanoseconds> spin_times_;  // of each worker, since spin began
-  std::size_t timekeeper_ = kNobody;     // the worker that waits until the first timer is due
-  TimePoint timekeeper_deadline_{};
+  std::size_t workers_ = 0;              // that have begun to work and have not ended
+  std::vector<TimePoint> waits_;         // until which release each worker waits; else kNever
+  TimePoint first_wait_ = kNever;        // the first of these
   detail::Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
-  std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
-  std::atomic<int> watched_closely_{0};           // how many of them read is_left_over_
-  std::atomic<std::uint64_t> dispatches_{0};      // while they look for work; written serialised
-  // More is ready than those that dispatch have taken, or one that watches closely must look for
-  // another reason.
-  std::atomic<bool> is_left_over_{false};
+  std::atomic<Search> search_{Search::none};
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in any kind of spin
   std::atomic<bool> has_workers_{false};  // and all its threads exist

@@ -289,6 +289,21 @@ void ReadySet::arm(CallbackRecord& record) noexcept {
   std::push_heap(timers_.begin(), timers_.end(), due_later);
 }
 
+// The heap's second and third entry are enough of an answer: nothing depends on it but how often a
+// worker has to be woken.
+TimePoint ReadySet::release_beside_first() const noexcept {
+  if (next_release() == kNever) return kNever;
+  const auto& [release, first] = timers_.front();
+  const Nanoseconds period = first->settings.info.period;
+  TimePoint result = period == Nanoseconds::zero() ? kNever : later(release, period);
+  for (std::size_t i = 1; i < std::min<std::size_t>(timers_.size(), 3); ++i) {
+    if (timers_[i].second->exclusion != first->exclusion) {
+      result = std::min(result, timers_[i].first);
+    }
+  }
+  return result;
+}
+
 // All at once: one by one, n timers that begin together would cost O(n²).
 void ReadySet::rearm(ReadyCallback* first) noexcept {
   std::erase_if(timers_, [](const auto& timer) { return timer.second->is_rearming; });

@@ -280,7 +280,11 @@ class ReadySet {
   TimePoint next_release() const noexcept {
     return timers_.empty() || timers_stopped_.load() ? kNever : timers_.front().first;
   }
+  /// When a timer may need another worker than the one that wakes up for the first: that one is due
+  /// again, or one of another group is due. As far as it is known; kNever when it is not.
+  TimePoint release_beside_first() const noexcept;
   void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
+  bool timers_are_held() const noexcept { return timers_stopped_.load(std::memory_order_relaxed); }
 
   /// The time as of the last reading, for callers that just read the clock (full statistics).
   void set_now(TimePoint now) noexcept { now_ = now; }
