@@ -22,6 +22,7 @@
 #include "takt/components/player.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/outside.hpp"
 
 namespace takt {
@@ -118,9 +119,10 @@ TEST_F(RecordingTest, AFileHasWhatWasWritten) {
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", "string data\n"});
     const std::size_t other = writer.add({"/other", "std_msgs/msg/String", ""});
     for (int i = 0; i < 200; ++i) {  // several chunks
-      while (!writer.write(i % 2 == 0 ? chatter : other, 1000 + i, 900 + i,
-                           encoded(fmt::format("message {}", i)))) {
-      }
+      ASSERT_TRUE(eventually([&] {
+        return writer.write(i % 2 == 0 ? chatter : other, 1000 + i, 900 + i,
+                            encoded(fmt::format("message {}", i)));
+      }));
     }
     EXPECT_FALSE(writer.write(chatter, 0, 0, std::vector<std::byte>(5000)));  // fits into none
     EXPECT_TRUE(writer.close());
@@ -145,8 +147,8 @@ TEST_F(RecordingTest, AFileThatEndsInTheMiddleIsReadSoFar) {
     McapWriter writer(path("a"), 4096, 2);
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", ""});
     for (int i = 0; i < 200; ++i) {
-      while (!writer.write(chatter, i, i, encoded("some text that takes its place"))) {
-      }
+      ASSERT_TRUE(eventually(
+          [&] { return writer.write(chatter, i, i, encoded("some text that takes its place")); }));
     }
   }
   std::filesystem::resize_file(path("a"), std::filesystem::file_size(path("a")) / 2);
@@ -291,8 +293,8 @@ TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
     McapWriter writer(path("a"), 1 << 20, 2);
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", ""});
     for (int i = 0; i < 100; ++i) {
-      while (!writer.write(chatter, i, i, encoded(std::string(10'000, 'x')))) {
-      }
+      ASSERT_TRUE(eventually(
+          [&] { return writer.write(chatter, i, i, encoded(std::string(10'000, 'x'))); }));
     }
   }
   const auto player = std::make_shared<Player>(options({{"file", path("a")}}));
@@ -356,8 +358,8 @@ TEST_F(RecordingTest, WithoutIoUringAThreadWrites) {
   std::vector<std::string> written;
   for (int i = 0; i < 1000; ++i) {
     written.push_back(fmt::format("/chatter message {}", i));
-    while (!writer->write(chatter, i, i, encoded(written.back().substr(9)))) {
-    }
+    ASSERT_TRUE(eventually(
+        [&] { return writer->write(chatter, i, i, encoded(written.back().substr(9))); }));
   }
   EXPECT_TRUE(writer->close());
   EXPECT_EQ(recorded("a"), written);

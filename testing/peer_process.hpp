@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 
@@ -39,16 +40,6 @@ inline int test_domain() {
     throw Error("all domains for tests are taken", "wait until other tests have ended");
   }();
   return domain;
-}
-
-template <class Condition>
-bool eventually(Condition&& condition) {
-  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > limit) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
 }
 
 /// Resources of a process, which must not grow while other processes come and go.

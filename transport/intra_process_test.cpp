@@ -16,6 +16,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -314,7 +315,7 @@ TEST_F(IntraProcessTest, HandsOverToALateReaderWhereWhatIsSentFollows) {
   });
   for (int round = 0; round < 200; ++round) {
     Reader late(on("/a", QoS(1000).transient_local()));
-    while (late.arrivals < 8) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return late.arrivals >= 8; }));
     late.leave();
     const std::vector<int> values = late.take_values();
     for (std::size_t i = 1; i < values.size(); ++i) ASSERT_EQ(values[i], values[i - 1] + 1);

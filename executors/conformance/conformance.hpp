@@ -17,6 +17,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt::conformance {
 
@@ -33,16 +34,6 @@ TAKT_MESSAGE(Number, "test/msg/Number", value);
 inline int stress_rounds() {
   const char* rounds = std::getenv("TAKT_STRESS_ROUNDS");
   return rounds != nullptr ? std::atoi(rounds) : 10'000;
-}
-
-/// Waits, in real time, until the condition holds; false after half a minute.
-inline bool eventually(const std::function<bool()>& condition) {
-  const TimePoint limit = later(Clock::steady().now(), 30s);
-  while (!condition()) {
-    if (Clock::steady().now() > limit) return false;
-    std::this_thread::sleep_for(100us);
-  }
-  return true;
 }
 
 inline constexpr std::string_view kPerGroup = "_per_group", kTwoWorkers = "_two_workers";

@@ -162,7 +162,7 @@ TEST_P(ConformanceSpin, AFutureWakesFromAnyThread) {
   executor->add_node(node);
   Promise<int> promise;
   std::thread other([&] {
-    while (!executor->is_spinning()) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return executor->is_spinning(); }));
     promise.set_value(7);
   });
   EXPECT_EQ(executor->spin_until_future_complete(promise.get_future()), FutureReturnCode::SUCCESS);

@@ -81,7 +81,7 @@ class SlowTimer final : public Timer {
   std::atomic<bool> is_being_taken{false}, ends{false};
   bool take(Slot& slot) noexcept override {
     if (!is_being_taken.exchange(true)) {
-      eventually([this] { return ends.load(); });
+      EXPECT_TRUE(eventually([this] { return ends.load(); }));
       const TimePoint end = Clock::steady().now() + 200us;
       while (Clock::steady().now() < end) {
       }

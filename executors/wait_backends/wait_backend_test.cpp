@@ -22,6 +22,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/executors/engine/pace.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -114,8 +115,7 @@ TEST_P(EveryWaitBackend, LosesNoPostAmongSeveralWorkers) {
   for (std::size_t worker = 0; worker < kWorkers; ++worker) {
     workers.emplace_back([&, worker] {
       for (int i = 0; i < kPosts / static_cast<int>(kWorkers); ++i) {
-        while (!backend->wait(worker, kNever)) {
-        }
+        EXPECT_TRUE(eventually([&] { return backend->wait(worker, kNever); }));
         ++taken;
         taken.notify_all();
       }
@@ -150,7 +150,7 @@ TEST_P(EveryWaitBackend, WhoLooksTakesNoWakeUpFromWhoSleeps) {
   });
   for (int posts = 1; posts <= kPosts; ++posts) {
     backend->post();
-    while (taken < posts) std::this_thread::yield();
+    ASSERT_TRUE(eventually([&] { return taken == posts; }));
   }
 }
 

@@ -17,6 +17,7 @@ import urllib.parse
 
 import cpp_source
 import files as file_rules
+import waiting
 from phrases import RETIRED
 from public_headers import is_public
 
@@ -43,6 +44,7 @@ RULES = {
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
+    "waiting": "tests wait with an end",
     "time-sum": "no plain sum of a time and a duration: later()",
 }
 
@@ -190,6 +192,11 @@ def check_output(file, _):
 def check_readers(file, _):
     for line, what in file_rules.readers(file.path, file.lines):
         yield Finding(file.path, line, "reader", what)
+
+
+def check_waiting(file, _):
+    for line, what in waiting.endless(file.path, file.text):
+        yield Finding(file.path, line, "waiting", what)
 
 
 def check_environment(file, root):
@@ -379,7 +386,7 @@ def main():
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,
-                     check_environment,
+                     check_waiting, check_environment,
                      check_links, check_phrases, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()

@@ -208,6 +208,22 @@ def test_time_sums():
             "base/a.cpp:8: '+= period_;': later(time, duration) cannot overflow")
 
 
+def test_waiting():
+    loops = (SPDX + "void f() {\n  while (!a) std::this_thread::yield();\n  while (b() != 1) {\n  }\n"
+             "  while (c < (d + 1)) {\n    usleep(1);\n  }\n"
+             "  while (!a && Clock::steady().now() < limit) {\n  }\n  while (take(a)) {\n  }\n"
+             "  for (int i = 0; i < 100 && !a; ++i) usleep(1);\n"
+             "  while (!a) {\n    usleep(1);\n    b();\n  }\n}\n")
+    refused("a test that may wait for ever", {"base/a_test.cpp": loops},
+            *(f"base/a_test.cpp:{line}: a test may hang here: use eventually()" for line in (3, 4, 6)))
+    accepted("what is no test", {"base/a.cpp": loops})
+    spdx = "# SPDX-License-Identifier: Apache-2.0\n"
+    refused("a test in Python that may, too",
+            {"tools/a_test.py": spdx + "while not a():\n    time.sleep(1)\nwhile a() is None:\n    pass\n"
+             "while time.monotonic() < end:\n    time.sleep(1)\nwhile unmount() == 0:\n    pass\n"},
+            *(f"tools/a_test.py:{line}: a test may hang here: use checks.eventually()" for line in (2, 4)))
+
+
 def test_phrases():
     refused("retired phrases, also over the end of a line",
             {"a.cpp": SPDX + "// The listener is\n// told of it.\n"
@@ -260,6 +276,7 @@ test_links()
 test_once()
 test_keep()
 test_time_sums()
+test_waiting()
 test_phrases()
 test_generated()
 test_format()
