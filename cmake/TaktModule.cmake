@@ -47,12 +47,6 @@ function(takt_module)
   endif()
 endfunction()
 
-# What tests of several modules share, as <takt/testing/...>.
-add_library(takt_testing INTERFACE)
-file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/testing/takt)
-file(CREATE_LINK ${PROJECT_SOURCE_DIR}/testing ${PROJECT_BINARY_DIR}/include/testing/takt/testing SYMBOLIC)
-target_include_directories(takt_testing INTERFACE ${PROJECT_BINARY_DIR}/include/testing)
-
 # takt_optimise_little(target -O1): for what may be slow, so that it compiles sooner: in release builds as
 # it says, with the address sanitizer not at all.
 function(takt_optimise_little target level)
@@ -73,7 +67,7 @@ function(takt_test name)
   cmake_parse_arguments(ARG "ONE_THREAD" "" "" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
-                                        takt_testing GTest::gtest_main GTest::gmock)
+                                        takt_testing takt_watchdog GTest::gtest_main GTest::gmock)
   if(NOT name STREQUAL base_test)  # it tests lock-free headers, as users compile them
     takt_optimise_little(${name} -O0)
   endif()
@@ -82,7 +76,15 @@ function(takt_test name)
     return()
   endif()
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
-  set_tests_properties(${name} PROPERTIES TIMEOUT 900)
+  takt_limit_test(${name} 900)
+endfunction()
+
+# takt_limit_test(executors_test 900): ctest ends it after so many seconds; shortly before it ends by itself,
+# and says where it hangs.
+function(takt_limit_test name seconds)
+  math(EXPR own "${seconds} - 30")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${seconds})
+  set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT TAKT_TEST_SECONDS=${own})
 endfunction()
 
 # takt_program(name a.cpp): an executable in bin/.
