@@ -6,7 +6,8 @@
 #
 # A folder of the library. Its compiler sees the headers of the modules that it names, as
 # <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
-# folder, and in those of its folders that it names, belongs to the program NAME_test.
+# folder, and in those of its folders that it names, belongs to the program NAME_test; every
+# *_long_test.cpp, an exhaustive search or many rounds, to NAME_long_test, which has the label `long`.
 # TESTED_IN_ONE_THREAD: see takt_test's ONE_THREAD.
 function(takt_module)
   cmake_parse_arguments(ARG "TESTED_IN_ONE_THREAD" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
@@ -39,11 +40,18 @@ function(takt_module)
 
   list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
+  set(long_tests ${tests})
+  list(FILTER long_tests INCLUDE REGEX "_long_test[.]cpp$")
+  list(FILTER tests EXCLUDE REGEX "_long_test[.]cpp$")
   if(tests)
     if(ARG_TESTED_IN_ONE_THREAD)
       list(PREPEND tests ONE_THREAD)
     endif()
     takt_test(${ARG_NAME}_test ${tests})
+  endif()
+  if(long_tests)
+    takt_test(${ARG_NAME}_long_test ${long_tests})
+    set_tests_properties(${ARG_NAME}_long_test PROPERTIES LABELS long COST 60)  # begins first
   endif()
 endfunction()
 
@@ -68,7 +76,7 @@ function(takt_test name)
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
                                         takt_testing takt_watchdog GTest::gtest_main GTest::gmock)
-  if(NOT name STREQUAL base_test)  # it tests lock-free headers, as users compile them
+  if(NOT name MATCHES "^base_")  # it tests lock-free headers, as users compile them
     takt_optimise_little(${name} -O0)
   endif()
   if(ARG_ONE_THREAD AND TAKT_SANITIZE STREQUAL "thread")
