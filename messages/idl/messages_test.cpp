@@ -149,6 +149,9 @@ TEST(GeneratedMessage, IsMadeFromRos2sFiles) {
   EXPECT_THAT(message.bits, ElementsAre(true, false));
   EXPECT_EQ(message.module, "default");
   EXPECT_EQ(message.class_, -7);
+  EXPECT_EQ(message.wide, u"H\u00f6hle \"1\"");
+  EXPECT_THAT(message.far, ElementsAre(INT64_MAX, INT64_MIN));
+  EXPECT_THAT(message.wides, ElementsAre(u"a", u"\u30cf"));
   EXPECT_EQ(message.point.y, 2.5);
   static_assert(Everything::DEBUG == 10 && Everything::OK == 0);
   EXPECT_EQ(Everything::GREETING, "hello # there");

@@ -85,6 +85,8 @@ def check_needs(packages):
     """What can never be there is reported before anything is built; other needs CMake looks for."""
     never = set(list_of("never"))
     for package in packages.values():
+        if "catkin" in package.needs:
+            raise Wrong(f"{package.folder}: {package.name} is a package of ROS 1; take its branch for ROS 2")
         if package.type not in ("ament_cmake", "cmake"):
             continue
         for need in package.needs:
