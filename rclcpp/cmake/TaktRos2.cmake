@@ -96,24 +96,38 @@ macro(takt_ros2_found package)
   set(${package}_DEFINITIONS "")
 endmacro()
 
-# A library whose headers are the layer's. Further names are further targets of it.
+# takt_ros2_uses(package…): as in ROS 2, what a package uses is found with it.
+macro(takt_ros2_uses)
+  foreach(takt_ros2_used ${ARGN})
+    if(NOT ${takt_ros2_used}_FOUND)
+      find_package(${takt_ros2_used} QUIET REQUIRED CONFIG)
+    endif()
+  endforeach()
+endmacro()
+
+# takt_ros2_library(package [TARGETS name…] [USES package…]): its headers are the layer's.
 macro(takt_ros2_library package)
+  cmake_parse_arguments(takt_ros2_library "" "" "TARGETS;USES" ${ARGN})
   set(takt_ros2_library takt::takt)
   if(TARGET takt::takt_rclcpp)
     set(takt_ros2_library takt::takt_rclcpp)
   endif()
-  foreach(takt_ros2_name ${package} ${ARGN})
+  foreach(takt_ros2_name ${package} ${takt_ros2_library_TARGETS})
     takt_ros2_target(${package}::${takt_ros2_name} ${takt_ros2_library} takt::ros_messages)
   endforeach()
   takt_ros2_found(${package})
+  takt_ros2_uses(${takt_ros2_library_USES})
 endmacro()
 
+# takt_ros2_messages(package [USES package…])
 macro(takt_ros2_messages package)
+  cmake_parse_arguments(takt_ros2_messages "" "" "USES" ${ARGN})
   takt_ros2_target(${package}::${package} takt::${package} takt::ros_messages)
   foreach(takt_ros2_name rosidl_generator_cpp rosidl_typesupport_cpp rosidl_typesupport_introspection_cpp)
     takt_ros2_target(${package}::${package}__${takt_ros2_name} ${package}::${package})
   endforeach()
   takt_ros2_found(${package})
+  takt_ros2_uses(${takt_ros2_messages_USES})
 endmacro()
 
 # It consists of CMake functions.

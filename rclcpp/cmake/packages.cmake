@@ -2,12 +2,14 @@
 # The packages of the layer, by the function of TaktRos2.cmake that their package file calls, with the
 # versions that Jazzy has, as some packages ask for them.
 
-# NAME VERSION [further targets]
+# NAME VERSION [TARGETS name…] [USES package…]
 set(takt_ros2_packages_library
-    "rclcpp 28.1.6"
-    "rclcpp_action 28.1.6"
-    "rclcpp_components 28.1.6 component component_manager"
-    "rclcpp_lifecycle 28.1.6"
+    "rclcpp 28.1.6 USES rcl rcl_interfaces rcl_yaml_param_parser rcpputils rcutils rmw rosgraph_msgs \
+rosidl_runtime_cpp rosidl_typesupport_cpp statistics_msgs"
+    "rclcpp_action 28.1.6 USES action_msgs rcl_action rclcpp"
+    "rclcpp_components 28.1.6 TARGETS component component_manager USES ament_index_cpp class_loader \
+composition_interfaces rclcpp"
+    "rclcpp_lifecycle 28.1.6 USES lifecycle_msgs rcl_lifecycle rclcpp"
     "rcl 9.2.5"
     "rcl_action 9.2.5"
     "rcl_lifecycle 9.2.5"

@@ -58,8 +58,8 @@ NodeInstanceWrapper make_node(const std::string& name, const rclcpp::NodeOptions
 std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
                                               const takt::NodeOptions& options) {
   struct Inside {
+    rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;  // goes last
     NodeInstanceWrapper node;
-    rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;
   };
   const auto inside = std::make_shared<Inside>();
   inside->node = factory.create_node_instance(rclcpp::NodeOptions(options));
