@@ -156,7 +156,9 @@ ModelledProcess Container::modelled() const {
 // No scheduling order can serve callbacks that need more time than the executor's threads have.
 Container::Errors Container::too_much_for_executors(const Shared& shared) const {
   Errors errors;
-  for (const ExecutorDescription& executor : description_.executors) {
+  std::vector<ExecutorDescription> all = description_.executors;
+  if (needs_default_executor()) all.push_back({.name = kDefaultExecutor});  // of no entry
+  for (const ExecutorDescription& executor : all) {
     if (executors().traits(executor.type).isolates) continue;  // a thread each
     const double capacity = capacity_of(executor);
     const double utilisation = utilisation_of(shared, executor.name);

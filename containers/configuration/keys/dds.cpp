@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "takt/base/logger.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
@@ -21,9 +20,6 @@ void ConfigurationReader::read_dds(const Value& value) {
         "Only processes on the same domain discover each other. By default, the value of the "
         "environment variable `ROS_DOMAIN_ID`, else 0.",
         into_domain(dds.domain)},
-       {"loopback_only",
-        "An older form of `discovery`: `true` is `localhost`, `false` is `subnet`.",
-        into_loopback_only(dds.discovery)},
        {"discovery",
         "Which processes are discovered. `localhost`: those of this machine, ROS 2's included; "
         "`subnet`: also those that multicast reaches; `off`: none; `system`: as Cyclone's defaults "
@@ -128,19 +124,6 @@ SystemReader::Read ConfigurationReader::into_discovery(DiscoveryRange& discovery
                             {"off", DiscoveryRange::off},
                             {"system", DiscoveryRange::system},
                             {"lo", DiscoveryRange::lo}});
-  });
-}
-
-SystemReader::Read ConfigurationReader::into_loopback_only(DiscoveryRange& discovery) {
-  return without_default([this, &discovery]() -> Read {
-    return [this, &discovery](const Value& value) {
-      bool loopback_only = true;
-      into(loopback_only)(value);
-      if (!std::holds_alternative<bool>(value.content)) return;
-      discovery = loopback_only ? DiscoveryRange::localhost : DiscoveryRange::subnet;
-      log(LogLevel::warn, "{}: `loopback_only: {}` is an older form of `discovery: {}`",
-          errors_.where(value.line), loopback_only, loopback_only ? "localhost" : "subnet");
-    };
   });
 }
 

@@ -62,7 +62,7 @@ PARAMETERS = "/**:\n  ros__parameters: {use_sim_time: false}\n/a:\n  b:\n    ros
 # Without a node that has them, it is waited for: so this file is always of another.
 SHORT = ("--duration", "10ms")
 READERS = {  # the file is FILE
-    "system": [("check", "FILE"), ("check", "--deadlines", "FILE"), ("plan", "FILE"), ("analyze", "FILE"),
+    "system": [("check", "FILE"), ("plan", "FILE"), ("analyze", "FILE"),
                ("run", "FILE", *SHORT), ("compare", "FILE", *SHORT, "--executors", "file"),
                ("bench", "topologies", "FILE", *SHORT, "--repeat", "1")],
     "parts": [("check", "FILE"), ("plan", "FILE")],
@@ -135,7 +135,8 @@ def write_samples():
     here = {name: str(folder / name) for name in ("recorded.yaml", "trace.json", "model.yaml")}
     (prefix / "share/takt/components").mkdir(parents=True)
     os.chdir(folder)
-    run_well("run", here["recorded.yaml"], "--duration", "50ms", "--trace", here["trace.json"], "--model", here["model.yaml"])
+    run_well("run", here["recorded.yaml"], "--duration", "50ms", "--trace", here["trace.json"])
+    run_well("model", here["trace.json"], "-o", here["model.yaml"])
     samples["recording"] = [(folder / f"{name}.mcap").read_bytes() for name in ("none", "lz4", "zstd")]
     samples["trace"] = [(folder / "trace.json").read_bytes()]
     samples["model"] = [(folder / "model.yaml").read_bytes()]
