@@ -15,14 +15,10 @@
 #include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
-#include "takt/transport/shared_memory/refused_chunks.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
-
-// iceoryx's listener takes 127 readers of a process, and Cyclone does not survive one more.
-constexpr std::size_t kMostSharedReaders = 120;
 
 // Cyclone 0.10.2 counts the children of a participant in 14 bits, and an end of ours is two of
 // them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
@@ -30,8 +26,6 @@ constexpr std::size_t kMostSharedReaders = 120;
 constexpr std::size_t kMostEnds = 8'100;
 
 constexpr std::size_t kMostLeaving = 64;  // by then Cyclone has let go of the first
-
-constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 
 // Properties and not XML, where a path would need escapes. Debian has the plug-ins by these names.
 void set_security(dds_qos_t* qos, const DdsSecurity& files) {
@@ -249,17 +243,7 @@ std::string CycloneParticipant::why_udp(const Endpoint& endpoint, bool is_writer
   }
   if (qos.deadline_period != Nanoseconds::zero()) return "it has a deadline";
   if (qos.lifespan_duration != Nanoseconds::zero()) return "it has a lifespan";
-  const Roudi roudi = find_roudi();
-  std::string why = why_not(roudi);
-  if (!why.empty()) {
-    // That.
-  } else if (type.alignment > kChunkAlignment) {
-    why = fmt::format("aligned to {} bytes", type.alignment);
-  } else if (type.size > roudi.largest_message) {
-    why = fmt::format("{} bytes do not fit into RouDi's largest pool", type.size);
-  } else if (!is_writer && shared_reader_count() >= kMostSharedReaders) {
-    why = fmt::format("{} subscriptions of this process use it already", kMostSharedReaders);
-  }
+  const std::string why = why_no_chunk(type, find_roudi(), is_writer);
   if (!why.empty() && requires_shared_memory_) {
     throw Error(fmt::format("topic '{}' cannot go by shared memory: {}", endpoint.topic, why),
                 "say `dds: {shared_memory: auto}` to have it go by UDP");

@@ -10,7 +10,7 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/transport/dds/cyclone_participant.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/transport/dds/bounded_end.hpp"
-
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -13,6 +11,7 @@
 #include <unistd.h>
 
 #include "takt/base/logger.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
