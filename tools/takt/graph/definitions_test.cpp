@@ -55,6 +55,13 @@ TEST_F(DefinitionFiles, ThatContainThemselvesAreRefused) {
   }
 }
 
+// Constants have no size, and were passed over when it was asked whether a type ends.
+TEST_F(DefinitionFiles, WithConstantsOfMessagesAreRefused) {
+  add("Self", "Self s=1000000\n");
+  EXPECT_THAT(error_of("Self"), HasSubstr("has the constant 'Self s=1000000' of a message's type"));
+  EXPECT_THROW(check_definition("fz/msg/Self"), Error);
+}
+
 TEST_F(DefinitionFiles, ThatAreDeepOrLargeAreRefused) {
   for (int i = 0; i < 3000; ++i) add(fmt::format("D{}", i), fmt::format("D{} a\n", i + 1));
   add("D3000", "int32 x\n");

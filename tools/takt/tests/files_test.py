@@ -74,7 +74,7 @@ READERS = {  # the file is FILE
     "library": [("interface", "show", "std_msgs/msg/String", "--library", "./FILE")],
     "index": [("component", "types"), ("list", "components")],
     "key": [("run", f"{key}.yaml", *SHORT) for key in KEYS],
-    "definition": [("interface", "show", "fz/msg/T0"), ("interface", "show", "fz/msg/T0", "--json", "-"), ("topic", "pub", "/t", "fz/msg/T0", "{}"),
+    "definition": [("interface", "show", "fz/msg/T0"), ("interface", "show", "fz/msg/T0", "--json", "-"), ("topic", "pub", "/t", "fz/msg/T0", "{}", "-w", "0"),
                    ("topic", "echo", "/t", "--type", "fz/msg/T0", "--duration", "0.1")],
 }
 ENDINGS = {"recording": "mcap", "trace": "json", "workload": "json", "library": "so", "definition": "msg"}
