@@ -167,7 +167,7 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
       executor->add_node(node);
       nodes.push_back(node);
     }
-    const ManualSpin spin(*executor, clock, is_isolated() ? 4 : is_pool() ? 2 : 1);
+    const ManualSpin spin(*executor, clock, is_isolated() ? 4 : workers());
     clock.advance(100ms);
     return trace;
   };
@@ -187,7 +187,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   const auto a = node->create_timer("a", 10ms, [&] { clock.work(15ms), trace.push_back('a'); });
   const auto b = node->create_timer("b", 10ms, [&] { clock.work(15ms), trace.push_back('b'); });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(1s);
   ASSERT_EQ(trace.size(), 66u);  // 15 ms each, in a second
   for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
@@ -237,7 +237,7 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
   const auto subscription = node->create_subscription<Number>(
       "topic", 1, [&](const Number&) { clock.work(1ms), ++messages; });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(1s);
   EXPECT_NEAR(3 * timers + messages, 1000, 3);  // never idle
   EXPECT_GE(messages, timers / 2 - 1);
@@ -265,7 +265,7 @@ TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) 
     const auto source = make_node(clock, "source");
     const auto to_heavy = source->create_publisher<Number>("heavy", 1);
     const auto to_light = source->create_publisher<Number>("light", 1);
-    const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+    const ManualSpin spin(*executor, clock, participants());
     for (int i = 0; i < 2000; ++i) {
       to_heavy->publish(Number{});
       to_light->publish(Number{});

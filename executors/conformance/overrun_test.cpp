@@ -16,10 +16,9 @@ class ConformanceOverrun : public Conformance {
                             .scheduler = scheduler_name(),
                             .watchdog = watchdog,
                             .clock = &clock_};
-    if (is_pool()) options.threads.resize(2);
+    if (is_pool()) options.threads.resize(workers());
     return make(options);
   }
-  std::size_t participants() const { return is_isolated() || is_pool() ? 2 : 1; }
   int now_ms() const { return static_cast<int>(clock_.now().time_since_epoch() / 1ms); }
   static CallbackStatistics find(const Executor& executor, const std::string& callback) {
     for (CallbackStatistics& statistics : executor.statistics()) {
