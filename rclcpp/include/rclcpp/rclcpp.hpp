@@ -20,6 +20,8 @@
 #include <thread>
 #include <vector>
 
+#include "rcl/allocator.h"
+#include "rcl/error_handling.h"
 #include "rclcpp/executors.hpp"
 #include "rclcpp/guard_condition.hpp"
 #include "rclcpp/logging.hpp"
@@ -30,5 +32,6 @@
 #include "rclcpp/version.h"
 #include "rclcpp/visibility_control.hpp"
 #include "rclcpp/wait_set.hpp"
+#include "rosidl_runtime_cpp/traits.hpp"
 
 #endif  // RCLCPP__RCLCPP_HPP_
