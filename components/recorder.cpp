@@ -18,7 +18,11 @@ namespace {
 // Period of the search for new topics.
 constexpr auto kLookPeriod = std::chrono::milliseconds(200);
 // Names of others that are remembered, and lines about them in a second.
+// Limit: names of topics that a recorder remembers as refused. At it: a further name is not
+// remembered, and is refused again. Seen: the log.
 constexpr std::size_t kMostRefused = 1000;
+// Limit: lines a second about topics that are not recorded. At it: further lines are left out.
+// Seen: the next line counts them.
 constexpr std::uint64_t kMostLines = 10;
 
 std::uint64_t since_1970(std::chrono::system_clock::time_point time) {

@@ -49,6 +49,8 @@ QoS qos(std::int64_t depth, const std::string& reliability, const std::string& d
   return result;
 }
 
+// Limit: bytes of all messages that a publisher of `takt::Workload` keeps. At it: the component is
+// refused. Seen: the error.
 constexpr std::size_t kMostBytes = 1'000'000'000;  // of all messages that a publisher keeps
 
 // A negative size is a very large one.

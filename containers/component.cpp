@@ -68,6 +68,7 @@ std::vector<IndexFolder> index_folders() {
   return result;
 }
 
+// Limit: bytes of a file of the component index. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostIndexBytes = 1 << 20;
 
 void read_index(const fs::path& file, const fs::path& prefix,

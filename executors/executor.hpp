@@ -78,6 +78,8 @@ struct TriggerOptions {
 };
 
 /// The limit of `spin` and `early_wake`, but for kSpinAlways.
+// Limit: `spin` and `early_wake`, without `spin: always`. At it: a longer one is refused. Seen: the
+// error.
 inline constexpr Nanoseconds kMostSpin = std::chrono::milliseconds(1);
 inline constexpr Nanoseconds kSpinAlways = Nanoseconds::max();
 

@@ -18,6 +18,8 @@ using namespace mcap;
 // Size of one read for messages that are close together.
 constexpr std::size_t kWindowBytes = 256 << 10;
 // What a compressed chunk may have at the most: files are untrusted.
+// Limit: bytes of a chunk of a recording, decompressed. At it: the file is refused. Seen: the
+// error.
 constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
 
 RegularFile opened(const FilePlace& place) {

@@ -291,6 +291,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 
  private:
   // Clients that ask for the same result; more push out the oldest.
+  // Limit: clients that ask for the result of the same goal. At it: the oldest one gets no answer.
+  // Seen: nothing.
   static constexpr std::size_t kMostAsking = 16;
   struct Goal {
     action_msgs::msg::GoalInfo info;

@@ -97,7 +97,7 @@ class IntraProcessReader {
   /// For a caller with a lock, which `released` outlives.
   MessageBlock* take(bool& more, ReleasedMessages& released) noexcept;
 
-  /// So many messages were sent to it, and overwritten before they came here.
+  /// The number of messages that were sent to it, and of those that were overwritten.
   void miss(std::uint64_t count) noexcept { missed_.fetch_add(count, std::memory_order_relaxed); }
 
   std::uint64_t dropped() const noexcept {

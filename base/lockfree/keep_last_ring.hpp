@@ -41,6 +41,8 @@ template <class T>
 class KeepLastRing {
  public:
   /// The ticket in a cell has 16 bits, so half of that range separates older from newer.
+  // Limit: messages in the ring of a subscription, the largest `depth`. At it: a larger depth is
+  // refused; a full ring overwrites its oldest message. Seen: the error; `dropped`.
   static constexpr std::size_t kMaxDepth = 16384;
 
   /// `depth` is from 1 to kMaxDepth; QoS checks it with an Error that the user sees.

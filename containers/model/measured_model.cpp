@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 
 // So that sums and products of the file's times never overflow.
 constexpr Nanoseconds kLongest = 10'000h;
+// Limit: the `margin` of a model file. At it: a larger one is refused. Seen: the error.
 constexpr double kMostMargin = 10;
 
 /// What is wrong with percentiles that contradict each other; empty: nothing. Those that were left

@@ -18,6 +18,8 @@ namespace TAKT_PUBLIC takt {
 /// One callback in a run. Execution times are processor time, not wall-clock time.
 struct MeasuredCallback {
   /// How many distances there are at most: δ⁻(2) to δ⁻(64).
+  // Limit: arrivals in a row that a model has the distances of, less one. At it: longer rows follow
+  // from these. Seen: nothing.
   static constexpr std::size_t kMostDistances = 63;
 
   std::string name;  // "/node/callback", as to_string(Chain::Step) writes it

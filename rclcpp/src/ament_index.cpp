@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Limit: bytes of a file of the ament index. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostBytes = 1 << 20;
 
 // A program in lib/PACKAGE of its prefix needs no environment.

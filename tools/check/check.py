@@ -17,6 +17,7 @@ import urllib.parse
 
 import cpp_source
 import files as file_rules
+import limits
 import waiting
 from phrases import RETIRED
 from public_headers import is_public
@@ -45,6 +46,7 @@ RULES = {
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
     "waiting": "tests wait with an end",
+    "limit": "each limit has a marker, and the page of limits has them",
     "time-sum": "no plain sum of a time and a duration: later()",
 }
 
@@ -286,6 +288,16 @@ def check_time_sums(file, _):
                       f"'{' '.join(found[0].split())}': later(time, duration) cannot overflow")
 
 
+def check_limits(files):
+    sources = [(file.path, file.text) for file in files]
+    for path, text in sources:
+        for line, what in limits.unmarked(path, text):
+            yield Finding(path, line, "limit", what)
+    present = next((file.text for file in files if file.path == limits.PAGE), None)
+    if present is not None and present != limits.page(sources):
+        yield Finding(limits.PAGE, 1, "limit", f"not what the markers give: tools/check/limits.py > {limits.PAGE}")
+
+
 def check_generated(listed, root):
     for path in listed.split("\0"):
         if path.endswith(".html") and (root / path).is_file():
@@ -382,7 +394,7 @@ def main():
                    or path.endswith("CMakeLists.txt"))
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
-    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root)]
+    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,

@@ -241,6 +241,15 @@ def test_generated():
     refused("a page that a program has drawn", {"docs/a.html": "<html>\n"}, "docs/a.html:1: write it into build/")
 
 
+def test_limits():
+    refused("a limit that says nothing", {"base/a.cpp": SPDX + "constexpr int kMost = 3;\n"},
+            "base/a.cpp:2: write above kMost: // Limit: what it bounds. At it: what happens. Seen: a counter.")
+    marked = SPDX + "// Limit: messages. At it: the oldest goes. Seen: `dropped`.\nconstexpr int kMost = 3;\n"
+    accepted("a limit with its marker", {"base/a.cpp": marked})
+    refused("a page of limits that has others", {"base/a.cpp": marked, "docs/reference/limits.md": "# Limits\n"},
+            "docs/reference/limits.md:1: not what the markers give: tools/check/limits.py > docs/reference/limits.md")
+
+
 def test_format():
     refused("a file that clang-format would change", {"a.cpp": SPDX + "int  a;\nint  b;\n"},
             "a.cpp:2: not as clang-format has it: ./dev format")
@@ -279,6 +288,7 @@ test_time_sums()
 test_waiting()
 test_phrases()
 test_generated()
+test_limits()
 test_format()
 test_exceptions()
 finish()

@@ -23,8 +23,12 @@ namespace {
 // Cyclone 0.10.2 counts the children of a participant in 14 bits, and an end of ours is two of
 // them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
 // longer.
+// Limit: publishers and subscriptions of a process on DDS; services and clients count twice. At it:
+// a further one is refused. Seen: the error.
 constexpr std::size_t kMostEnds = 8'100;
 
+// Limit: publishers and subscriptions that have gone and whose memory is kept. At it: the first one
+// is freed. Seen: nothing.
 constexpr std::size_t kMostLeaving = 64;  // by then Cyclone has let go of the first
 
 // Properties and not XML, where a path would need escapes. Debian has the plug-ins by these names.
@@ -225,7 +229,7 @@ std::shared_ptr<ServiceMatches> CycloneParticipant::service_matches(const std::s
 void CycloneParticipant::check_room() const {
   const std::lock_guard lock(mutex_);
   if (endpoints_.size() < kMostEnds) return;
-  throw Error(fmt::format("a process has {} publishers and subscriptions on DDS at the most, "
+  throw Error(fmt::format("a process has at most {} publishers and subscriptions on DDS, "
                           "services and clients counted twice",
                           kMostEnds),
               "give some components a container of their own, or leave `dds` out if they talk to "

@@ -71,6 +71,8 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   // Of Cyclone's queue. The one thread that receives data takes each message before it stores the
   // next one; publishers of this process do so on their own threads, several at a time.
   std::size_t queue_depth() const noexcept {
+    // Limit: messages that publishers of the own process put into a DDS queue at the same time. At
+    // it: the oldest is overwritten. Seen: `lost`.
     constexpr std::size_t kMostAtATime = 100;
     const std::size_t depth = endpoint_.qos.depth;
     if (is_shared()) return shared_queue_depth(depth, endpoint_.type->size);

@@ -21,6 +21,7 @@
 namespace takt {
 namespace {
 
+// Limit: attempts to take a port of the domain. At it: joining fails. Seen: the error.
 constexpr int kMostAttempts = 120;  // to be faster than others that join at the same time
 
 std::atomic<std::uint64_t> warnings{0};

@@ -46,6 +46,8 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr std::size_t kManagementBytes = std::size_t{72} << 20;
+// Limit: sizes of messages for which RouDi has a pool. At it: a message takes a chunk of the next
+// size. Seen: nothing.
 constexpr std::size_t kMostPools = 32;
 constexpr auto kStartLimit = 20s;
 constexpr auto kLockLimit = 2s;  // until another process lets go of a lock that it needs shortly
@@ -133,7 +135,7 @@ Server::Server(std::vector<ChunkPool> pools) {
   std::size_t bytes = kManagementBytes;
   std::string configuration = "[general]\nversion = 1\n[[segment]]\n";
   for (const ChunkPool& pool : pools) {
-    // iceoryx adds its own header, of 64 bytes at the most, to each.
+    // iceoryx adds its own header, of 64 bytes at most, to each.
     bytes += pool.chunks * (chunk_bytes(pool.message_bytes) + 64);
     configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
                                  chunk_bytes(pool.message_bytes), pool.chunks);

@@ -30,6 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDefaultConfiguration = "/etc/iceoryx/roudi_config.toml";
 constexpr std::size_t kDefaultLargestChunk = std::size_t{4} << 20;  // without any configuration
+// Limit: bytes of RouDi's configuration file. At it: its pools are not known, and messages go by
+// UDP. Seen: the reason in the result.
 constexpr std::size_t kMostConfigurationBytes = 1 << 20;
 
 std::string read_file(const fs::path& path) {
@@ -78,7 +80,7 @@ std::optional<std::string> option(const std::vector<std::string>& words, const s
 void look_at_options(Roudi& roudi) {
   const fs::path process = fmt::format("/proc/{}", roudi.pid);
   if (read_file(process / "comm") != "iox-roudi\n") {
-    roudi.unusable = "RouDi's pools are not known: it is no iox-roudi";
+    roudi.unusable = "RouDi's pools are not known: it is not an iox-roudi";
     return;
   }
   const std::string line = read_file(process / "cmdline");

@@ -24,7 +24,7 @@ enum class SharedMemory {
   off,
 };
 
-/// The RouDi of this machine, of which there is one at the most.
+/// The RouDi of this machine, of which there is one at most.
 struct Roudi {
   std::string unusable;             // why we cannot use it; empty: we can
   std::size_t largest_message = 0;  // in bytes, of what its largest pool can take

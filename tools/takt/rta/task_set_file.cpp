@@ -17,6 +17,7 @@ using analysis::textbook::TaskSet;
 using document::Value;
 
 // Sums of such numbers are far from what the type holds.
+// Limit: numbers in a task set of `takt rta`. At it: a larger one is refused. Seen: the error.
 constexpr Time kMost = 1'000'000'000'000'000;
 
 /// The keys of a map, as "C T [J]" says them.

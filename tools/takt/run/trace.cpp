@@ -288,6 +288,7 @@ void write_trace(const Trace& trace, const std::string& path) {
   write_text(json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
 }
 
+// Limit: bytes of a trace that `takt model` reads. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostTraceBytes = std::size_t{1} << 30;
 
 Trace read_trace(const std::string& path) {

@@ -90,7 +90,7 @@ CLAIMS = {
         ("or a node does not answer", tested(PY + "ros2_commands_test.py", '"param", "list", "/mute"')),
         ("If a parameter cannot be set", tested(PY + "ros2_commands_test.py", "str(file), status=1)")),
         ("is aborted or canceled", tested(PY + "ros2_commands_test.py", 'goal("{order: 10}", status=1)')),
-        ("if messages were not recorded", tested("components/recorder_test.cpp", "messages were not recorded: File too large")),
+        ("if messages were not recorded", tested("components/recorder_test.cpp", "not recorded: File too large")),
         ("A chunk whose checksum differs is an error", tested(PY + "bag_test.py", "checksum")),
         ("Completed runs are shown and written", tested(PY + "signals_test.py", "compare")),
         ("Exit 0 if there are chains", tested(PY + "analyze_test.py", "a guarantee")),
@@ -101,6 +101,20 @@ CLAIMS = {
         ("The exit status is 1 if a figure is `WRONG`", tested("tools/takt/selftest/findings_test.cpp", "SeeAStatisticThatIsWrong")),
     ],
 }
+
+
+def check_tables(page):
+    """Tables of callbacks in a page have what a run prints: the columns, and none of messages for a timer."""
+    for block in re.findall(r"^```.*?^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
+        columns = []
+        for line in block.splitlines():
+            if re.search(r"\bkind +received\b", line):
+                columns = line.split()
+            cells = line.split()
+            if columns and "timer" in cells and "timer" == cells[columns.index("kind")]:
+                kept = {name: cells[columns.index(name)] for name in ("lost", "dropped", "late", "too_late")
+                        if name in columns and len(cells) > columns.index(name)}
+                check(f"{page.name}: a timer has neither {', '.join(kept)}: {line[:60]}", set(kept.values()) <= {"-", "…"}, kept)
 
 
 def removed_options():
@@ -119,6 +133,8 @@ with tempfile.TemporaryDirectory() as name:
         for words, tries in lines:
             check(f"{page.name} says: {words}", any(words in claim for claim in claims))
             tries(pathlib.Path(name))
+    for page in (ROOT / "docs").glob("*/*.md"):
+        check_tables(page)
     removed = removed_options()
     check("the table of what was removed is read", len(removed) >= 2, removed)
     for command, option, instead in removed:
