@@ -153,8 +153,8 @@ def nodes_section(rows, table):
     columns = {figure: title for figure, title in columns.items() if figure in rows[0]["metrics"]}
     return (
         "## Many nodes\n\nEach with a publisher, a subscription, a timer and a parameter, under `events`. *Start* is from `spin` to "
-        f"spinning. Medians and ranges of {REPETITIONS} runs, each in a process of its own. A process has 8,100 ends on DDS at the "
-        "most, and a node with all of ROS 2's services 14 of them.\n\n" +
+        f"spinning. Medians and ranges of {REPETITIONS} runs, each in a process of its own. A process has at most 8,100 ends on DDS, "
+        "and a node with all of ROS 2's services 14 of them.\n\n" +
         table(["nodes", "with", *columns.values()],
               [[f"{row['nodes']:,}", kinds[row["name"]], *cells(row, *columns)]
                for row in sorted(rows, key=lambda row: (list(kinds).index(row["name"]), row["nodes"]))], keys=2))

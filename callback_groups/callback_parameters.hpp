@@ -44,8 +44,8 @@ using OverrunHandler = std::function<void(const OverrunReport&)>;
 struct CallbackParameters {
   std::optional<int> priority;          // larger is more urgent; else 0
   std::optional<Nanoseconds> deadline;  // from release or publication to the end
-  std::optional<Nanoseconds> period;    // between two messages at the least; a timer has its own
-  std::optional<Nanoseconds> budget;    // execution takes so long at the most (wall time)
+  std::optional<Nanoseconds> period;    // between two messages at least; a timer has its own
+  std::optional<Nanoseconds> budget;    // execution takes so long at most (wall time)
   std::optional<int> criticality;       // larger matters more; else its chain's, or 0
   std::optional<OverrunPolicy> overrun;
   OverrunHandler on_deadline_miss, on_overrun;

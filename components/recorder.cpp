@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "takt/base/counted.hpp"
 #include "takt/components/named_file.hpp"
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
@@ -90,8 +91,8 @@ std::string Recorder::complete() {
   if (!std::exchange(is_complete_, true)) {
     for (std::size_t i = 0; i < topics_.size(); ++i) record_waiting(i);
     if (!writer_.close()) report_end();
-    log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
-        topics_.size(), dropped());
+    log(LogLevel::info, "{}: {} of {}, {} dropped", file_, counted(recorded(), "message"),
+        counted(topics_.size(), "topic"), dropped());
     for (const std::string& name : wanted_) {
       const auto is_it = [&](const Topic& topic) { return topic.name == name; };
       if (std::any_of(topics_.begin(), topics_.end(), is_it) || refused_.contains(name)) continue;
@@ -99,7 +100,8 @@ std::string Recorder::complete() {
     }
   }
   if (dropped() == 0) return "";
-  return fmt::format("{} messages were not recorded: {}", dropped(),
+  return fmt::format("{} {} not recorded: {}", counted(dropped(), "message"),
+                     dropped() == 1 ? "was" : "were",
                      writer_.error() != 0 ? errno_message(writer_.error())
                                           : "the disk was slow, or they did not fit into a buffer");
 }

@@ -18,6 +18,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/components/player.hpp"
 #include "takt/executors/executor.hpp"
@@ -163,7 +164,7 @@ TEST_F(RecordingTest, WhatIsNoRecordingIsRefused) {
   std::ofstream(path("empty"));
   for (const char* name : {"text", "empty"}) {
     EXPECT_THAT([&] { McapReader reader(path(name)); },
-                ThrowsMessage<Error>(HasSubstr("no MCAP file")));
+                ThrowsMessage<Error>(HasSubstr("not an MCAP file")));
   }
   EXPECT_THAT([&] { McapReader reader(path("nothing")); },
               ThrowsMessage<Error>(HasSubstr("cannot be read")));
@@ -287,7 +288,7 @@ TEST_F(RecordingTest, AChunkInAChunkIsRefused) {
               ThrowsMessage<Error>(HasSubstr("a chunk contains another chunk")));
 }
 
-// It was mapped into memory: to read what is no more there ended the process by SIGBUS.
+// It was mapped into memory: reading what is not there any more ended the process by SIGBUS.
 TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
   {
     McapWriter writer(path("a"), 1 << 20, 2);
@@ -404,11 +405,13 @@ TEST_P(FullDisk, EndsTheRecordingAndIsCounted) {
   EXPECT_GT(reader.messages().size(), 30u);
   EXPECT_LT(reader.messages().size(), 200u);  // 200 kB of 1 kB each
   const std::size_t lost = sent - reader.messages().size();
-  EXPECT_EQ(failure, fmt::format("{} messages were not recorded: File too large", lost));
+  EXPECT_EQ(failure, fmt::format("{} {} not recorded: File too large", counted(lost, "message"),
+                                 lost == 1 ? "was" : "were"));
   EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));
-  EXPECT_THAT(lines.get(),
-              testing::Contains(HasSubstr(fmt::format("{} messages of 1 topics, {} dropped",
-                                                      reader.messages().size(), lost))));
+  EXPECT_THAT(
+      lines.get(),
+      testing::Contains(HasSubstr(fmt::format(
+          "{} of 1 topic, {} dropped", counted(reader.messages().size(), "message"), lost))));
 }
 
 // Nothing is written before the end, and so nothing is known of it.
@@ -431,7 +434,7 @@ TEST_P(FullDisk, IsReportedAtTheEndWhenThatIsTheFirstWrite) {
   EXPECT_EQ(recorder->recorded(), 1u);
   executor_->remove_node(recorder);
   setrlimit(RLIMIT_FSIZE, &small);
-  EXPECT_EQ(recorder->complete(), "1 messages were not recorded: File too large");
+  EXPECT_EQ(recorder->complete(), "1 message was not recorded: File too large");
   setrlimit(RLIMIT_FSIZE, &before);
   recorder.reset();
   EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));

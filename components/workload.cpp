@@ -33,7 +33,7 @@ T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const 
 
 std::string choice(std::string value, const char* name, const Strings& valid) {
   if (std::find(valid.begin(), valid.end(), value) == valid.end()) {
-    throw Error(fmt::format("'{}' is no value of '{}'", value, name), suggest(value, valid));
+    throw Error(fmt::format("'{}' is not a value of '{}'", value, name), suggest(value, valid));
   }
   return value;
 }

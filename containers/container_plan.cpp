@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/containers/container_parts.hpp"
 
 namespace takt {
@@ -168,9 +169,9 @@ Container::Errors Container::too_much_for_executors(const Shared& shared) const 
         "them to another executor, or lower their rates",
         executor.where.empty() ? description_.file : executor.where, executor.name,
         100 * utilisation / capacity,
-        capacity < 1 || capacity != std::floor(capacity) ? "reservation"
-        : executor.threads.size() > 1 ? fmt::format("{} threads", executor.threads.size())
-                                      : "1 thread"));
+        capacity < 1 || capacity != std::floor(capacity)
+            ? "reservation"
+            : counted(std::max<std::size_t>(executor.threads.size(), 1), "thread")));
   }
   return errors;
 }

@@ -176,7 +176,7 @@ class Entity {
   /// Begins to fetch what `take` will read, where another CPU has it. `take` follows some
   /// instructions later.
   virtual void prefetch() const noexcept {}
-  /// Takes one piece of readiness into the slot. False: there was none, which is no execution.
+  /// Takes one message, release or event into the slot. False: there was none to take.
   virtual bool take(Slot& slot) noexcept = 0;
   /// Whether `take` is a few instructions, so that an executor may call it under a lock.
   virtual bool takes_briefly() const noexcept { return false; }
@@ -217,7 +217,7 @@ class Entity {
 
   /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
   void leave_owner() noexcept;
-  /// The user let go of the entity: as leave_owner, and no executor gets it again.
+  /// The user dropped the entity: as leave_owner, and no executor gets it again.
   virtual void retire() noexcept;
   /// With ownership_mutex held.
   bool is_retired() const noexcept { return is_retired_; }

@@ -20,7 +20,7 @@ namespace takt {
 template <class Key>
 class KeyedHeap {
  public:
-  /// To this many callbacks at the most. Only while it is empty.
+  /// To this many callbacks at most. Only while it is empty.
   void resize(std::size_t most) { items_.resize(most); }
   bool empty() const noexcept { return size_ == 0; }
   void push(const Key& key, ReadyCallback& callback) noexcept {

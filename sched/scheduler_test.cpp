@@ -249,7 +249,7 @@ TEST(RosScheduler, RunsByPollingPointThenKindThenRegistration) {
                        {.kind = EntityKind::timer, .registration = 5},
                        {.kind = EntityKind::timer, .registration = 7}});
   for (std::size_t i = 0; i < callbacks.size(); ++i) callbacks[i].window = 1;
-  callbacks[0].window = 0;  // left over from the polling point before, so it comes first
+  callbacks[0].window = 0;  // remains from the polling point before, so it comes first
   callbacks[7].window = 2;
   EXPECT_THAT(order("ros", callbacks, {7, 1, 0, 5, 2, 6, 4, 3}),
               ElementsAre(0, 6, 5, 3, 2, 4, 1, 7));

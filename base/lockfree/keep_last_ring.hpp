@@ -154,7 +154,7 @@ class KeepLastRing {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     const std::uint64_t waiting =
         tail_.load() - head + (here_.load(std::memory_order_relaxed) != nullptr ? 1 : 0);
-    // Another taker's stale store may have moved the hint back; the ring holds depth at the most.
+    // Another taker's stale store may have moved the hint back; the ring holds depth at most.
     return waiting < depth_ ? waiting : depth_;
   }
 

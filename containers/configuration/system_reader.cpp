@@ -105,7 +105,7 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
       errors_.add(value.line, fmt::format("'{}' was removed from {}", value.name, whose),
                   std::string(removed->instead));
     } else {
-      errors_.add(value.line, fmt::format("'{}' is no key of {}", value.name, whose),
+      errors_.add(value.line, fmt::format("'{}' is not a key of {}", value.name, whose),
                   suggest(value.name, keys));
     }
   })(map);

@@ -254,7 +254,7 @@ class ModelReader : private SystemReader {
     const std::set<std::string> known(names.begin(), names.end());
     for (const auto& [line, name] : caused_) {
       if (known.contains(name)) continue;
-      errors_.add(line, fmt::format("'{}' is no callback of this file", name),
+      errors_.add(line, fmt::format("'{}' is not a callback of this file", name),
                   suggest(name, names));
     }
   }

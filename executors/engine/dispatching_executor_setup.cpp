@@ -21,7 +21,7 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   }
   if (threads.size() > traits.max_threads) {
     throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
-                fmt::format("this type takes {} at the most", traits.max_threads));
+                fmt::format("this type takes at most {}", traits.max_threads));
   }
   return threads;
 }

@@ -101,7 +101,7 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
     try {
       RegularFile(file).read(0, std::as_writable_bytes(std::span(begin)));
     } catch (const Error&) {
-      throw Error(fmt::format("'{}' is no readable file", path),
+      throw Error(fmt::format("'{}' is not a readable file", path),
                   fmt::format("name {}", wanted.kind));
     }
     if (begin.find(wanted.mark) == std::string::npos) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -17,8 +18,9 @@ void check(const std::vector<std::string>& files) {
     try {
       const SystemDescription system = read_system(file);
       for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
-      rt::print("{}: valid: {} components, {} executors, {} threads\n", file,
-                system.components.size(), system.executors.size(), system.threads.size());
+      rt::print("{}: valid: {}, {}, {}\n", file, counted(system.components.size(), "component"),
+                counted(system.executors.size(), "executor"),
+                counted(system.threads.size(), "thread"));
     } catch (const ConfigurationError& error) {
       errors.insert(errors.end(), error.errors().begin(), error.errors().end());
     }

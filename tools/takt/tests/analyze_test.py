@@ -85,7 +85,7 @@ with tempfile.TemporaryDirectory() as folder:
     planned = write("planned.yaml", re.sub(r" +executor: \w+\n", "", ROBOT.replace("DEADLINE", "20ms"))
                     .replace(ROBOT[:ROBOT.index("container:")], "\n"))
     status, output, errors = run(planned, "--suggest", "off")
-    check("planned executors", output.startswith("of 1 chains, 1 have a bound"), status, output, errors)
+    check("planned executors", output.startswith("1 chain: 1 with a bound"), status, output, errors)
 
     # A file for a machine with more CPUs was refused.
     elsewhere = write("elsewhere.yaml", "machine: {cpus: [64, 65]}\n" + ROBOT.replace("DEADLINE", "20ms")
@@ -147,7 +147,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("a model of another file", "the model was measured with '" + robot in errors, errors)
     check("its own is not marked", run(robot, "--model", model)[2] == "")
     status, output, errors = run(robot, command="model")
-    check("a file that is no trace", status == 2 and "this is no trace of this version of Takt" in errors, output, errors)
+    check("a file that is no trace", status == 2 and "this is not a trace of this version of Takt" in errors, output, errors)
     status, output, errors = run(trace, "-o", os.path.join(folder, "none", "x.yaml"), command="model")
     check("a model that cannot be written", status == 2 and "choose a writable file" in errors, output, errors)
     run(late, "--duration", "100ms", "--trace", os.path.join(folder, "late.json"), command="run")
