@@ -252,9 +252,9 @@ DefinitionLine::DefinitionLine(const std::string& text, const std::string& type)
         (element == "Header" ? "std_msgs" : type.substr(0, type.find('/'))) + "/msg/" + element;
   }
   if (is_constant && !nested.empty()) {
-    throw Error(fmt::format("the definition of {} has the constant '{}' of a message's type", type,
-                            text),
-                "choose a number, bool or string");
+    throw Error(
+        fmt::format("the definition of {} has the constant '{}' of a message's type", type, text),
+        "choose a number, bool or string");
   }
 }
 
