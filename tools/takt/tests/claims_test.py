@@ -90,6 +90,7 @@ CLAIMS = {
         ("or a node does not answer", tested(PY + "ros2_commands_test.py", '"param", "list", "/mute"')),
         ("If a parameter cannot be set", tested(PY + "ros2_commands_test.py", "str(file), status=1)")),
         ("is aborted or canceled", tested(PY + "ros2_commands_test.py", 'goal("{order: 10}", status=1)')),
+        ("The exit status is 1 if a package does not build", tested("rclcpp/cmake/build_test.py", "status == 1 and message in errors")),
         ("if messages were not recorded", tested("components/recorder_test.cpp", "not recorded: File too large")),
         ("A chunk whose checksum differs is an error", tested(PY + "bag_test.py", "checksum")),
         ("Completed runs are shown and written", tested(PY + "signals_test.py", "compare")),
