@@ -96,7 +96,7 @@ std::string Recorder::complete() {
     for (const std::string& name : wanted_) {
       const auto is_it = [&](const Topic& topic) { return topic.name == name; };
       if (std::any_of(topics_.begin(), topics_.end(), is_it) || refused_.contains(name)) continue;
-      log(LogLevel::warn, "{}: nothing of {}, which nobody has published", file_, name);
+      log(LogLevel::warn, "{}: no message of {}, which has had no publisher", file_, name);
     }
   }
   if (dropped() == 0) return "";
