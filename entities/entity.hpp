@@ -38,7 +38,7 @@ class Sink : public ArrivalListener {
   /// Blocks as remove() does.
   virtual void wait_for_removal() noexcept {}
   /// Whether no thread announces to this sink any more. With ownership_mutex held.
-  virtual bool has_let_go() const noexcept { return true; }
+  virtual bool is_detached() const noexcept { return true; }
   /// Whether messages need their publish time.
   virtual bool wants_time() const noexcept { return true; }
 

@@ -22,6 +22,8 @@ namespace takt {
     "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
 [[gnu::tls_model("initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::place_ =
     0;
+[[gnu::tls_model("initial-exec")]] thread_local constinit bool DispatchingExecutor::runs_again_ =
+    false;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -165,6 +167,7 @@ bool DispatchingExecutor::run_period() noexcept {
   auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
   executions.clear();
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
+    record->state.retain();
     Execution& execution = executions.emplace_back(record, *record, record->is_checked);
     execution.slot.sequence = record->sequence;
     if (record->is_checked) watch_execution(*record);
@@ -172,17 +175,18 @@ bool DispatchingExecutor::run_period() noexcept {
   }
   for (Execution& execution : executions) {
     CallbackRecord& record = *execution.record;
-    if (record.removed) {  // by one of the callbacks before
+    if (record.state.is_removed()) {  // by one of the callbacks before
       if (execution.is_taken) record.entity->discard(execution.slot);
-      record.let_go();
+      record.state.release();
       continue;
     }
     record.exclusion->admit(record);
-    ready_.begin(record);
+    record.state.begin();
     if (record.is_reentrant()) ready_.taken(record, execution.slot.more);
     // Its input was taken with those of all others, and has waited since.
     execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
             execution.is_taken, &let_->outputs);
+    record.state.release();
   }
   return true;
 }

@@ -101,7 +101,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
  private:
   struct Record;
-  using Records = std::vector<std::shared_ptr<Record>>;
+  using Records = std::vector<std::unique_ptr<Record>>;
   class Spin;
 
   /// The watchdog calls it from its thread: a member, which is complete before the executor is.
@@ -157,24 +157,26 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void unwatch(Record& record) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
-  void give_up(Record& record) noexcept;
-  void wait_until_gone(const Record& record) noexcept;
+  void undo_add(Record& record) noexcept;
+  void wait_until_over(const Record& record) noexcept;
+  static void mark_removed(Record& record) noexcept;
   static void detach(Record& record) noexcept;
-  void wait_for_end_of(Record& record) noexcept;
-  std::uint64_t begin_to_leave(const void* what);
-  bool ends_leaving(const void* what, std::uint64_t removal) noexcept;
+  void wait_for_removal(Record& record) noexcept;
+  std::uint64_t begin_removal(const void* what);
+  bool ends_removal(const void* what, std::uint64_t removal) noexcept;
   void removal_is_over(std::size_t count) noexcept;
-  void drain_removals() noexcept;
+  void wait_for_removals() noexcept;
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
-  void take_out(Record& record) noexcept;
-  void forget_at_rest(const std::vector<Record*>& records) noexcept;
+  void take_from_lists(Record& record) noexcept;
+  void remove_at_rest(const std::vector<Record*>& records) noexcept;
   void publish_update();
   void publish_removal() noexcept;
   std::unique_ptr<ScheduleUpdate> make_update(const ScheduleUpdate* earlier) const;
   void configure(ScheduleUpdate& update) const;
+  void hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept;
   void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
-  Records take_unused_records() noexcept;
+  Records take_unused() noexcept;
   CallbackStatistics statistics_of(const Record& record) const;
   void remember_statistics_of(const Record& record);
   void remember(const std::shared_ptr<Node>& node);
@@ -195,12 +197,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
   void call(CallbackRecord& record, Slot& slot) noexcept {
+    const bool outer_runs_again = shared_ && std::exchange(runs_again_, false);
     try {
       detail::expect_no_lock("callback");
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
     }
+    if (shared_ && std::exchange(runs_again_, outer_runs_again)) slot.more = true;
   }
   struct Usage {
     Nanoseconds cpu_time{0};
@@ -296,6 +300,9 @@ class DispatchingExecutor : public Executor, private Wakeable {
   // Which of its workers: the thread that spins has index 0.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t place_;
 
+  // In a pool: the callback that this worker is in has announced itself.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit bool runs_again_;
+
   // Where that worker traces; nullptr when nothing is traced.
   [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
 
@@ -337,13 +344,13 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
-  std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
+  std::map<CallbackId, std::unique_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
-  Records removed_records_;                                // until no thread can touch them
+  Records removed_;                                        // until nothing refers to them
   // Groups and nodes that one or more threads are removing, with the number of the removal: the
   // first thread that finishes ends it for all.
-  std::map<const void*, std::uint64_t> leaving_;
-  std::uint64_t last_leaving_ = 0;
+  std::map<const void*, std::uint64_t> removals_;
+  std::uint64_t last_removal_ = 0;
   detail::PastStatistics past_;  // of removed callbacks
   bool is_ending_ = false;       // no more statistics are kept
   ScheduleUpdate changes_;       // only `removed` and `changed`
@@ -366,11 +373,6 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   ~Record() { release_entity(); }
   DispatchingExecutor& executor;
-  std::atomic<int> users{0};  // threads that remove it, or wait for its removal
-  // The first of these threads detaches the entity, and the others wait for it: none detaches it
-  // later, when the entity may have another owner.
-  std::atomic<bool> is_being_detached{false};
-  std::atomic<std::uint32_t> detached{0};  // 1: no thread announces any more
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // from the next update on
   bool is_handed_over = false;                                // to the ready set, by an update
@@ -380,16 +382,19 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   void announce(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return executor.announce(*this, arrival);
     if (!executor.shared_) return executor.announce_alone(*this, arrival);
-    if (!announce_itself()) executor.announce(*this, arrival);
+    if (is_inside()) {
+      runs_again_ = true;  // the worker looks for more when it returns
+    } else {
+      executor.announce(*this, arrival);
+    }
   }
   [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
-    if (worker_of_ != &executor) return false;
-    if (executor.shared_) return announce_itself();
-    executor.ready_.announce_from_callback(*this, arrival);
+    if (worker_of_ != &executor || executor.shared_) return false;
+    executor.ready_.announce_from_worker(*this, arrival);
     return true;
   }
   void release_changed() noexcept override {
-    if (executor.ready_.announce_change(*this)) executor.wake();
+    if (executor.ready_.announce(*this, {})) executor.wake();
   }
   void remove() noexcept override { executor.remove({this}); }
   void expect_remove() noexcept override {
@@ -398,19 +403,25 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   }
   void expect_wait() noexcept override {
     executor.expected_removals_.fetch_add(1);
-    users.fetch_add(1);
+    state.retain();
   }
   void wait_for_removal() noexcept override {
     DispatchingExecutor& waits_for_us = executor;
-    waits_for_us.wait_for_end_of(*this);
-    users.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.wait_for_removal(*this);
+    state.release();
     waits_for_us.removal_is_over(1);
   }
-  bool has_let_go() const noexcept override { return detached.load() != 0; }
-  /// Returns true if no thread uses the record; from then on none begins to wait for it.
-  bool is_awaited_by_nobody() noexcept {
+  bool is_detached() const noexcept override { return state.is_detached(); }
+  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
+  /// Whether the calling thread is in its callback, and that excludes all others of the group.
+  bool is_inside() const noexcept {
+    return !is_reentrant() && group_inside() == exclusion.get() && state.is_executing();
+  }
+
+  /// True: no thread uses the record, and none begins to wait for it any more.
+  bool may_be_freed() noexcept {
     const std::lock_guard ownership(ownership_mutex());
-    if (users.load() != 0) return false;
+    if (!state.is_unused()) return false;
     forget_earlier_owner();
     return true;
   }
@@ -424,17 +435,6 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
     if (entity != nullptr) entity->forget_earlier_owner(*this);
-  }
-  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
-
- private:
-  /// True from its own callback, if that excludes all others of the group: the worker looks for
-  /// more when it returns, so no other needs to know.
-  bool announce_itself() noexcept {
-    if (is_reentrant() || group_inside() != exclusion.get()) return false;
-    if (executing.load(std::memory_order_relaxed) == 0) return false;  // another one of the group
-    announced_again.store(true, std::memory_order_relaxed);
-    return true;
   }
 };
 

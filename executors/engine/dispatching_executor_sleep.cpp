@@ -29,7 +29,7 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
 
 [[gnu::flatten]] void DispatchingExecutor::announce_alone(CallbackRecord& record,
                                                           Arrival arrival) noexcept {
-  ready_.announce_from_callback(record, arrival);
+  ready_.announce_from_worker(record, arrival);
 }
 
 // The calling thread has written before what there is to do. Both kinds of worker look for it after
