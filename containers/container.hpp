@@ -23,7 +23,7 @@
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
-#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/ros2/rosout.hpp"
 #include "takt/ros2/time_source.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"

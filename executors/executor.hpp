@@ -19,7 +19,7 @@
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
 #include "takt/base/visibility.hpp"
-#include "takt/executors/engine/trace_ring.hpp"
+#include "takt/executors/trace_ring.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -289,25 +289,30 @@ ExecutorRegistry& executors();
 /// Always true. Throws Error when the name is taken.
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
 
-/// For the macro below.
-template <class Class>
-bool register_executor(std::string name, std::string description, ExecutorTraits traits,
-                       const char* version) {
-  return register_executor(std::move(name),
-                           {std::move(description),
-                            [traits](const ExecutorOptions& options) {
-                              return std::make_unique<Class>(options, traits);
-                            },
-                            traits},
-                           version);
-}
+/// The same for an executor that is the engine with these traits. For the macro below.
+bool register_executor(std::string name, std::string description, const ExecutorTraits& traits,
+                       const char* version);
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
-/// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)                           \
-  namespace {                                                                           \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                             \
-      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}, TAKT_VERSION); \
+/// At namespace scope in a .cpp file: makes an executor of Takt's engine known as `name`. Behind
+/// the description stand its traits: `.readiness = Readiness::events`.
+#define TAKT_REGISTER_EXECUTOR(name, description, ...)                           \
+  namespace {                                                                    \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                      \
+      ::takt::register_executor(name, description, {__VA_ARGS__}, TAKT_VERSION); \
+  }
+
+/// The same for a class of one's own, which implements Executor. Its constructor takes
+/// ExecutorOptions and ExecutorTraits.
+#define TAKT_REGISTER_EXECUTOR_CLASS(name, description, Class, ...)                      \
+  namespace {                                                                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = ::takt::register_executor(   \
+      name,                                                                              \
+      {description,                                                                      \
+       [](const ::takt::ExecutorOptions& options) -> std::unique_ptr<::takt::Executor> { \
+         return std::make_unique<Class>(options, ::takt::ExecutorTraits{__VA_ARGS__});   \
+       },                                                                                \
+       {__VA_ARGS__}},                                                                   \
+      TAKT_VERSION);                                                                     \
   }
 
 /// Loads the library, and adds the executor that it registers under this name to executors(). What

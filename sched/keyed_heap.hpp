@@ -35,8 +35,6 @@ class KeyedHeap {
     if (size_ > 1) std::pop_heap(items_.begin(), end(), after);
     return items_[--size_].callback;
   }
-  /// As Scheduler::memory.
-  std::span<const std::byte> memory() const noexcept { return std::as_bytes(std::span(items_)); }
 
  private:
   struct Item {
@@ -63,8 +61,6 @@ class KeyedScheduler final : public Scheduler {
   }
   void push(ReadyCallback& callback) noexcept override { heap_.push(KeyOf()(callback), callback); }
   ReadyCallback* pop() noexcept override { return heap_.pop(); }
-  bool is_order() const noexcept override { return true; }
-  std::span<const std::byte> memory() const noexcept override { return heap_.memory(); }
 
  private:
   KeyedHeap<std::invoke_result_t<KeyOf, const ReadyCallback&>> heap_;

@@ -129,17 +129,6 @@ TEST_P(EveryScheduler, GivesTheSameOrderForTheSamePushes) {
   EXPECT_EQ(order(GetParam(), callbacks, pushes), order(GetParam(), callbacks, pushes));
 }
 
-TEST_P(EveryScheduler, KeepsItsMemoryWhereConfigureHasPutIt) {
-  Callbacks callbacks(random_infos(random_, 20));
-  const auto scheduler = callbacks.make(GetParam());
-  const auto memory = scheduler->memory();
-  for (std::size_t i = 0; i < callbacks.size(); ++i) scheduler->push(callbacks[i]);
-  EXPECT_EQ(scheduler->memory().data(), memory.data());
-  pop_all(*scheduler);
-  EXPECT_EQ(scheduler->memory().data(), memory.data());
-  EXPECT_EQ(scheduler->memory().size(), memory.size());
-}
-
 TEST_P(EveryScheduler, LooksAtTimeOnlyIfItSaysSo) {
   if (schedulers().traits(GetParam()).uses_time) GTEST_SKIP() << "it says so";
   Callbacks callbacks(random_infos(random_, 50));
@@ -197,8 +186,6 @@ TEST(FifoScheduler, RunsInOrderOfArrivalAndLooksAtNothingElse) {
   callbacks[1].sequence = 7;
   callbacks[2].sequence = 6;
   EXPECT_THAT(order("fifo", callbacks, {1, 2, 0}), ElementsAre(0, 2, 1));
-  EXPECT_TRUE(schedulers().make("fifo")->is_order());
-  EXPECT_FALSE(schedulers().make("round_robin")->is_order());  // whose turn it is, it remembers
 }
 
 TEST(FifoScheduler, PutsACallbackThatComesBackWithAYoungerMessageBehindTheOthers) {

@@ -64,14 +64,13 @@ class IntraProcessReader {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return released.release(message);
     ArrivalListener* listener = listener_.load();
-    const bool is_here = listener != nullptr && listener->announce_here(arrival);
     const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
-    MessageBlock* old = is_here ? ring_.push_here(&message, arrival.sequence, time_ns)
-                                : ring_.push(&message, arrival.sequence, time_ns);
+    MessageBlock* old = listener != nullptr && listener->takes_here()
+                            ? ring_.push_here(&message, arrival.sequence, time_ns)
+                            : ring_.push(&message, arrival.sequence, time_ns);
     if (old != nullptr && drop(*old)) released.add(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
-    if (is_here) return;
     listener = listener_.load();  // after the push: a new listener looks for messages itself
     if (listener != nullptr) listener->announce(arrival);
   }

@@ -67,9 +67,15 @@ class Reader final : public IntraProcessReader, ArrivalListener {
     return values;
   }
   std::atomic<int> arrivals{0};
+  std::atomic<std::size_t> waiting{0};  // when the last one was announced
+  bool is_only_taker = false;
 
  private:
-  void announce(Arrival) noexcept override { arrivals.fetch_add(1); }
+  void announce(Arrival) noexcept override {
+    arrivals.fetch_add(1);
+    waiting.store(ring().size());
+  }
+  bool takes_here() const noexcept override { return is_only_taker; }
 };
 
 class IntraProcessTest : public testing::Test {
@@ -95,6 +101,20 @@ class IntraProcessTest : public testing::Test {
   ManualClock clock_{TimePoint(1h)};
   PoolPtr<Block> loans_ = make_loans(kLoans, kMakerOf<Number>);
 };
+
+// On the thread that takes them, messages were announced before they had arrived.
+TEST_F(IntraProcessTest, AnnouncesAMessageThatHasArrived) {
+  Reader reader(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  for (const bool is_only_taker : {false, true}) {
+    reader.is_only_taker = is_only_taker;
+    write(writer, 1);
+    EXPECT_EQ(reader.waiting, 1u) << is_only_taker;
+    write(writer, 2);
+    EXPECT_EQ(reader.waiting, 2u) << is_only_taker;
+    EXPECT_THAT(reader.take_values(), ElementsAre(1, 2));
+  }
+}
 
 TEST_F(IntraProcessTest, DeliversToEveryReaderOfTheTopicAndToNoOther) {
   Reader early(on("/a"));

@@ -2,7 +2,7 @@
 // every scheduler.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
-#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 

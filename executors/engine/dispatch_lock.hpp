@@ -7,7 +7,7 @@
 #include "takt/base/visibility.hpp"
 
 namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace TAKT_INTERNAL detail {
 
 /// A mutex with priority inheritance. A thread that finds it taken looks again for a moment before
 /// it waits in the kernel: a dispatch takes a fraction of a microsecond, that wait several.

@@ -12,7 +12,6 @@
 
 #include "takt/base/held_locks.hpp"
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/visibility.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/numbers.hpp"
@@ -22,7 +21,7 @@
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
 
 /// Throws Error if `spin` or `early_wake` is out of its limits, or if these threads, instead of
 /// those of the options, cannot spin always.
@@ -388,11 +387,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
       executor.announce(*this, arrival);
     }
   }
-  [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
-    if (worker_of_ != &executor || executor.shared_) return false;
-    executor.ready_.announce_from_worker(*this, arrival);
-    return true;
-  }
+  bool takes_here() const noexcept override { return worker_of_ == &executor && !executor.shared_; }
   void release_changed() noexcept override {
     if (executor.ready_.announce(*this, {})) executor.wake();
   }

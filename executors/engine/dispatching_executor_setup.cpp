@@ -38,6 +38,12 @@ std::vector<bool> most_urgent(std::span<const ThreadAttributes> threads) {
   return result;
 }
 
+// Whether its order depends on more than the callbacks that wait.
+bool keeps_history(const std::string& scheduler) {
+  const analysis::Order order = schedulers().traits(scheduler).order;
+  return order == analysis::Order::arbitrary || order == analysis::Order::in_turns;
+}
+
 Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
   return clock->as_manual() != nullptr ? Nanoseconds::zero() : time;
 }
@@ -77,7 +83,7 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().traits(scheduler_).uses_time,
-             options.watchdog.get(), trigger_.get()),
+             keeps_history(scheduler_), options.watchdog.get(), trigger_.get()),
       spin_times_(threads_.size()),
       waits_(threads_.size(), kNever),
       has_changes_(true) {  // the first update brings the scheduler

@@ -7,10 +7,8 @@
 #include <cstdint>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/visibility.hpp"
 
-namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace takt::detail {
 
 /// Shows a fast loop that about one interval has passed, with few clock readings: one in a tenth of
 /// the interval, or one in 64 rounds when these are very short. When short rounds suddenly become
@@ -41,7 +39,6 @@ class Pace {
   TimePoint last_reading_{}, last_due_{};
 };
 
-}  // namespace detail
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_PACE_HPP_

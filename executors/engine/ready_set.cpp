@@ -60,12 +60,11 @@ void ReadySet::take_snapshot() noexcept {
   is_open_.store(waiting_ != 0 && trigger_->fires());
 }
 
-// A scheduler that is more than an order must not be asked in vain.
 bool ReadySet::has_another() noexcept {
-  if (!is_order_) return has_waiting() || has_announcements();
+  if (keeps_history_) return has_waiting() || has_announcements();
   for (;;) {
     if (!is_wait_set() || waiting_ == 0) poll();
-    ReadyCallback* const first = pop();
+    ReadyCallback* const first = scheduler_->pop();
     if (first == nullptr) return false;
     --waiting_;
     Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
@@ -84,7 +83,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   restore_deferred();
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
+  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
     callback->next = nullptr;
     *end = callback;
     end = &callback->next;
@@ -104,7 +103,6 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     }
   };
   if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
-  is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {

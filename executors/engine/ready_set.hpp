@@ -15,15 +15,13 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/sequence.hpp"
-#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record.hpp"
-#include "takt/executors/engine/watchdog.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace takt::detail {
 
 /// The condition on which ready callbacks may be served.
 /// Thread safety: none; the executor calls it at dispatch points.
@@ -79,13 +77,15 @@ class ReadySet {
   /// scheduler how long callbacks ran. Otherwise, to save clock readings, it looks for due timers
   /// whenever nothing else is ready, and about every two microseconds: at every dispatch when
   /// callbacks are long, at every 64th when they are very short. `trigger`: the condition for
-  /// serving a snapshot, or nullptr.
-  ReadySet(Readiness readiness, Clock& clock, bool exact_time, Watchdog* watchdog, Trigger* trigger)
+  /// serving a snapshot, or nullptr. `keeps_history`: the scheduler must not be asked in vain.
+  ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history,
+           Watchdog* watchdog, Trigger* trigger)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
         clock_(clock),
         watchdog_(watchdog),
         trigger_(trigger),
+        keeps_history_(keeps_history),
         exact_time_(exact_time) {}
 
   /// Whether the clock is read at every dispatch. An update may turn it on.
@@ -165,9 +165,6 @@ class ReadySet {
   void read_clock() noexcept { now_ = clock_.now(); }
 
  private:
-  ReadyCallback* pop() noexcept {
-    return alone_ != nullptr ? std::exchange(alone_, nullptr) : scheduler_->pop();
-  }
   void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
   void add_to_next_snapshot(ReadyCallback& callback) noexcept;
   [[gnu::noinline]] void push_next_snapshot() noexcept;
@@ -195,10 +192,10 @@ class ReadySet {
   Clock& clock_;
   Watchdog* const watchdog_;
   Trigger* const trigger_;
+  const bool keeps_history_;
   std::atomic<bool> is_open_{true};  // the snapshot may be served; written serialised
   std::atomic<bool> exact_time_;     // written at a dispatch point
   std::atomic<bool> timers_stopped_{false};
-  bool is_order_ = false;  // the scheduler
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   // Wait sets: what has become ready since the polling point. An array, as a list would write into
@@ -206,8 +203,7 @@ class ReadySet {
   std::vector<ReadyCallback*> next_snapshot_;
 
   // Each dispatch writes these: one cache line.
-  alignas(64) ReadyCallback* alone_ = nullptr;  // the scheduler need not know it: no other waits
-  std::size_t waiting_ = 0;                     // in the scheduler, or alone
+  alignas(64) std::size_t waiting_ = 0;  // in the scheduler
   std::uint64_t window_ = 0;
   TimePoint now_{};
   std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
@@ -221,11 +217,7 @@ class ReadySet {
 
 // Puts it back into the scheduler, with its old order of arrival.
 inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
-  if (waiting_++ == 0 && is_order_) {
-    alone_ = callback;
-    return;
-  }
-  if (alone_ != nullptr) scheduler_->push(*std::exchange(alone_, nullptr));
+  ++waiting_;
   scheduler_->push(*callback);
 }
 
@@ -270,7 +262,7 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
     poll();
   }
-  ReadyCallback* first = pop();
+  ReadyCallback* first = scheduler_->pop();
   if (first == nullptr) return nullptr;
   --waiting_;
   window_ = std::max(window_, first->window);
@@ -321,7 +313,6 @@ inline void ReadySet::finished(CallbackRecord& record, bool more) noexcept {
   unpark(record.exclusion->leave());
 }
 
-}  // namespace detail
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_READY_SET_HPP_

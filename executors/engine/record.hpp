@@ -12,14 +12,12 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
-#include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record_state.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
 
-namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace takt::detail {
 
 /// The effective parameters of a callback. They may change at a dispatch point.
 struct CallbackSettings {
@@ -121,7 +119,6 @@ bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 /// Whether each execution has limits to keep, or is measured as part of a chain.
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
 
-}  // namespace detail
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_RECORD_HPP_

@@ -7,10 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "takt/base/visibility.hpp"
-
-namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace takt::detail {
 
 /// Where a record is, and whether it is removed. Its transitions, all at a dispatch point:
 ///
@@ -167,7 +164,6 @@ class RecordState {
   std::atomic<std::uint32_t> references_{1};
 };
 
-}  // namespace detail
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_

@@ -120,6 +120,8 @@ def check_public(file, root):
     public = is_public(file.path, file.text)
     if not file.path.endswith(".hpp") or not (public or exporting):
         return
+    if public and file.path.startswith("executors/engine/"):
+        yield Finding(file.path, 1, "public", "the engine is private: no user includes its headers (decision 0091)")
     macro = exporting[1] if exporting else "PUBLIC"
     for found in re.finditer(r"(?m)^namespace (?!TAKT_)(takt\b.*)\{\n(?!namespace TAKT_)", file.text):
         yield Finding(file.path, file.text.count("\n", 0, found.start()) + 1, "public",

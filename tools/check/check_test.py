@@ -165,6 +165,12 @@ def test_rules():
             "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
 
 
+def test_engine():
+    refused("a header of the engine that would be installed",
+            {"executors/engine/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\nint a();\n\n}  // namespace takt\n"},
+            "executors/engine/a.hpp:1: the engine is private: no user includes its headers (decision 0091)")
+
+
 def test_links():
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
@@ -281,6 +287,7 @@ def test_exceptions():
 if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
+test_engine()
 test_links()
 test_once()
 test_keep()

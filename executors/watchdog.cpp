@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/watchdog.hpp"
 
 #include <algorithm>
 #include <mutex>

@@ -1,7 +1,7 @@
 // What ran when, for a timeline.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_EXECUTORS_ENGINE_TRACE_RING_HPP_
-#define TAKT_EXECUTORS_ENGINE_TRACE_RING_HPP_
+#ifndef TAKT_EXECUTORS_TRACE_RING_HPP_
+#define TAKT_EXECUTORS_TRACE_RING_HPP_
 
 #include <algorithm>
 #include <bit>
@@ -60,4 +60,4 @@ class TraceRing {
 
 }  // namespace takt
 
-#endif  // TAKT_EXECUTORS_ENGINE_TRACE_RING_HPP_
+#endif  // TAKT_EXECUTORS_TRACE_RING_HPP_

@@ -1,7 +1,7 @@
 // Reports a missed deadline when it is missed, not when the callback returns.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_EXECUTORS_ENGINE_WATCHDOG_HPP_
-#define TAKT_EXECUTORS_ENGINE_WATCHDOG_HPP_
+#ifndef TAKT_EXECUTORS_WATCHDOG_HPP_
+#define TAKT_EXECUTORS_WATCHDOG_HPP_
 
 #include <atomic>
 #include <condition_variable>
@@ -73,4 +73,4 @@ class Watchdog {
 
 }  // namespace takt
 
-#endif  // TAKT_EXECUTORS_ENGINE_WATCHDOG_HPP_
+#endif  // TAKT_EXECUTORS_WATCHDOG_HPP_

@@ -1,6 +1,6 @@
 // Tests of the trace ring, and of what executors write into it.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/trace_ring.hpp"
+#include "takt/executors/trace_ring.hpp"
 
 #include <gmock/gmock.h>
 
