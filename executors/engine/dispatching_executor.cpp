@@ -163,8 +163,8 @@ bool DispatchingExecutor::run_period() noexcept {
   let_->next = later(let_->next + missed * let_->period, let_->period);
   ready_.take_snapshot();
   // A callback may install an update, which replaces the vector for the next period.
-  const std::shared_ptr<void> keeps = let_->taken;
-  auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
+  const std::shared_ptr<std::vector<Execution>> keeps = let_->taken;
+  std::vector<Execution>& executions = *keeps;
   executions.clear();
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
     record->state.retain();

@@ -40,6 +40,7 @@ void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes
 class DispatchingExecutor : public Executor, private Wakeable {
   using CallbackRecord = detail::CallbackRecord;
   using CallbackSettings = detail::CallbackSettings;
+  using Execution = detail::Execution;
   using ReadySet = detail::ReadySet;
   using ScheduleUpdate = detail::ScheduleUpdate;
 
@@ -123,16 +124,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
     DispatchingExecutor& executor;
   };
 
-  /// A callback whose input is taken and which has not run yet.
-  struct Execution {
-    Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
-        : record(of), as_picked(picked), is_checked(checked) {}
-    CallbackRecord* record;
-    ReadyCallback as_picked;
-    bool is_checked;
-    Slot slot;
-    bool is_taken = false;
-  };
   /// Logical execution time.
   struct Let {
     explicit Let(const TriggerOptions& options)
@@ -141,7 +132,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
     StagedOutputs outputs;
     TimePoint next{};  // end of the period
     std::uint64_t missed = 0;
-    std::shared_ptr<void> taken;  // a vector of Executions, with room for all callbacks
+    std::shared_ptr<std::vector<detail::Execution>> taken;  // with room for all callbacks
   };
 
   // Control threads.

@@ -61,9 +61,9 @@ struct ScheduleUpdate {
   std::vector<CallbackRecord*> added, removed;
   std::vector<Change> changed;  // in order: the last one applies
   std::vector<CallbackRecord*> all;
-  std::vector<TriggerInput> trigger_inputs;  // room for all
-  bool reads_clock = false;                  // from now on
-  std::shared_ptr<void> room;                // the executor's own
+  std::vector<TriggerInput> trigger_inputs;            // room for all
+  bool reads_clock = false;                            // from now on
+  std::shared_ptr<std::vector<Execution>> executions;  // with a period: room for all
   ScheduleUpdate* inbox_next = nullptr;
 };
 

@@ -113,6 +113,17 @@ struct CallbackRecord : DispatchState, Sink {
   ~CallbackRecord() = default;
 };
 
+/// A callback whose input is taken and which has not run yet.
+struct Execution {
+  Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
+      : record(of), as_picked(picked), is_checked(checked) {}
+  CallbackRecord* record;
+  ReadyCallback as_picked;
+  bool is_checked;
+  Slot slot;
+  bool is_taken = false;
+};
+
 /// Whether this is the record's name: "node/callback", with or without the first slash of either.
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
 

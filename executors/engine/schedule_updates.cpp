@@ -128,9 +128,8 @@ std::unique_ptr<detail::ScheduleUpdate> DispatchingExecutor::make_update(
   update->next_snapshot.resize(records_.size());
   if (trigger_ != nullptr) update->trigger_inputs.resize(records_.size());
   if (let_ != nullptr) {
-    const auto room = std::make_shared<std::vector<Execution>>();
-    room->reserve(records_.size());
-    update->room = room;
+    update->executions = std::make_shared<std::vector<Execution>>();
+    update->executions->reserve(records_.size());
   }
   return update;
 }
@@ -161,7 +160,7 @@ void DispatchingExecutor::send(std::unique_ptr<ScheduleUpdate> update) noexcept 
 void DispatchingExecutor::install_pending_update() noexcept {
   if (ScheduleUpdate* update = update_.exchange(nullptr)) {
     ready_.install(*update);
-    if (let_ != nullptr) let_->taken.swap(update->room);
+    if (let_ != nullptr) let_->taken.swap(update->executions);
     used_updates_.push(*update);
     detail::WaitInCallback::notify_progress();
   }
