@@ -30,7 +30,8 @@ namespace TAKT_PUBLIC takt {
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
 /// 4. A publisher on the taker's own thread, while nothing waits, needs no ticket: the item lies
-///    beside the cells, and is older than all that come into them before it is taken.
+///    beside the cells, and is older than all that come into them before it is taken. It counts
+///    as one of `depth`: when as many tickets were drawn since, it is dropped.
 /// docs/explanation/decisions/0002_own_queues.md says why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread, but push_here only from the one that
@@ -74,8 +75,7 @@ class KeepLastRing {
   }
 
   /// The same on the thread that takes, which is faster when nothing waits. If others take too, one
-  /// of them may come away with a newer item first; and while others push, the ring may hold one
-  /// item more than `depth`.
+  /// of them may come away with a newer item first.
   T* push_here(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
     const std::uint64_t ticket = tail_.load(std::memory_order_relaxed);
     if (ticket != head_.load(std::memory_order_relaxed) ||
@@ -101,8 +101,12 @@ class KeepLastRing {
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
     if (T* item = take_here()) {
-      more = tail_.load() != head_.load(std::memory_order_relaxed);
-      return item;
+      const std::uint64_t tail = tail_.load();
+      if (tail - here_ticket_.load(std::memory_order_relaxed) < depth_) {
+        more = tail != head_.load(std::memory_order_relaxed);
+        return item;
+      }
+      dropped(item);  // publishers that did not see it have filled the cells
     }
     const std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint
     Cell& cell = cell_of(ticket);
