@@ -110,10 +110,10 @@ void declare(QosPolicyKind kind, const Declared& declared, QoS& qos) {
 
 QoS QosParameters::apply(const QoS& qos, const std::string& topic,
                          const QosOverridingOptions& options, bool is_subscription) const {
-  if (options.get_policy_kinds().empty()) return qos;
+  if (options.get_policy_kinds().empty() || parameters_ == nullptr) return qos;
   const std::string id = options.get_id().empty() ? "" : "_" + options.get_id();
   const Declared declared(
-      parameters_,
+      *parameters_,
       "qos_overrides." + topic + "." + (is_subscription ? "subscription" : "publisher") + id + ".");
   QoS overridden = qos;
   for (const QosPolicyKind kind : options.get_policy_kinds()) declare(kind, declared, overridden);

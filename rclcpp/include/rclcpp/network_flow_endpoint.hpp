@@ -16,6 +16,7 @@ class NetworkFlowEndpoint {
   const std::string& transport_protocol() const { return protocol_; }
   const std::string& internet_address() const { return address_; }
   std::uint16_t transport_port() const { return port_; }
+  friend bool operator==(const NetworkFlowEndpoint&, const NetworkFlowEndpoint&) = default;
 
  private:
   std::string protocol_, address_;

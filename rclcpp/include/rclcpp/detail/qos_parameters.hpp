@@ -19,13 +19,15 @@ namespace detail {
 class QosParameters {
  public:
   explicit QosParameters(node_interfaces::NodeParametersInterface& parameters)
-      : parameters_(parameters) {}
+      : parameters_(&parameters) {}
+  /// Where nothing is overridden.
+  QosParameters() = default;
   /// Throws exceptions::InvalidParameterValueException for what is no value of a policy.
   QoS apply(const QoS& qos, const std::string& topic, const QosOverridingOptions& options,
             bool is_subscription) const;
 
  private:
-  node_interfaces::NodeParametersInterface& parameters_;
+  node_interfaces::NodeParametersInterface* parameters_ = nullptr;
 };
 
 }  // namespace detail
