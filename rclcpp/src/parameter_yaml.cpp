@@ -13,6 +13,7 @@
 namespace rclcpp::detail {
 namespace {
 
+// Limit: bytes of a parameter file of rclcpp. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostBytes = std::size_t{1} << 24;
 
 [[noreturn]] void refuse(const std::string& what) {

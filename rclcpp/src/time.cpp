@@ -40,10 +40,10 @@ Duration Duration::from_seconds(double seconds) {
   return from_nanoseconds(static_cast<std::int64_t>(seconds * static_cast<double>(kSecond)));
 }
 Duration Duration::from_rmw_time(rmw_time_t time) {
-  constexpr std::uint64_t kMost = std::numeric_limits<std::int64_t>::max();
-  if (time.sec > kMost / kSecond) return max();
+  constexpr std::uint64_t kLongest = std::numeric_limits<std::int64_t>::max();
+  if (time.sec > kLongest / kSecond) return max();
   const std::uint64_t ns = time.sec * kSecond + time.nsec;
-  return ns > kMost ? max() : from_nanoseconds(static_cast<std::int64_t>(ns));
+  return ns > kLongest ? max() : from_nanoseconds(static_cast<std::int64_t>(ns));
 }
 Duration Duration::max() {
   return from_nanoseconds(std::numeric_limits<std::int64_t>::max());
@@ -64,8 +64,8 @@ Duration Duration::operator-(const Duration& other) const {
 Duration Duration::operator*(double scale) const {
   if (!std::isfinite(scale)) throw std::runtime_error("abnormal scale in rclcpp::Duration");
   const long double product = static_cast<long double>(ns_) * scale;
-  constexpr auto kMost = static_cast<long double>(std::numeric_limits<std::int64_t>::max());
-  if (product > kMost || product < -kMost) throw std::overflow_error("duration overflows");
+  constexpr auto kLongest = static_cast<long double>(std::numeric_limits<std::int64_t>::max());
+  if (product > kLongest || product < -kLongest) throw std::overflow_error("duration overflows");
   return from_nanoseconds(static_cast<std::int64_t>(product));
 }
 rmw_time_t Duration::to_rmw_time() const {

@@ -226,6 +226,8 @@ class Client : public ClientBase {
     return std::exchange(sent_, {});
   }
 
+  // Limit: requests of a client of rclcpp that wait for a response. At it: the next one throws.
+  // Seen: the exception.
   static constexpr std::size_t kMostRequests = 1000;
   std::mutex mutex_;
   Sent sent_;  // guarded by it; with some that are not pending any more

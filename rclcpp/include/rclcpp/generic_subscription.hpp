@@ -26,7 +26,7 @@ class GenericSubscription : public SubscriptionBase {
                 [callback = std::decay_t<F>(std::forward<F>(callback))](
                     std::span<const std::byte> bytes, const takt::MessageInfo& info) mutable {
                   static_assert(detail::kTakesBytes<std::decay_t<F>>,
-                                "this is no callback of a generic subscription: see "
+                                "a generic subscription cannot call this: see "
                                 "docs/reference/rclcpp.md");
                   auto message = std::make_shared<SerializedMessage>(bytes);
                   if constexpr (detail::kLooks<std::decay_t<F>, SerializedMessage>) {

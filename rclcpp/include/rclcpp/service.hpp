@@ -96,7 +96,7 @@ class Service : public ServiceBase, public std::enable_shared_from_this<Service<
         !kSimple && !kDeferred && !kWithHeader && std::invocable<F&, Self, Header, RequestPtr>;
     static_assert(kSimple || kDeferred || kWithHeader || kWithSelf ||
                       std::invocable<F&, Self, Header, RequestPtr, ResponsePtr>,
-                  "this is no callback of a service: see docs/reference/rclcpp.md for the forms "
+                  "a service cannot call this: see docs/reference/rclcpp.md for the forms "
                   "that it can have");
     auto serve = [weak = this->weak_from_this(), callback = std::move(callback)](
                      const Request& asked, takt::RequestId id) mutable {

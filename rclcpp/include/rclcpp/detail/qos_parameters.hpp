@@ -22,7 +22,7 @@ class QosParameters {
       : parameters_(&parameters) {}
   /// Where nothing is overridden.
   QosParameters() = default;
-  /// Throws exceptions::InvalidParameterValueException for what is no value of a policy.
+  /// Throws exceptions::InvalidParameterValueException for a value that the policy does not have.
   QoS apply(const QoS& qos, const std::string& topic, const QosOverridingOptions& options,
             bool is_subscription) const;
 

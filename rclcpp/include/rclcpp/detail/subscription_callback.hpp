@@ -60,7 +60,7 @@ auto takt_callback(F callback) {
     };
   } else {
     static_assert(kOwns<F, M>,
-                  "this is no callback of a subscription: see docs/reference/rclcpp.md for the "
+                  "a subscription cannot call this: see docs/reference/rclcpp.md for the "
                   "forms that it can have");
     return [callback = std::move(callback)](std::unique_ptr<M> message,
                                             const takt::MessageInfo& info) mutable {
