@@ -125,6 +125,10 @@ struct SchedulerTraits {
   /// Order::by_point: what it adds to the ready time; no value: the callback comes after all
   /// others.
   std::optional<Nanoseconds> (*point)(const CallbackInfo&) = nullptr;
+  /// Equally urgent callbacks that are always ready run equally often. A scheduler that does
+  /// otherwise on purpose, such as the newest first, says false: the conformance suite then leaves
+  /// out the tests that rely on it.
+  bool takes_turns = true;
 };
 
 using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;

@@ -69,6 +69,10 @@ class ExecutorKind {
   std::size_t asked_workers_ = 0;
 };
 
+/// Why a test that relies on SchedulerTraits::takes_turns does not run.
+inline constexpr const char* kNoTurns =
+    "the traits of the scheduler say that it does not take turns";
+
 inline std::vector<std::string> executor_names() {
   std::vector<std::string> names = executors().names();
   for (const std::string& name : executors().names()) {
@@ -87,6 +91,7 @@ class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std:
  protected:
   const std::string& executor_name() const { return std::get<0>(GetParam()); }
   const std::string& scheduler_name() const { return std::get<1>(GetParam()); }
+  bool takes_turns() const { return schedulers().traits(scheduler_name()).takes_turns; }
   bool is_per_group() const { return kind_.is_per_group; }
   bool is_isolated() const { return traits_.isolates; }
   bool is_frozen() const { return traits_.frozen; }

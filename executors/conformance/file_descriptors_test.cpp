@@ -57,6 +57,10 @@ class ConformanceFileDescriptors
     }
   }
   const std::string& wait() const { return std::get<2>(GetParam()); }
+  bool takes_turns() const {
+    const std::string& scheduler = std::get<1>(GetParam());
+    return scheduler.empty() || schedulers().traits(scheduler).takes_turns;
+  }
   bool is_frozen() const { return traits_.frozen; }
   bool is_pool() const { return kind_.workers() > 1; }
   bool is_isolated() const { return traits_.isolates; }
@@ -321,6 +325,7 @@ TEST_P(ConformanceFileDescriptors, TheyComeAndGoWhileItSpins) {
 }
 
 TEST_P(ConformanceFileDescriptors, TwoCanWatchOneDescriptor) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   const auto executor = make();
   std::atomic<int> a_calls{0}, b_calls{0};
   std::atomic<bool> is_read{false};

@@ -179,6 +179,7 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
 
 // A ready callback is not overtaken for ever: #2360, #2702, Teper et al. (EMSOFT 2024).
 TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   ManualClock clock;
   const auto executor = make(clock);
   const auto node = make_node(clock);
@@ -195,6 +196,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
 
 // A worker keeps what its own callbacks announce elsewhere than what other threads announce.
 TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   if (is_event_driven() || is_isolated()) GTEST_SKIP() << "it serves no snapshots of the whole";
   ManualClock clock;
   const auto executor = make(clock);
@@ -224,6 +226,7 @@ TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce
 
 // #2402, #392: a timer that is always ready starves the subscriptions.
 TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   ManualClock clock;
   const auto executor = make(clock);
   const auto node = make_node(clock);
@@ -246,6 +249,7 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
 
 // #2912: of two saturated subscriptions one got most of the turns, depending on their order.
 TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   for (const bool heavy_first : {true, false}) {
     ManualClock clock;
     const auto executor = make(clock);

@@ -199,6 +199,7 @@ TEST_P(ConformanceOverrun, DemotePutsItBehindAllOthersUntilItKeepsItsTime) {
 
 // A callback that nobody checks any more would have stayed demoted for ever.
 TEST_P(ConformanceOverrun, AnotherPolicyEndsADemotion) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   std::vector<std::string> trace;
   int run = 0;
   const auto urgent = node_->create_timer("urgent", 10ms, [&] {
@@ -263,6 +264,7 @@ TEST_P(ConformanceOverrun, MeasuresAChainFromReleaseToEndAndOnlyItsOwnInstances)
 // left → fuse(left) ─┬→ sink   The instances of both timers are in the fused message, which was
 // once right → fuse(right)┘          counted for the input that came last alone.
 TEST_P(ConformanceOverrun, BothChainsGoOnThroughAJoin) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   const auto left = node_->create_publisher<Number>("left", 5);
   const auto right = node_->create_publisher<Number>("right", 5);
   const auto fused = node_->create_publisher<Number>("fused", 5);
