@@ -44,6 +44,13 @@ def test_packages(work):
     check("a program finds the libraries of other packages without a setup file",
           output == "the lowest cloud is at 1000 m\n", output, errors)
     check("folders are installed", (work / "install/share/sky_nodes/launch/sky.launch.yaml").is_file())
+    status, output, errors = run(work / "install/lib/sky_components/watch")
+    check("a component is a program", status == 0 and "[watcher]: it has 3 clouds" in output + errors, output, errors)
+    status, output, errors = run(work / "install/lib/sky_components/load", work / "install/lib/libwatcher.so")
+    check("a program loads a component by itself", status == 0 and output.startswith("sky_components::Watcher\n")
+          and "[watcher]: it has 3 clouds" in output + errors and "refused, 2" in output, output, errors)
+    status, output, errors = run(takt, "component", "types", AMENT_PREFIX_PATH=str(work / "install"))
+    check("takt finds the component", "sky_components::Watcher" in output, output, errors)
     status, output, errors = run("ctest", "--test-dir", work / "build/sky_library", "--no-tests=error")
     check("tests of GoogleTest run", status == 0, output, errors)
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Components of rclcpp: libraries of nodes that a container loads by name, and programs of one such node.
 
-# An entry of ROS 2's index, which takt reads as well.
+# An entry of ROS 2's index, which takt reads as well. ament_package() writes them.
 function(takt_ros2_index_component class target)
-  get_property(built GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_components_built)
   get_property(known GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_components)
   set_property(GLOBAL PROPERTY takt_ros2_${PROJECT_NAME}_components "${known}${class};lib/$<TARGET_FILE_NAME:${target}>\n")
 endfunction()

@@ -16,7 +16,8 @@
 using sky_interfaces::msg::Cloud;
 using sky_interfaces::msg::Sky;
 
-static_assert(std::is_same_v<decltype(Sky::low_clouds), rosidl_runtime_cpp::BoundedVector<Cloud, 2>>);
+static_assert(
+    std::is_same_v<decltype(Sky::low_clouds), rosidl_runtime_cpp::BoundedVector<Cloud, 2>>);
 static_assert(std::is_same_v<decltype(Sky::wind), std::array<double, 3>>);
 static_assert(rosidl_generator_traits::is_message<Sky>::value);
 static_assert(!rosidl_generator_traits::is_message<sky_interfaces::srv::Count>::value);
