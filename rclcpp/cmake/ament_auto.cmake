@@ -132,7 +132,11 @@ endfunction()
 macro(ament_auto_package)
   cmake_parse_arguments(takt_ros2_auto "INSTALL_TO_PATH;USE_SCOPED_HEADER_INSTALL_DIR" "" "INSTALL_TO_SHARE" ${ARGN})
   ament_package_xml()
-  ament_export_dependencies(${${PROJECT_NAME}_BUILD_EXPORT_DEPENDS} ${${PROJECT_NAME}_BUILDTOOL_EXPORT_DEPENDS})
+  foreach(takt_ros2_auto_name ${${PROJECT_NAME}_BUILD_EXPORT_DEPENDS} ${${PROJECT_NAME}_BUILDTOOL_EXPORT_DEPENDS})
+    if(${takt_ros2_auto_name}_FOUND)  # others are no CMake packages
+      ament_export_dependencies(${takt_ros2_auto_name})
+    endif()
+  endforeach()
   takt_ros2_auto_install("${takt_ros2_auto_INSTALL_TO_PATH}" "${takt_ros2_auto_USE_SCOPED_HEADER_INSTALL_DIR}"
                          "${takt_ros2_auto_INSTALL_TO_SHARE}")
   ament_package(${takt_ros2_auto_UNPARSED_ARGUMENTS})

@@ -125,7 +125,7 @@ function(takt_ros2_read_package_xml)
   foreach(kind ${takt_ros2_dependency_kinds})
     string(REGEX REPLACE "S$" "" element "${kind}")
     string(TOLOWER ${element} element)
-    if(kind MATCHES "^(BUILD|BUILD_EXPORT|EXEC)_DEPENDS$")
+    if(kind MATCHES "^(BUILD|BUILD_EXPORT|EXEC)_DEPENDS$")  # <depend> is all three
       set(element "(${element}|depend)")
     endif()
     set(names "")

@@ -33,7 +33,7 @@ def test_packages(work):
     status, output, errors = run(takt, "ros2", "build", packages, "--build-base", work / "build", "--install-base",
                                  work / "install", "--cmake-args", "-DBUILD_TESTING=ON")
     check("all packages build", status == 0, output, errors)
-    order = [output.find(f"] {name}") for name in ("sky_interfaces", "sky_library", "sky_nodes")]
+    order = [output.find(f"] {name}") for name in ("sky_interfaces", "sky_library", "sky_nodes", "sky_components")]
     check(f"in the order of their package.xml ({order})", order == sorted(order) and order[0] >= 0, output)
     check("extras of a package are there for the next", "from sky_library, version 0.1.0" in output, output)
     status, output, errors = run(work / "install/lib/sky_interfaces/print_sky")
