@@ -118,7 +118,7 @@ struct Dispatch {
   };
 
  private:
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit const Dispatch* current_;
+  static thread_local constinit const Dispatch* current_;
 };
 
 class Chain;
@@ -173,9 +173,6 @@ class Entity {
   virtual Watch watch() noexcept { return {}; }
   virtual Nanoseconds period() const noexcept { return Nanoseconds::zero(); }
 
-  /// Begins to fetch what `take` will read, where another CPU has it. `take` follows some
-  /// instructions later.
-  virtual void prefetch() const noexcept {}
   /// Takes one message, release or event into the slot. False: there was none to take.
   virtual bool take(Slot& slot) noexcept = 0;
   /// Whether `take` is a few instructions, so that an executor may call it under a lock.

@@ -41,7 +41,6 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   const QoS& qos() const noexcept { return endpoint().qos; }
   std::size_t ready_count() const noexcept override;
   bool front(Arrival& arrival) const noexcept override;
-  void prefetch() const noexcept override { ring().prefetch(); }
   using Entity::take;
   bool take(Slot& slot) noexcept override;
   void discard(Slot& slot) noexcept override;

@@ -111,7 +111,7 @@ class TaskRunner : public Entity {
   void set_alarm_clock() noexcept;
 
   // What the task that this thread resumes has thrown.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::exception_ptr* failure_;
+  static thread_local constinit std::exception_ptr* failure_;
 
   Clock& clock_;
   std::shared_ptr<Timer> alarm_;

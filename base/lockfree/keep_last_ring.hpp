@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <memory>
 
-#include "takt/base/prefetch.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -118,12 +117,6 @@ class KeepLastRing {
     }
     head_.store(ticket + 1, std::memory_order_relaxed);
     return pointer(word);
-  }
-
-  /// For a taker that pops some instructions later: begins to fetch the cell, which a publisher on
-  /// another CPU has written.
-  void prefetch() const noexcept {
-    prefetch_for_reading(&cell_of(head_.load(std::memory_order_relaxed)));
   }
 
   /// What was passed to push with the oldest item; false when there is none, or its publisher has

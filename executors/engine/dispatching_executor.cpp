@@ -12,18 +12,11 @@
 #include "takt/sched/threads/realtime_thread.hpp"
 
 namespace takt {
-// The model is repeated: otherwise this file would call a function for each access.
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ =
-    nullptr;
-[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Spin*
-    DispatchingExecutor::spin_of_ = nullptr;
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-[[gnu::tls_model("initial-exec")]] thread_local constinit std::size_t DispatchingExecutor::place_ =
-    0;
-[[gnu::tls_model("initial-exec")]] thread_local constinit bool DispatchingExecutor::runs_again_ =
-    false;
+thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ = nullptr;
+thread_local constinit DispatchingExecutor::Spin* DispatchingExecutor::spin_of_ = nullptr;
+thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
+thread_local constinit std::size_t DispatchingExecutor::place_ = 0;
+thread_local constinit bool DispatchingExecutor::runs_again_ = false;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -106,7 +99,11 @@ void DispatchingExecutor::install_updates_here() noexcept {
 // Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
 // time to time; under a manual clock, which does not watch them, at every dispatch.
 void DispatchingExecutor::look_at_file_descriptors() noexcept {
-  if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
+  constexpr Nanoseconds kBetweenLooks(50'000);
+  const TimePoint now = options_.clock->now();
+  if (options_.clock->as_manual() == nullptr && now - last_look_ < kBetweenLooks) return;
+  last_look_ = now;
+  backend_->look();
 }
 
 // The lock is held before and after.
@@ -290,9 +287,8 @@ void DispatchingExecutor::rethrow() {
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
-// The loop of a worker: one function, with the whole hot path inlined. All else is declared
-// noinline: in a unity build the compiler sees it, and would inline it, too.
-[[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
+// The loop of a worker.
+void DispatchingExecutor::work(std::size_t index) {
   worker_of_ = this;
   place_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];

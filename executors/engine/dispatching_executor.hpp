@@ -15,7 +15,6 @@
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/numbers.hpp"
-#include "takt/executors/engine/pace.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/ready_set.hpp"
 #include "takt/executors/executor.hpp"
@@ -222,7 +221,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
     return dispatch != nullptr ? dispatch->group : nullptr;
   }
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
-  [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
+  void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
@@ -242,32 +241,27 @@ class DispatchingExecutor : public Executor, private Wakeable {
   Nanoseconds patience_of(std::size_t index) const noexcept;
   bool search(std::size_t index, TimePoint until, Nanoseconds patience,
               const FutureState* future) noexcept;
-  [[gnu::noinline]] bool wait(std::size_t index, TimePoint limit,
-                              const FutureState* future = nullptr) noexcept;
+  bool wait(std::size_t index, TimePoint limit, const FutureState* future = nullptr) noexcept;
   void install_update() noexcept {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
       install_pending_update();
   }
   [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept;
   static void install_updates_here() noexcept;
-  [[gnu::noinline]] void look_at_file_descriptors() noexcept;
+  void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   TimePoint first_release() const noexcept {
     return let_ != nullptr ? let_->next : ready_.next_release();
   }
-  [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
-  // The same, called by a callback of the only worker: a function of its own, which saves no more
-  // registers than it needs.
-  [[gnu::noinline]] void announce_alone(CallbackRecord& record, Arrival arrival) noexcept;
-  /// What is left for the worker of a pool that searches instead of sleeping. Only one does at a
-  /// time.
+  void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  /// What the worker of a pool that searches instead of sleeping has to do. One does at a time.
   enum class Search : std::uint8_t {
     none,    // nobody searches: a sleeper is woken
     quiet,   // nothing has come since it last looked
     asked,   // something was announced: it looks whether the announcing worker has taken that
     called,  // it has to come: there is something to run, or to wait for
   };
-  [[gnu::noinline]] void notify(Search what) noexcept;
+  void notify(Search what) noexcept;
   void wake() noexcept final { notify(Search::called); }
   void wake_all() noexcept;
   bool claim_idle() noexcept;
@@ -283,18 +277,18 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // The executor whose worker the calling thread is: a removal from it must not wait for this
   // thread.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit DispatchingExecutor* worker_of_;
+  static thread_local constinit DispatchingExecutor* worker_of_;
   // The innermost of its spins; nullptr on the threads of a pool.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
+  static thread_local constinit Spin* spin_of_;
 
   // Which of its workers: the thread that spins has index 0.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::size_t place_;
+  static thread_local constinit std::size_t place_;
 
   // In a pool: the callback that this worker is in has announced itself.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit bool runs_again_;
+  static thread_local constinit bool runs_again_;
 
   // Where that worker traces; nullptr when nothing is traced.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
+  static thread_local constinit TraceRing* trace_of_;
 
   const ExecutorOptions options_;
   const ExecutorTraits traits_;
@@ -320,7 +314,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   std::size_t workers_ = 0;              // that have begun to work and have not ended
   std::vector<TimePoint> waits_;         // until which release each worker waits; else kNever
   TimePoint first_wait_ = kNever;        // the first of these
-  detail::Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
+  TimePoint last_look_{};                // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<Search> search_{Search::none};
@@ -371,7 +365,7 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
 
   void announce(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return executor.announce(*this, arrival);
-    if (!executor.shared_) return executor.announce_alone(*this, arrival);
+    if (!executor.shared_) return executor.ready_.announce_from_worker(*this, arrival);
     if (is_inside()) {
       runs_again_ = true;  // the worker looks for more when it returns
     } else {

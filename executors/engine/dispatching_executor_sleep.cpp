@@ -27,11 +27,6 @@ void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noex
   }
 }
 
-[[gnu::flatten]] void DispatchingExecutor::announce_alone(CallbackRecord& record,
-                                                          Arrival arrival) noexcept {
-  ready_.announce_from_worker(record, arrival);
-}
-
 // The calling thread has written before what there is to do. Both kinds of worker look for it after
 // they have said, sequentially consistent, what they do: a searcher that it searches no more, a
 // sleeper that it is idle. So one of the two threads sees what the other has written. Without

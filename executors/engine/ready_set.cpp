@@ -66,7 +66,6 @@ bool ReadySet::has_another() noexcept {
     if (!is_wait_set() || waiting_ == 0) poll();
     ReadyCallback* const first = scheduler_->pop();
     if (first == nullptr) return false;
-    --waiting_;
     Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
     if (exclusion.is_free()) {
       hand_back(first);
@@ -214,7 +213,6 @@ void ReadySet::drain_inbox() noexcept {
     } else if (record->is_timer()) {
       RecordState::set_again(record->is_announced);
     } else if (record->state.drain()) {
-      record->entity->prefetch();
       record->arrived(record->announced);
       if (is_wait_set()) {
         add_to_next_snapshot(*record);
@@ -227,21 +225,8 @@ void ReadySet::drain_inbox() noexcept {
   if (changed != nullptr) rearm(changed);
 }
 
-// Adapts the number of dispatches between two looks to the time that they took so far.
-void ReadySet::look_at_clock() noexcept {
-  constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
-  const TimePoint before = now_;
-  read_clock();
-  if (dispatches_until_look_ == 0) {
-    const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
-    dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMost));
-  }
-  dispatches_until_look_ = dispatches_between_looks_;
-}
-
 void ReadySet::release_due_timers() noexcept {
-  if (!exact_time()) look_at_clock();  // even if stopped: it restarts the count to the next look
+  if (!exact_time()) read_clock();
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();

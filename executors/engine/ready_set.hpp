@@ -73,11 +73,9 @@ struct ScheduleUpdate {
 /// Real-time: nothing blocks or allocates; O(log n) a callback for heap-ordered schedulers.
 class ReadySet {
  public:
-  /// `exact_time`: the clock is read at every dispatch, to look for due timers and to report to the
-  /// scheduler how long callbacks ran. Otherwise, to save clock readings, it looks for due timers
-  /// whenever nothing else is ready, and about every two microseconds: at every dispatch when
-  /// callbacks are long, at every 64th when they are very short. `trigger`: the condition for
-  /// serving a snapshot, or nullptr. `keeps_history`: the scheduler must not be asked in vain.
+  /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
+  /// ran. Otherwise only to look for due timers. `trigger`: the condition for serving a snapshot,
+  /// or nullptr. `keeps_history`: the scheduler must not be asked in vain.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history,
            Watchdog* watchdog, Trigger* trigger)
       : readiness_(readiness),
@@ -147,7 +145,6 @@ class ReadySet {
 
   /// Whether something is ready, besides what is in the inbox. It may have to wait for its group.
   bool has_waiting() const noexcept { return waiting_ != 0 || in_next_snapshot_ != 0; }
-  std::size_t waiting() const noexcept { return waiting_; }
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
   /// When the first timer is due; kNever when there is none.
   TimePoint next_release() const noexcept {
@@ -179,7 +176,6 @@ class ReadySet {
   static void leave(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void drain_inbox() noexcept;
   [[gnu::noinline]] void release_due_timers() noexcept;
-  void look_at_clock() noexcept;
   void arm(CallbackRecord& record) noexcept;
   void rearm(ReadyCallback* first) noexcept;
   void exchange_next_snapshot(ScheduleUpdate& update) noexcept;
@@ -206,8 +202,7 @@ class ReadySet {
   alignas(64) std::size_t waiting_ = 0;  // in the scheduler
   std::uint64_t window_ = 0;
   TimePoint now_{};
-  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
-  ReadyCallback* deferred_ = nullptr;                                       // linked by next
+  ReadyCallback* deferred_ = nullptr;  // linked by next
   std::size_t in_next_snapshot_ = 0;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
@@ -250,9 +245,7 @@ inline void ReadySet::poll() noexcept {
     ++window_;
     if (in_next_snapshot_ != 0) push_next_snapshot();
   }
-  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
-    release_due_timers();
-  }
+  if (!timers_.empty()) release_due_timers();
 }
 
 inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
