@@ -10,6 +10,7 @@
 #include <type_traits>
 
 #include "rclcpp/logger.hpp"
+#include "rcutils/logging.h"
 
 namespace rclcpp::detail {
 
