@@ -26,7 +26,7 @@ enum class OverrunPolicy {
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
-/// What a handler gets.
+/// The argument of a handler.
 struct OverrunReport {
   std::string_view node, callback;  // valid during the call
   std::uint64_t sequence = 0;       // of the message or release

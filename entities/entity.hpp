@@ -1,4 +1,4 @@
-// What an executor sees: something that becomes ready, is taken, and is executed.
+// The interface that executors use: an entity becomes ready, is taken, and is executed.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_ENTITY_HPP_
 #define TAKT_ENTITIES_ENTITY_HPP_
@@ -46,7 +46,7 @@ class Sink : public ArrivalListener {
   ~Sink() = default;
 };
 
-/// What a wait back end watches for an entity that becomes ready by a file descriptor.
+/// The file descriptor that a wait back end watches for an entity.
 struct Watch {
   int fd = -1;                          // none
   short events = 0;                     // as poll(2) takes them
@@ -184,7 +184,7 @@ class Entity {
   /// Timers: releases that have come by then are not served but counted as missed.
   virtual void skip_releases(TimePoint) noexcept {}
 
-  /// What a report says beyond the executor's own counts.
+  /// Counts for results beside those of the executor.
   struct Report {
     std::string topic = {};          // so that `{.missed = 1}` is complete
     std::uint64_t expected = 0;      // messages sent to it, as far as this process knows

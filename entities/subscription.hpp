@@ -281,7 +281,7 @@ class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
   std::shared_ptr<TaskRunner> runner_;
 };
 
-/// What a subscription with this callback is.
+/// The type of a subscription with this callback.
 template <Message T, SubscriptionCallback<T> F>
 using SubscriptionWith = std::conditional_t<CallbackSubscription<T, F>::kIsTask,
                                             TaskSubscription<T, F>, CallbackSubscription<T, F>>;

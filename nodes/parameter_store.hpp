@@ -77,7 +77,7 @@ class ParameterStore {
     check_ = std::move(check);
     act_ = std::move(act);
   }
-  /// What is given and was never declared.
+  /// Parameters that were given and never declared.
   std::vector<std::string> unused() const;
 
  private:

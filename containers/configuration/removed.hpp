@@ -1,4 +1,4 @@
-// What earlier versions had: one line each, for the whole of 0.x.
+// Keys and options of earlier versions: one line each, for the whole of 0.x.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_CONFIGURATION_REMOVED_HPP_
 #define TAKT_CONTAINERS_CONFIGURATION_REMOVED_HPP_

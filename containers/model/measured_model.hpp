@@ -1,4 +1,4 @@
-// What a run has shown of a system's callbacks: numbers for the analysis of its response times.
+// Numbers that a run has measured of a system's callbacks, for the analysis of response times.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
 #define TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_

@@ -1,4 +1,4 @@
-// What the wait back ends that watch file descriptors have in common.
+// The common part of the wait back ends that watch file descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_WAIT_BACKENDS_REACTOR_HPP_
 #define TAKT_EXECUTORS_WAIT_BACKENDS_REACTOR_HPP_
