@@ -62,7 +62,8 @@ TEST(TaskSetFile, ReportsAllMistakesWithTheirLines) {
                           AllOf(HasSubstr("set.json:3: "), HasSubstr("'T' is missing"))));
   EXPECT_THAT(errors("fp", "{\"tasks\": \n[}"), ElementsAre(HasSubstr("set.json:2: ")));
   EXPECT_THAT(errors("fp", "[]"), ElementsAre(HasSubstr("is not a map")));
-  EXPECT_THAT(errors("fp", "{\"tasks\": []}"), ElementsAre(HasSubstr("no list, or an empty one")));
+  EXPECT_THAT(errors("fp", "{\"tasks\": []}"),
+              ElementsAre(HasSubstr("not a list, or an empty one")));
   EXPECT_THAT(errors("fp", "{}"), ElementsAre(HasSubstr("'tasks' is missing")));
   EXPECT_THAT(errors("fp", "{\"tasks\": [{\"C\": 1, \"T\": 2}]}"),
               ElementsAre(AllOf(HasSubstr("'priority' is missing"), HasSubstr("--help"))));
