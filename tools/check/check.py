@@ -45,6 +45,7 @@ RULES = {
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
+    "one-list": "one page says what is not implemented",
     "waiting": "tests wait with an end",
     "limit": "each limit has a marker, and the page of limits has them",
     "time-sum": "no plain sum of a time and a duration: later()",
@@ -271,6 +272,18 @@ def check_phrases(file, _):
         yield Finding(file.path, file.line_at(found.start()), "phrase", f"'{phrase}': {better}")
 
 
+# Four lists of it contradicted each other. A link to the page has square brackets.
+MISSING = re.compile(r"(?<!what is )\bnot (?:yet )?(?:implemented|built yet)\b", re.IGNORECASE)
+PAGE_OF_MISSING = "docs/explanation/goals.md"
+
+
+def check_one_list(file, _):
+    if file.suffix != ".md" or file.path == PAGE_OF_MISSING or file.path.startswith("docs/explanation/decisions/"):
+        return
+    for found in MISSING.finditer(without_code(file.text)):
+        yield Finding(file.path, file.line_at(found.start()), "one-list", f"say it in {PAGE_OF_MISSING}, and link to it")
+
+
 # A sum with a time of now, or with what is called as durations are that users give. A plain one
 # overflows where a user says "for ever".
 TIME_SUM = re.compile(r"""(?<!steady_clock::)\bnow_?(?:\(\))?\s*\+(?!\+)
@@ -401,7 +414,7 @@ def main():
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,
                      check_waiting, check_environment,
-                     check_links, check_phrases, check_time_sums):
+                     check_links, check_phrases, check_one_list, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -247,6 +247,11 @@ def test_generated():
     refused("a page that a program has drawn", {"docs/a.html": "<html>\n"}, "docs/a.html:1: write it into build/")
 
 
+def test_one_list():
+    refused("a second list of what is missing", {"docs/a.md": "# A\n\nKeys are not implemented.\n"},
+            "docs/a.md:3: say it in docs/explanation/goals.md, and link to it")
+
+
 def test_limits():
     refused("a limit that says nothing", {"base/a.cpp": SPDX + "constexpr int kMost = 3;\n"},
             "base/a.cpp:2: write above kMost: // Limit: what it bounds. At it: what happens. Seen: a counter.")
@@ -295,6 +300,7 @@ test_time_sums()
 test_waiting()
 test_phrases()
 test_generated()
+test_one_list()
 test_limits()
 test_format()
 test_exceptions()
