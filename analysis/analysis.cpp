@@ -12,8 +12,12 @@
 namespace takt::analysis {
 namespace {
 
+// Limit: paths of callbacks through an executor, for `takt analyze`. At it: the analysis fails.
+// Seen: the error.
 constexpr std::size_t kMostPaths = 1000;
 // What has not settled by then counts as unbounded.
+// Limit: rounds until the bounds of a system settle. At it: what has not settled has no bound.
+// Seen: the reason in the result.
 constexpr int kMostRounds = 1000;
 
 /// The reason that says most of the system: that of a method that applies to every order.

@@ -18,7 +18,7 @@ struct Options {
   bool explains = false;             // segments have terms
 };
 
-/// What one method says.
+/// The answer of one method.
 struct MethodBound {
   std::string method;
   Time bound = kUnbounded;

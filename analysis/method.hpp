@@ -76,7 +76,7 @@ struct Part {
   Time demand_with_spinning(Time window, Time more) const;
   /// The same if each execution takes so much more.
   Time demand(Time window, Time more) const;
-  /// So many arrivals of a source, each with this cost.
+  /// A number of arrivals of a source, each with this cost.
   Term term(std::size_t source, Count count, Time cost) const;
   /// Adds what the CPU does meanwhile for others, and what has passed before the arrival.
   void finish(std::vector<Term>& terms, Time bound, Time offset) const;
@@ -96,7 +96,7 @@ struct Part {
   /// source is done with when its span has ended.
   Count backlog(std::size_t callback) const;
 
-  /// What a snapshot has at most: each callback once.
+  /// The most that a snapshot contains: each callback once.
   Time snapshot() const;
   /// What of it is served up to the callback and with it.
   Time snapshot_until(std::size_t callback) const;
@@ -118,7 +118,7 @@ struct Part {
   Time lateness() const;
 };
 
-/// What to say of messages whose delay is not known.
+/// The reason to give for messages whose delay is not known.
 std::string why_delayed(const Callback& from, const Callback& to);
 
 /// Most arrivals in a window, of all together.
@@ -138,7 +138,7 @@ struct Path {
   bool is_alone() const;
 };
 
-/// What a method finds.
+/// The result of a method.
 struct Answer {
   // From the arrival to the end of the last callback, if the thread needs no time to wake up.
   Time bound = kUnbounded;

@@ -1,4 +1,4 @@
-// What the analyses know of a system: numbers, without nodes, threads and files.
+// The input of the analyses: numbers, without nodes, threads and files.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ANALYSIS_SYSTEM_HPP_
 #define TAKT_ANALYSIS_SYSTEM_HPP_
@@ -82,7 +82,7 @@ struct Term {
   Time time = 0;
 };
 
-/// What the machine adds to the callbacks' own time.
+/// The time that the machine adds to the callbacks' own time.
 struct Overheads {
   Time dispatch = 0;        // to each execution
   Time wake = 0;            // until a thread that sleeps runs

@@ -64,6 +64,8 @@ const std::string* meant(std::string_view name, std::span<const std::string> val
 
 // In a long list nobody finds a word: then only those that are nearest to the name, in their order.
 std::vector<std::string> shown_of(std::string_view name, std::span<const std::string> valid) {
+  // Limit: valid names in an error. At it: the nearest ones are shown. Seen: "others are" in the
+  // error.
   constexpr std::size_t kMost = 30;
   std::vector<std::string> shown(valid.begin(), valid.end());
   if (shown.size() <= kMost) return shown;
@@ -101,7 +103,7 @@ std::string text_of(const std::exception_ptr& exception) {
   } catch (const std::exception& error) {
     return error.what();
   } catch (...) {
-    return "an object that is no std::exception";
+    return "an object that is not a std::exception";
   }
 }
 

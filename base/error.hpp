@@ -24,7 +24,7 @@ class Error : public std::runtime_error {
 /// Advice for an error about an unknown name: `did you mean 'x'? valid: a, b, c`.
 std::string suggest(std::string_view name, std::span<const std::string> valid);
 
-/// What was thrown, for messages: what() of a std::exception.
+/// A text about a thrown object, for messages: what() of a std::exception.
 std::string text_of(const std::exception_ptr& exception);
 
 /// The message of errno, e.g. "Operation not permitted".

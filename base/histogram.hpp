@@ -25,6 +25,8 @@ namespace TAKT_PUBLIC takt {
 class Histogram {
  public:
   static constexpr unsigned kSubBits = 5;
+  // Limit: bits of a time in ns that a histogram tells from others. At it: longer times count in
+  // the last bucket; the maximum is exact. Seen: the maximum.
   static constexpr unsigned kMaxBits = 40;
   static constexpr std::size_t kBuckets = (kMaxBits - kSubBits + 1) << kSubBits;
   static constexpr std::uint32_t kFull = UINT32_MAX;

@@ -200,6 +200,8 @@ class Trial {
   }
 
  private:
+  // Limit: bytes of what a library prints while it is tried. At it: the last ones are kept. Seen:
+  // nothing.
   static constexpr std::size_t kMostText = 1000;
 
   // One that ends already has its status; another one has closed its output, and goes on.

@@ -9,14 +9,6 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// Begins to fetch the cache line of this byte: for a thread that reads it some instructions later.
-/// Harmless wherever it points.
-/// Thread safety: any thread.
-/// Real-time: yes.
-inline void prefetch_for_reading(const void* byte) noexcept {
-  __builtin_prefetch(byte);
-}
-
 /// Begins to take these bytes' cache lines, the first three at most, from the core that has them:
 /// for a thread that will write there, and does something else first. Harmless wherever it points.
 /// Thread safety: any thread.

@@ -1,4 +1,4 @@
-// What a thread does between two looks when it spins.
+// The pause between two checks of a thread that spins.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_BASE_SPIN_PAUSE_HPP_
 #define TAKT_BASE_SPIN_PAUSE_HPP_

@@ -65,7 +65,7 @@ Nanoseconds parse_duration(std::string_view text) {
 Nanoseconds parse_run_time(std::string_view text) {
   const bool is_bare = !text.empty() && text.find_first_not_of("0123456789.") == text.npos;
   const Nanoseconds time = parse_duration(is_bare ? fmt::format("{}s", text) : text);
-  if (time == Nanoseconds::zero()) refuse(text, "is no duration of a run");
+  if (time == Nanoseconds::zero()) refuse(text, "is not a duration of a run");
   return time;
 }
 

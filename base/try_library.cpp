@@ -1,6 +1,7 @@
 // takt_try_library LIBTAKT LIBRARY: loads the library as a program that links libtakt would, and
 // says so by a zero byte. Static initialisers that throw, exit or hang do so here
-// (library_trial.hpp). SPDX-License-Identifier: Apache-2.0
+// (library_trial.hpp).
+// SPDX-License-Identifier: Apache-2.0
 #include <csignal>
 #include <cstdio>
 

@@ -1,5 +1,6 @@
 // The main function of the benchmarks: as Google Benchmark's, but fails if output cannot be
-// written. SPDX-License-Identifier: Apache-2.0
+// written.
+// SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 
 #include <benchmark/benchmark.h>

@@ -4,7 +4,8 @@
 // reads the message in a listener; rounds of both alternate. Sender and receiver run on different
 // CPUs. As on a robot, Cyclone's threads have SCHED_FIFO and Takt's executors a higher priority, if
 // permitted. `service`: round trip of a service call, compared with a ping-pong of topics,
-// alternating. SPDX-License-Identifier: Apache-2.0
+// alternating.
+// SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <semaphore>
 #include <thread>

@@ -148,7 +148,7 @@ void sizes(benchmark::internal::Benchmark* benchmark) {
 }
 BENCHMARK_CAPTURE(nodes, bare, With::nothing)->Apply(sizes);
 BENCHMARK_CAPTURE(nodes, parameter_services, With::parameter_services)->Apply(sizes);
-// A process has 8,100 ends on DDS at the most, and such a node 14 of them.
+// A process has 8,100 ends on DDS at most, and such a node 14 of them.
 BENCHMARK_CAPTURE(nodes, ros2, With::ros2)
     ->Arg(250)
     ->Iterations(1)

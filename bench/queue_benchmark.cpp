@@ -9,7 +9,7 @@
 #include "takt/base/lockfree/inbox.hpp"
 #include "takt/base/lockfree/keep_last_ring.hpp"
 #include "takt/base/lockfree/pool.hpp"
-#include "takt/executors/engine/trace_ring.hpp"
+#include "takt/executors/trace_ring.hpp"
 
 namespace takt {
 namespace {

@@ -23,6 +23,7 @@ import subprocess
 import sys
 
 import bounds
+import paper
 import threads
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -86,10 +87,11 @@ def measure_timers(out):
 
 
 def keep_with_report(name, document, drawn):
-    """The data, and what report.py draws of `drawn`."""
-    folder = ROOT / "docs/results" / name
+    """The data in docs/results, and what report.py draws of `drawn` in build/results, as it is not kept."""
+    folder, reports = ROOT / "docs/results" / name, ROOT / "build/results"
     folder.mkdir(exist_ok=True)
-    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", folder / f"{name}.html"], input=json.dumps(drawn),
+    reports.mkdir(exist_ok=True)
+    subprocess.run(["/usr/bin/python3", ROOT / "bench/report.py", reports / f"{name}.html"], input=json.dumps(drawn),
                    text=True, check=True)
     (folder / f"{name}.json").write_text(rows_on_lines(document) + "\n", encoding="utf-8")
 
@@ -171,9 +173,17 @@ def shown(metrics, metric):
     return f"{number(value['median'])} ({number(value['min'])} – {number(value['max'])})"
 
 
-def table(header, rows):
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+MOST_COLUMNS = 6  # that a reader can compare
+
+
+def table(header, rows, keys=1):
+    """One table, or several that repeat the first `keys` columns."""
+    rows, tables = [list(row) for row in rows], []
+    width = MOST_COLUMNS - keys
+    for begin in range(keys, len(header), width):
+        lines = [line[:keys] + line[begin:begin + width] for line in [list(header), ["---"] * len(header), *rows]]
+        tables.append("\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines))
+    return "\n\n".join(tables)
 
 
 def machine_of(machine):
@@ -197,7 +207,8 @@ def experiment_section(experiment):
              "at the end."]
     if experiment["deviations"]:
         parts.append("Not as in the original:\n\n" + "\n".join(f"- {text}" for text in experiment["deviations"]))
-    parts.append(table(["series", *x_label, *(experiment["labels"][metric] for metric in metrics), "lost"], rows))
+    parts.append(table(["series", *x_label, *(experiment["labels"][metric] for metric in metrics), "lost"], rows,
+                       keys=1 + len(x_label)))
     if missing:
         parts.append("Not measured: " + ", ".join(missing) + ".")
     return "\n\n".join(parts)
@@ -229,11 +240,11 @@ def demo_table(demo):
 
 
 def timers_section(timers):
-    rows = [[row["name"], row["cycles"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}", row["max"], row["early"],
+    rows = [[row["name"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}", row["max"], row["early"],
              f"{row['cpu_percent']:.2f}"] for _, row in sorted(timers["thread"].items(), key=lambda each: int(each[0]))]
     return (f"## Timers under each executor\n\n`takt {TIMERS}`: SCHED_FIFO 80, 1 kHz; statistics `full`; "
             f"{load_of(timers)} at the end. `clock_nanosleep` is the bare loop.\n\n" +
-            table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
+            table(["row", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"], rows))
 
 
 # ---- Pages ----
@@ -245,16 +256,38 @@ def first_line(commit, is_older):
     return f"Measured at commit {commit}; what is measured has not changed since."
 
 
+def what_follows(data, claims):
+    """Three sentences for a user."""
+    memory = [paper.here(data, "memory", series, "pss_mb", 20) for series in ("manual", "multi_process")]
+    latency = [paper.here(data, "latency", series, "latency_us", 1000) for series in ("ipc", "multi_process")]
+    verdicts = [row[-1] for row in claims]
+    sentences = []
+    if None not in memory + latency:
+        sentences.append(f"Put nodes that exchange much into one process: 20 empty nodes take {memory[0]:.0f} MB there and "
+                         f"{memory[1]:.0f} MB in a process each, and 1 MB arrives after {latency[0]:.0f} µs instead of "
+                         f"{latency[1]:.0f} µs.")
+    sentences.append("The executor itself costs tens to hundreds of nanoseconds for a callback, so choose it by the latencies and the "
+                     "losses under your own load (`takt compare`), not by that.")
+    sentences.append(f"Does the paper hold here? Of its {len(verdicts)} claims below: yes {verdicts.count('yes')}, hardly "
+                     f"{verdicts.count('hardly')}, no {verdicts.count('no')}.")
+    return " ".join(sentences)
+
+
 def page(date, data, is_older):
     about = data["about"]
+    claims = paper.claims(data)
     experiments = [experiment_section(data[name]) for name in EXPERIMENTS]
     return "\n\n".join([
         first_line(about["commit"], is_older),
         f"# Results of {date}",
+        what_follows(data, claims),
         f"On {machine_of(data['memory']['machine'])}, a virtual machine that shares its host: compare the rows, the "
         f"maxima depend on the machine. Load average {about['load_before']:.1f} at the start, "
         f"{about['load_after']:.1f} at the end. SCHED_OTHER unless noted. Made by `./dev results` from "
         f"[the data]({date}). [What the figures are](../explanation/figures.md).",
+        "## The paper's claims\n\nSteve Macenski et al., *Impact of ROS 2 Node Composition in Robotic Systems* (2023), measured "
+        "rclcpp on a Raspberry Pi 4B. Its figures are larger; whether a claim holds is a matter of their ratio.\n\n" +
+        table(["claim", "the paper saw", "seen here", "holds"], claims),
         "## CPU time to bring a message to its callback\n\nInside one process, including the publish: two of N nodes "
         "play ping-pong on one thread.\n\n" + dispatch_table(data["dispatch"]),
         *experiments, timers_section(data["timers"]),
@@ -263,7 +296,7 @@ def page(date, data, is_older):
 
 def bounds_page(document, is_older):
     return "\n\n".join([
-        first_line(document["commit"], is_older), "# Latencies and their bounds",
+        first_line(document["commit"], is_older), "# Latencies and their bounds", bounds.what_follows(document),
         f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host; "
         f"{load_of(document)} at the end. Made by `./dev results bounds` from [the data](bounds/bounds.json).",
         bounds.section(document, table)]) + "\n"
@@ -272,9 +305,10 @@ def bounds_page(document, is_older):
 def threads_page(document, is_older):
     return "\n\n".join([
         first_line(document["commit"], is_older), "# Workers, hand-over, nodes and messages between processes",
+        threads.what_follows(document["pieces"]),
         f"Measured on {document['date']} on {machine_of(document['machine'])}, a virtual machine that shares its host: "
-        "compare the rows. Made by `./dev results threads` from [the data](threads/threads.json); as figures: "
-        "[threads.html](threads/threads.html).", threads.section(document, table)]) + "\n"
+        "compare the rows. Made by `./dev results threads` from [the data](threads/threads.json).",
+        threads.section(document, table)]) + "\n"
 
 
 def with_figures(readme, date, data):

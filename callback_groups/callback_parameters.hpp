@@ -26,7 +26,7 @@ enum class OverrunPolicy {
 /// The words of the configuration file with what they mean.
 const std::vector<std::pair<std::string, OverrunPolicy>>& overrun_policies();
 
-/// What a handler gets.
+/// The argument of a handler.
 struct OverrunReport {
   std::string_view node, callback;  // valid during the call
   std::uint64_t sequence = 0;       // of the message or release
@@ -44,8 +44,8 @@ using OverrunHandler = std::function<void(const OverrunReport&)>;
 struct CallbackParameters {
   std::optional<int> priority;          // larger is more urgent; else 0
   std::optional<Nanoseconds> deadline;  // from release or publication to the end
-  std::optional<Nanoseconds> period;    // between two messages at the least; a timer has its own
-  std::optional<Nanoseconds> budget;    // execution takes so long at the most (wall time)
+  std::optional<Nanoseconds> period;    // between two messages at least; a timer has its own
+  std::optional<Nanoseconds> budget;    // execution takes so long at most (wall time)
   std::optional<int> criticality;       // larger matters more; else its chain's, or 0
   std::optional<OverrunPolicy> overrun;
   OverrunHandler on_deadline_miss, on_overrun;

@@ -6,7 +6,8 @@
 #
 # A folder of the library. Its compiler sees the headers of the modules that it names, as
 # <takt/NAME/...>, and of no other, so that includes can only go downwards. Every *_test.cpp in the
-# folder, and in those of its folders that it names, belongs to the program NAME_test.
+# folder, and in those of its folders that it names, belongs to the program NAME_test; every
+# *_long_test.cpp, an exhaustive search or many rounds, to NAME_long_test, which has the label `long`.
 # TESTED_IN_ONE_THREAD: see takt_test's ONE_THREAD.
 function(takt_module)
   cmake_parse_arguments(ARG "TESTED_IN_ONE_THREAD" "NAME" "USES;FOLDERS;SOURCES;LIBRARIES" ${ARGN})
@@ -39,19 +40,20 @@ function(takt_module)
 
   list(TRANSFORM ARG_FOLDERS REPLACE ".+" "${folder}/\\0/*_test.cpp")
   file(GLOB tests CONFIGURE_DEPENDS ${folder}/*_test.cpp ${ARG_FOLDERS})
+  set(long_tests ${tests})
+  list(FILTER long_tests INCLUDE REGEX "_long_test[.]cpp$")
+  list(FILTER tests EXCLUDE REGEX "_long_test[.]cpp$")
   if(tests)
     if(ARG_TESTED_IN_ONE_THREAD)
       list(PREPEND tests ONE_THREAD)
     endif()
     takt_test(${ARG_NAME}_test ${tests})
   endif()
+  if(long_tests)
+    takt_test(${ARG_NAME}_long_test ${long_tests})
+    set_tests_properties(${ARG_NAME}_long_test PROPERTIES LABELS long COST 60)  # begins first
+  endif()
 endfunction()
-
-# What tests of several modules share, as <takt/testing/...>.
-add_library(takt_testing INTERFACE)
-file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/include/testing/takt)
-file(CREATE_LINK ${PROJECT_SOURCE_DIR}/testing ${PROJECT_BINARY_DIR}/include/testing/takt/testing SYMBOLIC)
-target_include_directories(takt_testing INTERFACE ${PROJECT_BINARY_DIR}/include/testing)
 
 # takt_optimise_little(target -O1): for what may be slow, so that it compiles sooner: in release builds as
 # it says, with the address sanitizer not at all.
@@ -73,8 +75,8 @@ function(takt_test name)
   cmake_parse_arguments(ARG "ONE_THREAD" "" "" ${ARGN})
   add_executable(${name} ${ARG_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE takt::takt takt::allocation_counter takt_warnings
-                                        takt_testing GTest::gtest_main GTest::gmock)
-  if(NOT name STREQUAL base_test)  # it tests lock-free headers, as users compile them
+                                        takt_testing takt_watchdog GTest::gtest_main GTest::gmock)
+  if(NOT name MATCHES "^base_")  # it tests lock-free headers, as users compile them
     takt_optimise_little(${name} -O0)
   endif()
   if(ARG_ONE_THREAD AND TAKT_SANITIZE STREQUAL "thread")
@@ -82,7 +84,15 @@ function(takt_test name)
     return()
   endif()
   add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
-  set_tests_properties(${name} PROPERTIES TIMEOUT 900)
+  takt_limit_test(${name} 900)
+endfunction()
+
+# takt_limit_test(executors_test 900): ctest ends it after so many seconds; shortly before it ends by itself,
+# and says where it hangs.
+function(takt_limit_test name seconds)
+  math(EXPR own "${seconds} - 30")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${seconds})
+  set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT TAKT_TEST_SECONDS=${own})
 endfunction()
 
 # takt_program(name a.cpp): an executable in bin/.

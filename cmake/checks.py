@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 
 locks = []  # are held until this process ends
 
@@ -35,6 +36,14 @@ def check(what, holds, *details):
     if not holds:
         failures.append(what)
         print(*details)
+
+
+def eventually(condition, limit=60):
+    """Waits until it holds; false after so many seconds. Choose what stays true."""
+    end = time.monotonic() + limit
+    while not (holds := condition()) and time.monotonic() < end:
+        time.sleep(0.02)
+    return bool(holds)
 
 
 def rounds(usual):

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/ros_time.hpp"
 #include "takt/components/named_file.hpp"
@@ -93,7 +94,8 @@ void Player::play() {
     return timer_->release_at(later(now, kPauseOfLoop));
   }
   timer_->cancel();
-  log(LogLevel::info, "{} messages of {} topics were played", played_, reader_.topics().size());
+  log(LogLevel::info, "played: {} of {}", counted(played_, "message"),
+      counted(reader_.topics().size(), "topic"));
   has_ended_.store(true);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "takt/base/counted.hpp"
 #include "takt/components/named_file.hpp"
 #include "takt/components/recorded_qos.hpp"
 #include "takt/containers/component.hpp"
@@ -18,7 +19,11 @@ namespace {
 // Period of the search for new topics.
 constexpr auto kLookPeriod = std::chrono::milliseconds(200);
 // Names of others that are remembered, and lines about them in a second.
+// Limit: names of topics that a recorder remembers as refused. At it: a further name is not
+// remembered, and is refused again. Seen: the log.
 constexpr std::size_t kMostRefused = 1000;
+// Limit: lines a second about topics that are not recorded. At it: further lines are left out.
+// Seen: the next line counts them.
 constexpr std::uint64_t kMostLines = 10;
 
 std::uint64_t since_1970(std::chrono::system_clock::time_point time) {
@@ -86,16 +91,17 @@ std::string Recorder::complete() {
   if (!std::exchange(is_complete_, true)) {
     for (std::size_t i = 0; i < topics_.size(); ++i) record_waiting(i);
     if (!writer_.close()) report_end();
-    log(LogLevel::info, "{}: {} messages of {} topics, {} dropped", file_, recorded(),
-        topics_.size(), dropped());
+    log(LogLevel::info, "{}: {} of {}, {} dropped", file_, counted(recorded(), "message"),
+        counted(topics_.size(), "topic"), dropped());
     for (const std::string& name : wanted_) {
       const auto is_it = [&](const Topic& topic) { return topic.name == name; };
       if (std::any_of(topics_.begin(), topics_.end(), is_it) || refused_.contains(name)) continue;
-      log(LogLevel::warn, "{}: nothing of {}, which nobody has published", file_, name);
+      log(LogLevel::warn, "{}: no message of {}, which has had no publisher", file_, name);
     }
   }
   if (dropped() == 0) return "";
-  return fmt::format("{} messages were not recorded: {}", dropped(),
+  return fmt::format("{} {} not recorded: {}", counted(dropped(), "message"),
+                     dropped() == 1 ? "was" : "were",
                      writer_.error() != 0 ? errno_message(writer_.error())
                                           : "the disk was slow, or they did not fit into a buffer");
 }

@@ -18,10 +18,12 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/components/player.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/outside.hpp"
 
 namespace takt {
@@ -118,9 +120,10 @@ TEST_F(RecordingTest, AFileHasWhatWasWritten) {
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", "string data\n"});
     const std::size_t other = writer.add({"/other", "std_msgs/msg/String", ""});
     for (int i = 0; i < 200; ++i) {  // several chunks
-      while (!writer.write(i % 2 == 0 ? chatter : other, 1000 + i, 900 + i,
-                           encoded(fmt::format("message {}", i)))) {
-      }
+      ASSERT_TRUE(eventually([&] {
+        return writer.write(i % 2 == 0 ? chatter : other, 1000 + i, 900 + i,
+                            encoded(fmt::format("message {}", i)));
+      }));
     }
     EXPECT_FALSE(writer.write(chatter, 0, 0, std::vector<std::byte>(5000)));  // fits into none
     EXPECT_TRUE(writer.close());
@@ -145,8 +148,8 @@ TEST_F(RecordingTest, AFileThatEndsInTheMiddleIsReadSoFar) {
     McapWriter writer(path("a"), 4096, 2);
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", ""});
     for (int i = 0; i < 200; ++i) {
-      while (!writer.write(chatter, i, i, encoded("some text that takes its place"))) {
-      }
+      ASSERT_TRUE(eventually(
+          [&] { return writer.write(chatter, i, i, encoded("some text that takes its place")); }));
     }
   }
   std::filesystem::resize_file(path("a"), std::filesystem::file_size(path("a")) / 2);
@@ -161,7 +164,7 @@ TEST_F(RecordingTest, WhatIsNoRecordingIsRefused) {
   std::ofstream(path("empty"));
   for (const char* name : {"text", "empty"}) {
     EXPECT_THAT([&] { McapReader reader(path(name)); },
-                ThrowsMessage<Error>(HasSubstr("no MCAP file")));
+                ThrowsMessage<Error>(HasSubstr("not an MCAP file")));
   }
   EXPECT_THAT([&] { McapReader reader(path("nothing")); },
               ThrowsMessage<Error>(HasSubstr("cannot be read")));
@@ -219,7 +222,7 @@ TEST_F(RecordingTest, ARequestUsesFilesBeneathTheFolderForRecordingsOnly) {
         std::string("/proc/self/mem"), std::string("../own/new")}) {
     EXPECT_NE(record(file, path("own")), "no error") << file;
   }
-  for (const std::string& file : {"../old.mcap", "up/old.mcap", "fifo", "."}) {
+  for (const char* file : {"../old.mcap", "up/old.mcap", "fifo", "."}) {
     EXPECT_NE(play(file, path("own")), "no error") << file;
   }
   EXPECT_EQ(std::filesystem::file_size(path("precious")), 8u);
@@ -285,14 +288,14 @@ TEST_F(RecordingTest, AChunkInAChunkIsRefused) {
               ThrowsMessage<Error>(HasSubstr("a chunk contains another chunk")));
 }
 
-// It was mapped into memory: to read what is no more there ended the process by SIGBUS.
+// It was mapped into memory: reading what is not there any more ended the process by SIGBUS.
 TEST_F(RecordingTest, AFileThatBecomesShorterWhileItIsPlayedIsAnError) {
   {
     McapWriter writer(path("a"), 1 << 20, 2);
     const std::size_t chatter = writer.add({"/chatter", "std_msgs/msg/String", ""});
     for (int i = 0; i < 100; ++i) {
-      while (!writer.write(chatter, i, i, encoded(std::string(10'000, 'x')))) {
-      }
+      ASSERT_TRUE(eventually(
+          [&] { return writer.write(chatter, i, i, encoded(std::string(10'000, 'x'))); }));
     }
   }
   const auto player = std::make_shared<Player>(options({{"file", path("a")}}));
@@ -356,8 +359,8 @@ TEST_F(RecordingTest, WithoutIoUringAThreadWrites) {
   std::vector<std::string> written;
   for (int i = 0; i < 1000; ++i) {
     written.push_back(fmt::format("/chatter message {}", i));
-    while (!writer->write(chatter, i, i, encoded(written.back().substr(9)))) {
-    }
+    ASSERT_TRUE(eventually(
+        [&] { return writer->write(chatter, i, i, encoded(written.back().substr(9))); }));
   }
   EXPECT_TRUE(writer->close());
   EXPECT_EQ(recorded("a"), written);
@@ -402,11 +405,13 @@ TEST_P(FullDisk, EndsTheRecordingAndIsCounted) {
   EXPECT_GT(reader.messages().size(), 30u);
   EXPECT_LT(reader.messages().size(), 200u);  // 200 kB of 1 kB each
   const std::size_t lost = sent - reader.messages().size();
-  EXPECT_EQ(failure, fmt::format("{} messages were not recorded: File too large", lost));
+  EXPECT_EQ(failure, fmt::format("{} {} not recorded: File too large", counted(lost, "message"),
+                                 lost == 1 ? "was" : "were"));
   EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));
-  EXPECT_THAT(lines.get(),
-              testing::Contains(HasSubstr(fmt::format("{} messages of 1 topics, {} dropped",
-                                                      reader.messages().size(), lost))));
+  EXPECT_THAT(
+      lines.get(),
+      testing::Contains(HasSubstr(fmt::format(
+          "{} of 1 topic, {} dropped", counted(reader.messages().size(), "message"), lost))));
 }
 
 // Nothing is written before the end, and so nothing is known of it.
@@ -429,7 +434,7 @@ TEST_P(FullDisk, IsReportedAtTheEndWhenThatIsTheFirstWrite) {
   EXPECT_EQ(recorder->recorded(), 1u);
   executor_->remove_node(recorder);
   setrlimit(RLIMIT_FSIZE, &small);
-  EXPECT_EQ(recorder->complete(), "1 messages were not recorded: File too large");
+  EXPECT_EQ(recorder->complete(), "1 message was not recorded: File too large");
   setrlimit(RLIMIT_FSIZE, &before);
   recorder.reset();
   EXPECT_THAT(lines.get(), testing::Contains(HasSubstr("File too large; recording stopped")));

@@ -33,7 +33,7 @@ T entry(const std::vector<T>& list, std::size_t index, std::size_t count, const 
 
 std::string choice(std::string value, const char* name, const Strings& valid) {
   if (std::find(valid.begin(), valid.end(), value) == valid.end()) {
-    throw Error(fmt::format("'{}' is no value of '{}'", value, name), suggest(value, valid));
+    throw Error(fmt::format("'{}' is not a value of '{}'", value, name), suggest(value, valid));
   }
   return value;
 }
@@ -49,6 +49,8 @@ QoS qos(std::int64_t depth, const std::string& reliability, const std::string& d
   return result;
 }
 
+// Limit: bytes of all messages that a publisher of `takt::Workload` keeps. At it: the component is
+// refused. Seen: the error.
 constexpr std::size_t kMostBytes = 1'000'000'000;  // of all messages that a publisher keeps
 
 // A negative size is a very large one.

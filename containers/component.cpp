@@ -68,6 +68,7 @@ std::vector<IndexFolder> index_folders() {
   return result;
 }
 
+// Limit: bytes of a file of the component index. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostIndexBytes = 1 << 20;
 
 void read_index(const fs::path& file, const fs::path& prefix,
@@ -79,7 +80,7 @@ void read_index(const fs::path& file, const fs::path& prefix,
     if (line.empty()) continue;
     const std::size_t end = line.find(';');
     if (end == std::string::npos || end == 0 || end + 1 == line.size()) {
-      throw Error(fmt::format("{}:{}: '{}' is no entry of the component index", file.string(),
+      throw Error(fmt::format("{}:{}: '{}' is not an entry of the component index", file.string(),
                               number, line),
                   "write 'namespace::Class;lib/libname.so', or delete the file");
     }

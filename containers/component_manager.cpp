@@ -66,7 +66,7 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
   for (const std::string& rule : request.remap_rules) {
     const std::size_t middle = rule.find(":=");
     if (middle == std::string::npos) {
-      errors.add(1, fmt::format("'{}' is no remap rule", rule), "write from:=to");
+      errors.add(1, fmt::format("'{}' is not a remap rule", rule), "write from:=to");
       continue;
     }
     put(remaps, {rule.substr(0, middle), 1, rule.substr(middle + 2)});
@@ -85,7 +85,7 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
     } else if (name == "executor" || name == "library" || name == "on_exception") {
       put(component, value_of(name, value, errors));
     } else {
-      errors.add(1, fmt::format("'{}' is no extra argument", name),
+      errors.add(1, fmt::format("'{}' is not an extra argument", name),
                  "valid: executor, library, on_exception, callback_group.NAME.KEY; "
                  "use_intra_process_comms and forward_global_arguments have no effect");
     }
@@ -97,7 +97,7 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
   return {"", 1, std::move(component)};
 }
 
-constexpr const char* kNoStdException = "a component threw an object that is no std::exception";
+constexpr const char* kNoStdException = "a component threw an object that is not a std::exception";
 
 // Removes the place from each error: a request has no lines.
 std::string text_of(const std::exception& error) {

@@ -94,11 +94,11 @@ TEST(LoadNode, ThatIsWrongIsRefusedWithEverythingThatIsWrong) {
   request.extra_arguments = {text("executor", "fats"), text("exekutor", "fast"),
                              text("callback_group.loop.prio", "1"), text("callback_group.", "1")};
   const std::string errors = errors_of(request);
-  EXPECT_THAT(errors, HasSubstr("'raw' is no remap rule; write from:=to"));
+  EXPECT_THAT(errors, HasSubstr("'raw' is not a remap rule; write from:=to"));
   EXPECT_THAT(errors, HasSubstr("no executor is called 'fats'; did you mean 'fast'?"));
-  EXPECT_THAT(errors, HasSubstr("'exekutor' is no extra argument; valid: executor, library"));
-  EXPECT_THAT(errors, HasSubstr("'prio' is no key of a callback group"));
-  EXPECT_THAT(errors, HasSubstr("'callback_group.' is no extra argument"));
+  EXPECT_THAT(errors, HasSubstr("'exekutor' is not an extra argument; valid: executor, library"));
+  EXPECT_THAT(errors, HasSubstr("'prio' is not a key of a callback group"));
+  EXPECT_THAT(errors, HasSubstr("'callback_group.' is not an extra argument"));
   Request nameless = workload();
   nameless.plugin_name = "";
   EXPECT_NE(errors_of(nameless), "no error");

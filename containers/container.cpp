@@ -17,6 +17,8 @@ namespace {
 constexpr const char* kServiceThread = "container";
 constexpr const char* kLifecycleThread = "lifecycle";
 constexpr const char* kRequestThreads = "requests";
+// Limit: requests to a container that run code of components at the same time. At it: further
+// requests wait. Seen: nothing.
 constexpr std::size_t kMostRequests = 3;  // that run code of users at the same time
 constexpr const char* kUnloadingThread = "loader";
 constexpr auto kDrainLimit = std::chrono::seconds(5);

@@ -23,7 +23,7 @@
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
 #include "takt/containers/result.hpp"
-#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/ros2/rosout.hpp"
 #include "takt/ros2/time_source.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"
@@ -127,7 +127,7 @@ class Container {
   const SystemDescription& description() const noexcept { return description_; }
   /// The name of the executor that runs the group.
   std::string executor_of(const Node& node, const CallbackGroup& group) const;
-  /// What the analysis of response times needs to know of this process.
+  /// The description of this process for the analysis of response times.
   ModelledProcess modelled() const;
   /// Utilisation (1.0: one CPU) by the callbacks that have a budget and a period.
   double utilisation_of(const std::string& executor) const;
@@ -139,7 +139,7 @@ class Container {
   struct RunningExecutor;
   struct Loaded;
   using Errors = std::vector<std::string>;
-  /// What requests and other threads change, also during and after stop().
+  /// State that requests and other threads change, also during and after stop().
   struct Shared {
     std::vector<std::shared_ptr<Loaded>> components;
     Plan plan;

@@ -143,7 +143,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   } catch (const std::exception& error) {
     failed(error.what());
   } catch (...) {
-    failed("it threw no std::exception");
+    failed("it threw an object that is not a std::exception");
   }
   return errors.size() == before ? loaded : nullptr;
 }

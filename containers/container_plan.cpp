@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/counted.hpp"
 #include "takt/containers/container_parts.hpp"
 
 namespace takt {
@@ -156,7 +157,9 @@ ModelledProcess Container::modelled() const {
 // No scheduling order can serve callbacks that need more time than the executor's threads have.
 Container::Errors Container::too_much_for_executors(const Shared& shared) const {
   Errors errors;
-  for (const ExecutorDescription& executor : description_.executors) {
+  std::vector<ExecutorDescription> all = description_.executors;
+  if (needs_default_executor()) all.push_back({.name = kDefaultExecutor});  // of no entry
+  for (const ExecutorDescription& executor : all) {
     if (executors().traits(executor.type).isolates) continue;  // a thread each
     const double capacity = capacity_of(executor);
     const double utilisation = utilisation_of(shared, executor.name);
@@ -166,9 +169,9 @@ Container::Errors Container::too_much_for_executors(const Shared& shared) const 
         "them to another executor, or lower their rates",
         executor.where.empty() ? description_.file : executor.where, executor.name,
         100 * utilisation / capacity,
-        capacity < 1 || capacity != std::floor(capacity) ? "reservation"
-        : executor.threads.size() > 1 ? fmt::format("{} threads", executor.threads.size())
-                                      : "1 thread"));
+        capacity < 1 || capacity != std::floor(capacity)
+            ? "reservation"
+            : counted(std::max<std::size_t>(executor.threads.size(), 1), "thread")));
   }
   return errors;
 }

@@ -174,7 +174,7 @@ TEST(ExecutorLibrary, IsReportedOnceWhenItsConstructorThrows) {
                 "takt::Error for options that it cannot serve, and nothing else\n");
   EXPECT_THAT(errors_naming("never_made_either"),
               StartsWith(kLine2 + "executor 'never_made_either' throws in its constructor: an "
-                                  "object that is no std::exception; "));
+                                  "object that is not a std::exception; "));
 }
 
 // It was added while the library of a scheduler was loaded, whatever its version.

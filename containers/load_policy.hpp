@@ -1,4 +1,4 @@
-// What a running container may load on request, and what that may do.
+// The libraries that a running container may load on request, and the rights of such components.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_LOAD_POLICY_HPP_
 #define TAKT_CONTAINERS_LOAD_POLICY_HPP_

@@ -481,9 +481,10 @@ TEST(ComponentIndex, IsReadFromThePrefixesOfTheEnvironment) {
     component_index();
     ADD_FAILURE();
   } catch (const Error& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("/share/takt/components/mine:1: 'mine::One' is no entry of the component "
-                          "index; write 'namespace::Class;lib/libname.so'"));
+    EXPECT_THAT(
+        error.what(),
+        HasSubstr("/share/takt/components/mine:1: 'mine::One' is not an entry of the component "
+                  "index; write 'namespace::Class;lib/libname.so'"));
   }
   unsetenv("TAKT_COMPONENT_PATH");
   fs::remove_all(prefix);

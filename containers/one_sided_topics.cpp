@@ -13,6 +13,8 @@
 namespace takt {
 namespace {
 
+// Limit: topics that are named as having one side only. At it: the others are counted. Seen: the
+// same line.
 constexpr std::size_t kMostNamed = 10;
 
 bool is_everywhere(const std::string& topic) {

@@ -1,4 +1,4 @@
-// What a process uses of the machine.
+// The CPU time and memory of a process.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_PROCESS_USAGE_HPP_
 #define TAKT_CONTAINERS_PROCESS_USAGE_HPP_

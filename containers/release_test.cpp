@@ -8,6 +8,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/entities/task.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt::test {
 namespace {
@@ -129,7 +130,7 @@ TEST(Release, LetsACoroutineWakeThatSleptBefore) {
   container.start();
   publisher->publish(Begin{});
   ASSERT_EQ(Sleeper::begun.get_future().wait_for(30s), std::future_status::ready);
-  while (container.pending() != 0) std::this_thread::yield();  // it sleeps now
+  ASSERT_TRUE(eventually([&] { return container.pending() == 0; }));  // it sleeps now
   container.release();
   EXPECT_EQ(Sleeper::awake.get_future().wait_for(30s), std::future_status::ready);
   container.hold();

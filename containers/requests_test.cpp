@@ -17,6 +17,7 @@
 #include "takt/messages/rcl_interfaces/srv/set_parameters.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/parameter_services.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/peer_process.hpp"
 
 namespace takt::requests_test {
@@ -209,7 +210,7 @@ TEST_F(Requests, AreAnsweredBeforeTheirNodeIsUnloaded) {
   const auto configured = configure("/first");
   ASSERT_TRUE(door.wait_for(1));
   std::thread unloading([&] { container_->unload(id_of("/first"), kLimit); });
-  while (container_->components().size() == 2) std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return container_->components().size() < 2; }));
   EXPECT_EQ(state("/second"), "unconfigured");
   door.open();
   EXPECT_TRUE(answer(configured).success);

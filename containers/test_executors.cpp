@@ -1,5 +1,6 @@
 // A library of executors, good ones and bad ones, for executor_library_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
+#include <memory>
 #include <stdexcept>
 
 #include "takt/base/version.hpp"
@@ -7,23 +8,20 @@
 #undef TAKT_VERSION
 #define TAKT_VERSION "0.0.1"
 #endif
-#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/executor.hpp"
 
 namespace {
 
-struct NeverMade : takt::DispatchingExecutor {
-  NeverMade(const takt::ExecutorOptions& options, const takt::ExecutorTraits& traits)
-      : DispatchingExecutor(options, traits) {
-    throw std::runtime_error("out of order");
-  }
-};
-
-struct NeverMadeEither : takt::DispatchingExecutor {
-  NeverMadeEither(const takt::ExecutorOptions& options, const takt::ExecutorTraits& traits)
-      : DispatchingExecutor(options, traits) {
-    throw 42;
-  }
-};
+template <class Thrown>
+bool register_broken(const char* name, Thrown thrown) {
+  const auto make = [thrown](const takt::ExecutorOptions&) -> std::unique_ptr<takt::Executor> {
+    throw thrown;
+  };
+  return takt::register_executor(name, {"for tests", make, {}}, TAKT_VERSION);
+}
+[[maybe_unused]] const bool kBroken =
+    register_broken("never_made", std::runtime_error("out of order")) &&
+    register_broken("never_made_either", 42);
 
 struct LastCome {
   bool operator()(const takt::ReadyCallback& a, const takt::ReadyCallback& b) const noexcept {
@@ -33,15 +31,12 @@ struct LastCome {
 
 }  // namespace
 
-TAKT_REGISTER_EXECUTOR("sound", "every event at once, for two threads", takt::DispatchingExecutor,
+TAKT_REGISTER_EXECUTOR("sound", "every event at once, for two threads",
                        .readiness = takt::Readiness::events, .scheduler = "fifo", .max_threads = 2,
                        .pool = true)
-TAKT_REGISTER_EXECUTOR("also_sound", "for tests", takt::DispatchingExecutor)
+TAKT_REGISTER_EXECUTOR("also_sound", "for tests")
 TAKT_REGISTER_SCHEDULER("its_own", "for tests", takt::HeapScheduler<LastCome>)
-TAKT_REGISTER_EXECUTOR("of_its_scheduler", "for tests", takt::DispatchingExecutor,
-                       .scheduler = "its_own")
-TAKT_REGISTER_EXECUTOR("never_made", "for tests", NeverMade)
-TAKT_REGISTER_EXECUTOR("never_made_either", "for tests", NeverMadeEither)
-TAKT_REGISTER_EXECUTOR("events", "for tests", takt::DispatchingExecutor)
-TAKT_REGISTER_EXECUTOR("twice", "for tests", takt::DispatchingExecutor)
-TAKT_REGISTER_EXECUTOR("twice", "for tests", takt::DispatchingExecutor)
+TAKT_REGISTER_EXECUTOR("of_its_scheduler", "for tests", .scheduler = "its_own")
+TAKT_REGISTER_EXECUTOR("events", "for tests")
+TAKT_REGISTER_EXECUTOR("twice", "for tests")
+TAKT_REGISTER_EXECUTOR("twice", "for tests")

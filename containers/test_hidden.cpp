@@ -5,7 +5,7 @@
 
 #include "takt/containers/component.hpp"
 #include "takt/containers/visibility_test.hpp"
-#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/sched/scheduler.hpp"
 
@@ -92,8 +92,7 @@ class Listener : public takt::LifecycleNode {
 #ifdef TAKT_TEST_TALKER
 TAKT_REGISTER_SCHEDULER("of_the_talker", "last come, first served",
                         takt::HeapScheduler<hidden::LastCome>)
-TAKT_REGISTER_EXECUTOR("of_the_talker", "for tests", takt::DispatchingExecutor,
-                       .scheduler = "of_the_talker")
+TAKT_REGISTER_EXECUTOR("of_the_talker", "for tests", .scheduler = "of_the_talker")
 TAKT_REGISTER_COMPONENT(hidden::Talker)
 TAKT_REGISTER_COMPONENT(hidden::Refuser)
 #else

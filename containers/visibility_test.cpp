@@ -1,5 +1,6 @@
 // Libraries that are built with -fvisibility=hidden share types, registries and exceptions with
-// each other and with a program. SPDX-License-Identifier: Apache-2.0
+// each other and with a program.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/visibility_test.hpp"
 
 #include <gmock/gmock.h>

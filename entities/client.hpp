@@ -84,9 +84,10 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   }
 
   /// The answer comes to the callback, which runs as this client's callback. It may be empty: then
-  /// the answer is dropped. Throws Error beyond ClientOptions::calls_in_flight.
-  void async_send_request(const typename S::Request& request, AnswerCallback callback) {
-    send(request, std::move(callback));
+  /// the answer is dropped. Returns the call's number. Throws Error beyond
+  /// ClientOptions::calls_in_flight.
+  std::int64_t async_send_request(const typename S::Request& request, AnswerCallback callback) {
+    return send(request, std::move(callback));
   }
   /// The answer comes to the future, see Executor::spin_until_future_complete.
   Future<Answer> async_send_request(const typename S::Request& request) {
@@ -103,6 +104,9 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
   class Call;
   Call call(const typename S::Request& request) { return Call(*this, request); }
   std::size_t calls_in_flight() const noexcept { return pending_->count(); }
+  bool is_pending(std::int64_t call) const noexcept { return pending_->has(call); }
+  /// Ends the call without its answer: its callback is dropped. False if it has ended already.
+  bool forget(std::int64_t call) { return pending_->end(call).has_value(); }
 
   void execute(Slot& slot) override {
     const HeldMessage held(slot.message);
@@ -145,8 +149,8 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
     typename S::Request request{};
   };
 
-  void send(const typename S::Request& request, AnswerCallback callback,
-            detail::AwaitedAnswer* awaited = nullptr) {
+  std::int64_t send(const typename S::Request& request, AnswerCallback callback,
+                    detail::AwaitedAnswer* awaited = nullptr) {
     const std::shared_ptr<Pending> pending = pending_;
     const auto sequence = pending->begin(clock_.now(), std::move(callback), awaited);
     if (!sequence) {
@@ -159,6 +163,7 @@ class Client : public SubscriptionBase, private EndpointEvents::Listener {
     }
     publish(*sequence, request);
     if (awaited != nullptr) pending->sent(*awaited);
+    return *sequence;
   }
   void publish(std::int64_t sequence, const typename S::Request& request) {
     if (auto loan = requests_.borrow_loaned_message()) {

@@ -65,6 +65,22 @@ TEST_F(ClientCalls, ACallEndsTwoSecondsAfterItsServiceHasGone) {
   EXPECT_THAT(trace_, ElementsAre("early ended", "late ended", "next answered"));
 }
 
+// A client that did not want an answer any more held the call's place, and its callback, for ever.
+TEST_F(ClientCalls, AForgottenCallGivesItsPlaceBack) {
+  const auto client = node_->create_client<Add>("add", {.calls_in_flight = 1});
+  const auto owned = std::make_shared<int>();
+  const std::int64_t first = client->async_send_request({.a = 1}, [owned](const Add::Response*) {});
+  EXPECT_TRUE(client->is_pending(first));
+  EXPECT_TRUE(client->forget(first));
+  EXPECT_EQ(owned.use_count(), 1);
+  EXPECT_FALSE(client->is_pending(first));
+  EXPECT_FALSE(client->forget(first));
+  const auto service = make_service();
+  call(*client, "next");
+  run();
+  EXPECT_THAT(trace_, ElementsAre("next answered"));
+}
+
 TEST_F(ClientCalls, ACallThatRepeatsIsAnsweredByTheServiceThatComes) {
   const auto client = node_->create_client<Add>("add", {.repeats = true});
   call(*client, "one");

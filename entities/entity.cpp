@@ -61,7 +61,7 @@ void Entity::retire() noexcept {
 
 bool Entity::is_free() const noexcept {
   return owner_ == nullptr && std::all_of(earlier_owners_.begin(), earlier_owners_.end(),
-                                          [](const Sink* sink) { return sink->has_let_go(); });
+                                          [](const Sink* sink) { return sink->is_detached(); });
 }
 
 // Another thread may be removing it, with its node or group, or its callback may have done so and

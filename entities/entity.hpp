@@ -1,4 +1,4 @@
-// What an executor sees: something that becomes ready, is taken, and is executed.
+// The interface that executors use: an entity becomes ready, is taken, and is executed.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_ENTITY_HPP_
 #define TAKT_ENTITIES_ENTITY_HPP_
@@ -38,7 +38,7 @@ class Sink : public ArrivalListener {
   /// Blocks as remove() does.
   virtual void wait_for_removal() noexcept {}
   /// Whether no thread announces to this sink any more. With ownership_mutex held.
-  virtual bool has_let_go() const noexcept { return true; }
+  virtual bool is_detached() const noexcept { return true; }
   /// Whether messages need their publish time.
   virtual bool wants_time() const noexcept { return true; }
 
@@ -46,7 +46,7 @@ class Sink : public ArrivalListener {
   ~Sink() = default;
 };
 
-/// What a wait back end watches for an entity that becomes ready by a file descriptor.
+/// The file descriptor that a wait back end watches for an entity.
 struct Watch {
   int fd = -1;                          // none
   short events = 0;                     // as poll(2) takes them
@@ -118,7 +118,7 @@ struct Dispatch {
   };
 
  private:
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit const Dispatch* current_;
+  static thread_local constinit const Dispatch* current_;
 };
 
 class Chain;
@@ -173,10 +173,7 @@ class Entity {
   virtual Watch watch() noexcept { return {}; }
   virtual Nanoseconds period() const noexcept { return Nanoseconds::zero(); }
 
-  /// Begins to fetch what `take` will read, where another CPU has it. `take` follows some
-  /// instructions later.
-  virtual void prefetch() const noexcept {}
-  /// Takes one piece of readiness into the slot. False: there was none, which is no execution.
+  /// Takes one message, release or event into the slot. False: there was none to take.
   virtual bool take(Slot& slot) noexcept = 0;
   /// Whether `take` is a few instructions, so that an executor may call it under a lock.
   virtual bool takes_briefly() const noexcept { return false; }
@@ -187,7 +184,7 @@ class Entity {
   /// Timers: releases that have come by then are not served but counted as missed.
   virtual void skip_releases(TimePoint) noexcept {}
 
-  /// What a report says beyond the executor's own counts.
+  /// Counts for results beside those of the executor.
   struct Report {
     std::string topic = {};          // so that `{.missed = 1}` is complete
     std::uint64_t expected = 0;      // messages sent to it, as far as this process knows
@@ -217,7 +214,7 @@ class Entity {
 
   /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
   void leave_owner() noexcept;
-  /// The user let go of the entity: as leave_owner, and no executor gets it again.
+  /// The user dropped the entity: as leave_owner, and no executor gets it again.
   virtual void retire() noexcept;
   /// With ownership_mutex held.
   bool is_retired() const noexcept { return is_retired_; }

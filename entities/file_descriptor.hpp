@@ -13,7 +13,7 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What to wait for (`readable`, `writable`, or both), and what a callback gets.
+/// Events to wait for (`readable`, `writable`, or both), and the argument of a callback.
 enum class FileDescriptorEvents : std::uint8_t {
   none = 0,
   readable = 1,

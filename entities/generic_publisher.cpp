@@ -21,7 +21,7 @@ void GenericPublisher::publish(std::span<const std::byte> message) {
   if (message.size() < kCdrHeader.size() ||
       !std::equal(kCdrHeader.begin(), kCdrHeader.begin() + 2, message.begin())) {
     throw Error(
-        fmt::format("'{}' is to send {} bytes that are no message", topic(), message.size()),
+        fmt::format("'{}' is to send {} bytes that are not a message", topic(), message.size()),
         "give little-endian CDR with its four bytes of header");
   }
   const TimePoint published = writer_.stamp();

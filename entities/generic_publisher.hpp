@@ -14,7 +14,7 @@
 namespace TAKT_PUBLIC takt {
 
 /// Publishes bytes as they are on the wire: CDR with its header. Readers in this process decode
-/// them, on their threads. What is no message of the type is dropped there, and counted.
+/// them, on their threads. Bytes that are not a message of the type are dropped there, and counted.
 /// Thread safety: publish from any thread.
 /// Real-time: no; each message is copied to the heap. A logical execution time does not hold it
 /// back.

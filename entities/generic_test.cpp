@@ -1,5 +1,6 @@
 // Messages by bytes, inside a process: in both directions between an end that knows the type and
-// one that does not. SPDX-License-Identifier: Apache-2.0
+// one that does not.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

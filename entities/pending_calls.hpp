@@ -99,6 +99,12 @@ class PendingCalls {
     Call* call = find(sequence);
     return call != nullptr ? end(*call, &response) : std::nullopt;
   }
+  /// The same, without an answer.
+  std::optional<Callback> end(std::int64_t sequence) noexcept {
+    const std::lock_guard lock(mutex_);
+    Call* call = find(sequence);
+    return call != nullptr ? end(*call, nullptr) : std::nullopt;
+  }
   /// Ends the calls whose time is up. Returns one that is to be called; nothing: there is none any
   /// more.
   std::optional<Callback> end_late(TimePoint now) noexcept {

@@ -76,7 +76,7 @@ struct PublisherOptions {
   std::string graph_node;
 };
 
-/// What does not depend on the type of the messages.
+/// The part of a publisher that does not depend on the type of its messages.
 /// Thread safety: every method from any thread.
 /// Real-time: nothing blocks or allocates, see Publisher.
 class PublisherBase {

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/nodes/node.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/outside.hpp"
 
 namespace takt {
@@ -18,14 +19,15 @@ struct Level {
 TAKT_MESSAGE(Level, "test_msgs/msg/Level", metres);
 
 // A reentrant service that one callback drops is asked by another one that answers: the end outside
-// was destroyed under its hands.
+// was destroyed under its hands. (This test once polled `is_inside`, which is set back after 10 ms:
+// on a busy machine it missed that, and hung.)
 TEST(Subscription, LeavesNobodyInsideItsEndOutsideWhenItRetires) {
   const auto outside = std::make_shared<Outside>();
   Node node("node", {.participant = outside});
   auto handle = node.create_subscription<Level>("level", 10, [](const Level&) {});
   const std::shared_ptr<Entity> kept = node.entities().front();  // as executors do
   std::thread asks([&asked = *handle] { asked.outside_publisher_count(); });
-  while (!outside->is_inside.load()) std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return outside->is_asked.load(); }));
   handle.reset();
   EXPECT_TRUE(outside->is_gone);
   EXPECT_FALSE(outside->went_inside);
@@ -42,10 +44,9 @@ TEST(Subscription, ReportsWhileItRetires) {
   std::thread reports([&] {
     EXPECT_EQ(kept->report().from_outside, 7u);
     has_begun.store(true);
-    while (kept->report().from_outside != 0) {
-    }
+    EXPECT_TRUE(eventually([&] { return kept->report().from_outside == 0; }));
   });
-  while (!has_begun.load()) std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return has_begun.load(); }));
   handle.reset();
   reports.join();
 }

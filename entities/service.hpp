@@ -55,7 +55,7 @@ inline ServiceOptions rare_service(const std::string& graph_node = {}) {
 ///
 /// Thread safety and real-time: as Subscription and Publisher; a call inside the process allocates
 /// nothing while at most service_loans() responses are in transit. While DDS has not yet discovered
-/// the reader of a client that has called, the service keeps its responses, `depth` at the most.
+/// the reader of a client that has called, the service keeps its responses, `depth` at most.
 template <ServiceType S>
 class Service : public SubscriptionBase {
  public:

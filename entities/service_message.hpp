@@ -1,4 +1,4 @@
-// What services and clients send each other.
+// The messages between services and clients.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_ENTITIES_SERVICE_MESSAGE_HPP_
 #define TAKT_ENTITIES_SERVICE_MESSAGE_HPP_

@@ -4,11 +4,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/nodes/node.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/peer_process.hpp"
 #include "takt/testing/serve.hpp"
 #include "takt/testing/transport_messages.hpp"
@@ -208,14 +208,6 @@ TEST(ServiceOverDds, AnswersCallsOfAnotherProcess) {
   const auto server = make_node("server"), caller = make_node("caller");
   const auto service = server->create_service<Add>("add", add);
   const auto client = caller->create_client<Add>("add");
-  const auto eventually = [](auto&& condition) {
-    const auto limit = std::chrono::steady_clock::now() + 10s;
-    while (!condition()) {
-      if (std::chrono::steady_clock::now() > limit) return false;
-      usleep(1000);
-    }
-    return true;
-  };
   ASSERT_TRUE(eventually([&] { return client->service_is_ready(); }));
   const auto future = client->async_send_request({.a = 20, .b = 22});
   EXPECT_TRUE(eventually([&] { return serve(*service); }));

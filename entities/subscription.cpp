@@ -177,7 +177,7 @@ void SubscriptionBase::discard(Slot& slot) noexcept {
 }
 
 // On the way of every message: one function, but for what comes from outside.
-[[gnu::flatten]] bool SubscriptionBase::take(Slot& slot) noexcept {
+bool SubscriptionBase::take(Slot& slot) noexcept {
   slot.message = take_message(slot.more);
   if (slot.message == nullptr) return false;
   static_cast<Envelope&>(slot) = slot.message->envelope;

@@ -41,7 +41,6 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   const QoS& qos() const noexcept { return endpoint().qos; }
   std::size_t ready_count() const noexcept override;
   bool front(Arrival& arrival) const noexcept override;
-  void prefetch() const noexcept override { ring().prefetch(); }
   using Entity::take;
   bool take(Slot& slot) noexcept override;
   void discard(Slot& slot) noexcept override;
@@ -282,7 +281,7 @@ class TaskSubscription : public CallbackSubscription<T, F>, private TaskOwner {
   std::shared_ptr<TaskRunner> runner_;
 };
 
-/// What a subscription with this callback is.
+/// The type of a subscription with this callback.
 template <Message T, SubscriptionCallback<T> F>
 using SubscriptionWith = std::conditional_t<CallbackSubscription<T, F>::kIsTask,
                                             TaskSubscription<T, F>, CallbackSubscription<T, F>>;

@@ -33,7 +33,7 @@ class FrameMemory {
   static void prepare(std::size_t count);
 };
 
-/// What each of our coroutines' promises knows.
+/// The base of the promises of our coroutines.
 struct TaskContext {
   TaskRunner* runner = nullptr;  // that resumes it
 
@@ -43,8 +43,8 @@ struct TaskContext {
   }
 };
 
-/// What a coroutine returns that may `co_await`: a callback returns Task<>, a function that is
-/// awaited by one Task<T>. It begins when it is awaited, and throws there what it throws.
+/// The return type of a coroutine that may `co_await`: a callback returns Task<>, a function that
+/// is awaited by one Task<T>. It begins when it is awaited, and throws there what it throws.
 ///
 /// What it awaits: another Task; sleep_for and sleep_until; Client::call; Receiver::receive; an
 /// ActionClient's calls. Until that is there it is outside its callback group, whose other

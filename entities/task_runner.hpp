@@ -76,7 +76,7 @@ class TaskRunner : public Entity {
     }());
   }
 
-  /// What it has waited for is there.
+  /// The event that it has waited for has happened.
   void resume_later(Waiting& waiting) noexcept;
   /// `time` is on the clock's timeline.
   void resume_at(Waiting& waiting, TimePoint time) noexcept;
@@ -110,8 +110,8 @@ class TaskRunner : public Entity {
   void leave() noexcept;
   void set_alarm_clock() noexcept;
 
-  // What the task that this thread resumes has thrown.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit std::exception_ptr* failure_;
+  // The exception of the task that this thread resumes.
+  static thread_local constinit std::exception_ptr* failure_;
 
   Clock& clock_;
   std::shared_ptr<Timer> alarm_;

@@ -43,7 +43,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   /// release that was set meanwhile, also by the library's own alarms and timeouts, stays as it is.
   void begin_phase() noexcept;
   bool is_canceled() const noexcept { return next_release_.load() == kNever; }
-  /// What its releases are times of: the timeline of the clock that it was made with.
+  /// The timeline of its releases: that of the clock that it was made with.
   Clock& clock() const noexcept { return clock_; }
   std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 

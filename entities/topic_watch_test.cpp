@@ -56,14 +56,14 @@ class TopicWatchTest : public testing::Test {
   /// Waits until so many lines of the topic are there, and returns them.
   std::vector<std::pair<LogLevel, std::string>> lines(const std::string& topic, std::size_t count) {
     std::vector<std::pair<LogLevel, std::string>> found;
-    eventually([&] {
+    EXPECT_TRUE(eventually([&] {
       found.clear();
       const std::lock_guard lock(mutex_);
       for (const auto& line : lines_) {
         if (line.second.find("topic '" + topic + "'") != std::string::npos) found.push_back(line);
       }
       return found.size() >= count;
-    });
+    })) << topic;
     return found;
   }
 

@@ -3,7 +3,8 @@
 // | matched TOPIC | drop TOPIC | subscribe TOPIC DEPTH | last TOPIC | gaps TOPIC | serve SERVICE
 // | answer SERVICE | end SERVICE. "last" is the value that was received last, "gaps" how often it
 // was not one more than before, "answer" waits for a call. It answers each line with one: "ok", or
-// a number. SPDX-License-Identifier: Apache-2.0
+// a number.
+// SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <map>
 #include <sstream>

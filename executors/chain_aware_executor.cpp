@@ -2,12 +2,11 @@
 // 2021): a critical callback does not wait for the end of a snapshot. One thread; several chains
 // have several executors.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/executor.hpp"
 
 namespace takt {
 
 TAKT_REGISTER_EXECUTOR("chain_aware", "the most urgent callback at every dispatch (PiCAS)",
-                       DispatchingExecutor, .readiness = Readiness::events,
-                       .scheduler = "chain_priority")
+                       .readiness = Readiness::events, .scheduler = "chain_priority")
 
 }  // namespace takt

@@ -7,6 +7,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/library.hpp"
+#include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
 
@@ -19,6 +20,17 @@ ExecutorRegistry& executors() {
 
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version) {
   return register_in(executors(), std::move(name), std::move(entry), version);
+}
+
+bool register_executor(std::string name, std::string description, const ExecutorTraits& traits,
+                       const char* version) {
+  return register_executor(std::move(name),
+                           {std::move(description),
+                            [traits](const ExecutorOptions& options) {
+                              return std::make_unique<DispatchingExecutor>(options, traits);
+                            },
+                            traits},
+                           version);
 }
 
 void load_executor(const std::string& name, const std::string& library) {

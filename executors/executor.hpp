@@ -19,7 +19,7 @@
 #include "takt/base/registry.hpp"
 #include "takt/base/version.hpp"
 #include "takt/base/visibility.hpp"
-#include "takt/executors/engine/trace_ring.hpp"
+#include "takt/executors/trace_ring.hpp"
 #include "takt/nodes/node.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -78,6 +78,8 @@ struct TriggerOptions {
 };
 
 /// The limit of `spin` and `early_wake`, but for kSpinAlways.
+// Limit: `spin` and `early_wake`, without `spin: always`. At it: a longer one is refused. Seen: the
+// error.
 inline constexpr Nanoseconds kMostSpin = std::chrono::milliseconds(1);
 inline constexpr Nanoseconds kSpinAlways = Nanoseconds::max();
 
@@ -97,9 +99,9 @@ struct ExecutorOptions {
   /// by the schedulers `listed` and, inside a kind, `ros`.
   std::vector<std::string> order;
   /// A thread that finds nothing looks for arrivals for this long before it sleeps: what comes
-  /// meanwhile has no wake-up latency, and its sender makes no system call, at the cost of this CPU
-  /// time per sleep. File descriptors are looked at every 2 µs. At most kMostSpin, or kSpinAlways:
-  /// it never sleeps, which needs a CPU of its own. Under a manual clock it takes no time.
+  /// meanwhile has no wake-up latency, at the cost of this CPU time per sleep. At most kMostSpin,
+  /// or kSpinAlways: it never sleeps, which needs a CPU of its own. In a pool one thread at a time
+  /// does so. Under a manual clock it takes no time.
   Nanoseconds spin{0};
   /// The same for timers: a thread that sleeps until a release wakes up this much earlier, and
   /// spins until then. At most kMostSpin.
@@ -219,9 +221,9 @@ using ExceptionHandler = std::function<bool(const FailedCallback&)>;
 /// (a second one throws Error). Destroy it when it does not spin.
 /// Real-time: after the start of spin, Takt's code on the executor's threads allocates nothing and
 /// holds no lock without priority inheritance. It polls in two cases only: for `spin` and
-/// `early_wake`, and in an executor of several workers, where one that finds nothing watches the
-/// others while they dispatch, and for 20 µs after
-/// (docs/explanation/decisions/0030_one_worker_is_favoured.md). An idle executor sleeps. Adding and
+/// `early_wake`, and in an executor of several workers, where one that finds nothing searches while
+/// others are at work, and for 20 µs after the last announcement
+/// (docs/explanation/decisions/0030_one_worker_searches.md). An idle executor sleeps. Adding and
 /// removing prepare everything on the calling thread and hand it over at a dispatch point.
 class Executor {
  public:
@@ -287,25 +289,30 @@ ExecutorRegistry& executors();
 /// Always true. Throws Error when the name is taken.
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version);
 
-/// For the macro below.
-template <class Class>
-bool register_executor(std::string name, std::string description, ExecutorTraits traits,
-                       const char* version) {
-  return register_executor(std::move(name),
-                           {std::move(description),
-                            [traits](const ExecutorOptions& options) {
-                              return std::make_unique<Class>(options, traits);
-                            },
-                            traits},
-                           version);
-}
+/// The same for an executor that is the engine with these traits. For the macro below.
+bool register_executor(std::string name, std::string description, const ExecutorTraits& traits,
+                       const char* version);
 
-/// At namespace scope in a .cpp file: makes `Class` known as `name`. Behind it stand its traits:
-/// `.readiness = Readiness::events`. The constructor takes ExecutorOptions and these.
-#define TAKT_REGISTER_EXECUTOR(name, description, Class, ...)                           \
-  namespace {                                                                           \
-  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                             \
-      ::takt::register_executor<Class>(name, description, {__VA_ARGS__}, TAKT_VERSION); \
+/// At namespace scope in a .cpp file: makes an executor of Takt's engine known as `name`. Behind
+/// the description stand its traits: `.readiness = Readiness::events`.
+#define TAKT_REGISTER_EXECUTOR(name, description, ...)                           \
+  namespace {                                                                    \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) =                      \
+      ::takt::register_executor(name, description, {__VA_ARGS__}, TAKT_VERSION); \
+  }
+
+/// The same for a class of one's own, which implements Executor. Its constructor takes
+/// ExecutorOptions and ExecutorTraits.
+#define TAKT_REGISTER_EXECUTOR_CLASS(name, description, Class, ...)                      \
+  namespace {                                                                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_executor_) = ::takt::register_executor(   \
+      name,                                                                              \
+      {description,                                                                      \
+       [](const ::takt::ExecutorOptions& options) -> std::unique_ptr<::takt::Executor> { \
+         return std::make_unique<Class>(options, ::takt::ExecutorTraits{__VA_ARGS__});   \
+       },                                                                                \
+       {__VA_ARGS__}},                                                                   \
+      TAKT_VERSION);                                                                     \
   }
 
 /// Loads the library, and adds the executor that it registers under this name to executors(). What

@@ -338,7 +338,8 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   return past_threads_.with(std::move(result));
 }
 
-TAKT_REGISTER_EXECUTOR("isolated", "a single-threaded executor and thread for each node or group",
-                       IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true)
+TAKT_REGISTER_EXECUTOR_CLASS("isolated",
+                             "a single-threaded executor and thread for each node or group",
+                             IsolatedExecutor, .max_threads = SIZE_MAX, .isolates = true)
 
 }  // namespace takt

@@ -3,12 +3,11 @@
 // logical execution time (Giotto; rclc's LET): inputs are taken together at its beginning, and
 // outputs are sent together at its end, however long the callbacks took. One thread.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/executor.hpp"
 
 namespace takt {
 
 TAKT_REGISTER_EXECUTOR("triggered", "in the user's order when a trigger says so, or by LET (rclc)",
-                       DispatchingExecutor, .readiness = Readiness::wait_set, .scheduler = "listed",
-                       .triggered = true)
+                       .readiness = Readiness::wait_set, .scheduler = "listed", .triggered = true)
 
 }  // namespace takt

@@ -36,7 +36,7 @@ struct WaitSet::Member final : Sink {
     expelled.wait(0);
     end_use();
   }
-  bool has_let_go() const noexcept override { return expelled.load() != 0; }
+  bool is_detached() const noexcept override { return expelled.load() != 0; }
 
   std::atomic<std::uint32_t> expelled{0};
 

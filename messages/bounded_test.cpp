@@ -53,6 +53,25 @@ TEST(Bounded, StaysAsItWasWhenMoreWouldNotFit) {
   EXPECT_EQ(narrow.text.get(), "abc");
 }
 
+// What rosidl's BoundedVector can: programs for rclcpp insert, assign and emplace.
+TEST(Bounded, GrowsInAnyWayUpToItsBound) {
+  Bounded<std::vector<int>, 4> numbers;
+  numbers.emplace_back(1);
+  numbers.insert(numbers.begin(), 0);
+  const std::vector<int> more{2, 3};
+  numbers.insert(numbers.end(), more.begin(), more.end());
+  EXPECT_THAT(numbers.get(), ElementsAre(0, 1, 2, 3));
+  EXPECT_THROW(numbers.emplace_back(4), std::length_error);
+  EXPECT_THROW(numbers.insert(numbers.begin(), 4), std::length_error);
+  EXPECT_THROW(numbers.assign(5, 0), std::length_error);
+  EXPECT_THAT(numbers.get(), ElementsAre(0, 1, 2, 3));
+  numbers.erase(numbers.begin());
+  EXPECT_THROW(numbers.insert(numbers.end(), more.begin(), more.end()), std::length_error);
+  numbers.assign(more.begin(), more.end());
+  EXPECT_EQ(numbers.at(1), 3);
+  EXPECT_THROW(numbers.at(2), std::out_of_range);
+}
+
 TEST(Bounded, IsOnTheWireAsTheContainer) {
   Narrow narrow;
   EXPECT_TRUE(is_taken_as_narrow({{5, 6}, "xy"}, narrow));

@@ -12,7 +12,11 @@ namespace {
 
 namespace wire = type_description_interfaces::msg;
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 26, kMostTypes = 1000;
+// Limit: bytes of a message whose type another process describes. At it: the type is refused. Seen:
+// the error.
+constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+// Limit: types in such a description. At it: the type is refused. Seen: the error.
+constexpr std::size_t kMostTypes = 1000;
 
 bool is_known(const FieldShape& shape) {
   if (shape.id / FieldShape::kArray > FieldShape::kSequence / FieldShape::kArray) return false;

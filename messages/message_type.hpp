@@ -97,6 +97,12 @@ const MessageType& message_type() {
 /// Thread safety: from any thread. Real-time: no; it allocates.
 const MessageType& serialized_type(std::string_view name);
 
+/// The message as YAML, as ROS 2's function of this name writes it. It is defined in
+/// <takt/messages/yaml.hpp>; generated messages have it in their own namespace, too.
+/// Thread safety: from any thread. Real-time: no; it allocates.
+template <Message M>
+std::string to_yaml(const M& message, bool use_flow_style = false);
+
 // ---- Implementation of TAKT_MESSAGE ----
 
 namespace detail {

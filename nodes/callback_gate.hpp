@@ -56,7 +56,7 @@ class CallbackGate {
     friend class CallbackGate;
     CallbackGate* gate_;
     const Passage* outer_ = nullptr;
-    [[gnu::tls_model("initial-exec")]] static thread_local constinit const Passage* innermost_;
+    static thread_local constinit const Passage* innermost_;
   };
 
   void open() noexcept { state_.fetch_and(~(kClosing | kClosed)); }
@@ -77,7 +77,7 @@ class CallbackGate {
   std::atomic<std::uint32_t> state_{kClosing | kClosed};
   std::atomic<std::uint32_t> closings_{1};
   // The reservations of the calling thread, at all gates.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit int held_;
+  static thread_local constinit int held_;
 };
 
 }  // namespace takt

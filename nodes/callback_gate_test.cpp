@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "takt/testing/eventually.hpp"
+
 namespace takt {
 namespace {
 
@@ -141,7 +143,7 @@ TEST(CallbackGate, NobodyIsInsideAClosedGateHoweverManyTry) {
       }
     });
   }
-  while (passed == 0) std::this_thread::yield();  // all are under way
+  EXPECT_TRUE(eventually([&] { return passed > 0; }));  // all are under way
   for (int round = 0; round < 300; ++round) {
     gate.close();
     ASSERT_EQ(inside, 0);

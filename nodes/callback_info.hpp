@@ -1,4 +1,4 @@
-// What a scheduler sees of a callback.
+// The data of a callback that a scheduler sees.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_CALLBACK_INFO_HPP_
 #define TAKT_NODES_CALLBACK_INFO_HPP_

@@ -41,7 +41,7 @@ std::shared_ptr<Chain> Chain::create(const ChainOptions& options, const std::vec
   for (const auto& [node, name] : path) {
     const std::shared_ptr<Entity> entity = node->find_entity(name);
     if (std::find(entities.begin(), entities.end(), entity) != entities.end()) {
-      throw Error(fmt::format("chain '{}' comes to {}/{} twice", options.name,
+      throw Error(fmt::format("chain '{}' contains {}/{} twice", options.name,
                               node->fully_qualified_name(), name),
                   "a chain ends where it would begin again");
     }

@@ -20,6 +20,8 @@ namespace TAKT_PUBLIC takt {
 class JoiningInstances {
  public:
   /// How many can continue as one; further ones are dropped.
+  // Limit: chain instances that a join lets continue as one. At it: further instances end there.
+  // Seen: `ChainJoin::left_out`.
   static constexpr std::size_t kMost = 16;
   struct Instance {
     std::uint64_t path = 0;  // so far
@@ -58,6 +60,8 @@ class JoiningInstances {
 /// Real-time: received() and combine() neither block nor allocate.
 class ChainJoin {
  public:
+  // Limit: joined instances that a process remembers. At it: of older ones only the chain of the
+  // last input is measured. Seen: nothing.
   static constexpr std::size_t kMostJoined = 1024;
 
   /// Throws Error when there are no inputs, or more than JoiningInstances::kMost.

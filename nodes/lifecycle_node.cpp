@@ -129,7 +129,7 @@ CallbackReturn LifecycleNode::call(LifecycleState during, LifecycleState previou
   try {
     const CallbackReturn returned = call_unguarded(during, previous);
     if (returned != CallbackReturn::SUCCESS && returned != CallbackReturn::FAILURE) {
-      return CallbackReturn::ERROR;  // what is no CallbackReturn too
+      return CallbackReturn::ERROR;  // also any other number
     }
     return returned;
   } catch (const std::exception& exception) {

@@ -39,7 +39,7 @@ const std::map<std::string, TestNode::Action> kActions{
     {"success", [] { return CallbackReturn::SUCCESS; }},
     {"failure", [] { return CallbackReturn::FAILURE; }},
     {"error", [] { return CallbackReturn::ERROR; }},
-    {"what is no result", [] { return static_cast<CallbackReturn>(0); }},
+    {"a number that is not a result", [] { return static_cast<CallbackReturn>(0); }},
     {"exception", []() -> CallbackReturn { throw std::runtime_error("no such device"); }},
     {"exception of another type", []() -> CallbackReturn { throw 1; }}};
 

@@ -66,7 +66,7 @@ enum class TransitionId : std::uint8_t {
   on_error_error = 62,
 };
 
-/// What a callback of a transition returns.
+/// The result of a callback of a transition.
 enum class CallbackReturn : std::uint8_t {
   SUCCESS = 97,
   FAILURE = 98,  // the node stays as it was; shutting down goes on nevertheless
@@ -87,14 +87,14 @@ bool is_primary(LifecycleState state) noexcept;
 
 std::span<const LifecycleState> lifecycle_states() noexcept;
 std::span<const LifecycleTransition> lifecycle_transitions() noexcept;
-/// What leads away from this state.
+/// The transitions from this state.
 std::vector<LifecycleTransition> lifecycle_transitions(LifecycleState from);
 
 /// What can be asked for in this state; nullptr when this cannot. "shutdown" is the label of three
 /// transitions, one from each state, each with an id of its own.
 const LifecycleTransition* find_transition(LifecycleState from, TransitionId id) noexcept;
 const LifecycleTransition* find_transition(LifecycleState from, std::string_view label) noexcept;
-/// What follows when the callback of a transition state (`during`) returns this.
+/// The state after the callback of a transition state (`during`) has returned this.
 const LifecycleTransition& find_result(LifecycleState during, CallbackReturn result) noexcept;
 
 /// For messages: "'activate' (3), 'shutdown' (6)", or "none".

@@ -419,7 +419,7 @@ class Node : public std::enable_shared_from_this<Node> {
   /// Throws Error if the timer's name is invalid; warns if another timer has it.
   std::shared_ptr<Timer> adopt_timer(std::shared_ptr<Timer> timer);
   std::string next_wall_timer_name();
-  /// What resumes the coroutines of a callback.
+  /// The entity that resumes the coroutines of a callback.
   std::shared_ptr<TaskRunner> adopt_task_runner(std::shared_ptr<TaskRunner> runner);
 
   /// Adds the entity, and makes the pointer for the user: when it goes, the entity retires.

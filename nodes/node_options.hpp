@@ -19,7 +19,7 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What a node may do that another process has asked for.
+/// The rights of a node that another process has asked for.
 struct Guest {
   std::string recordings;  // the folder beneath which it may use files; empty: none
 };

@@ -1,4 +1,4 @@
-// What a node has that its users do not see.
+// The internal state of a node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_NODES_NODE_STATE_HPP_
 #define TAKT_NODES_NODE_STATE_HPP_

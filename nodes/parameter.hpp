@@ -50,7 +50,7 @@ struct FloatingPointRange {
   double from_value = 0, to_value = 0, step = 0;
 };
 
-/// What is known of a parameter besides its value.
+/// The properties of a parameter besides its value.
 struct ParameterDescriptor {
   std::string description;
   std::string additional_constraints;  // for readers; callbacks check them
@@ -68,7 +68,7 @@ struct SetParametersResult {
   std::string reason;  // why not
 };
 
-/// What has changed together.
+/// Parameters that have changed together.
 struct ParameterChanges {
   Parameters added, changed;
   std::vector<std::string> deleted;
@@ -99,7 +99,7 @@ using ParametersListener = std::function<void(const ParameterChanges&)>;
 
 namespace detail {
 
-// What the integer type of the code can hold.
+// The range of the code's integer type.
 struct IntegerLimits {
   std::int64_t lowest = std::numeric_limits<std::int64_t>::min();
   std::int64_t highest = std::numeric_limits<std::int64_t>::max();

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/nodes/node.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt::parameter_callbacks_test {
 namespace {
@@ -96,7 +97,7 @@ TEST(OnSetCallbacks, RunAtTheSameTimeOnSeveralThreads) {
   std::atomic<int> inside{0};
   const auto on = node->add_on_set_parameters_callback([&](const Parameters&) {
     ++inside;
-    while (inside < 2) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return inside >= 2; }));
     return SetParametersResult();
   });
   std::thread other([&] { EXPECT_EQ(reason(*node, {{"b", 1}}), ""); });

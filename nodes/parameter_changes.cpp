@@ -15,8 +15,12 @@ namespace takt {
 namespace {
 
 // How often callbacks check values again that other threads' changes have overtaken.
+// Limit: attempts to set parameters while other threads set some. At it: the change is refused.
+// Seen: the result of the call.
 constexpr int kMostAttempts = 10;
 // Changes that wait for the callbacks of an earlier one; the next one is refused.
+// Limit: changes of parameters that wait for post-set callbacks. At it: the next change is refused.
+// Seen: the error.
 constexpr std::size_t kMostFinished = 1000;
 
 }  // namespace

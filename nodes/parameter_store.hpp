@@ -26,8 +26,8 @@ namespace takt {
 /// Users' callbacks run without a lock, in these steps:
 /// 1. Pre-set and on-set callbacks are called for what is to be set. Several threads may do so at
 ///    the same time.
-/// 2. If another thread has changed a parameter meanwhile, the callbacks have checked what is no
-///    more: step 1 again, for a few times; then the answer is negative.
+/// 2. If another thread has changed a parameter meanwhile, the callbacks have checked values
+///    that have gone: step 1 again, for a few times; then the answer is negative.
 /// 3. The values are changed, and the listener is called.
 /// 4. The values wait for the post-set callbacks. If no thread is calling those, this one does, for
 ///    all changes that wait and come meanwhile, in their order; else it leaves them to the one that
@@ -77,7 +77,7 @@ class ParameterStore {
     check_ = std::move(check);
     act_ = std::move(act);
   }
-  /// What is given and was never declared.
+  /// Parameters that were given and never declared.
   std::vector<std::string> unused() const;
 
  private:

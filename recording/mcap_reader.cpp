@@ -17,7 +17,9 @@ using namespace mcap;
 
 // Size of one read for messages that are close together.
 constexpr std::size_t kWindowBytes = 256 << 10;
-// What a compressed chunk may have at the most: files are untrusted.
+// What a compressed chunk may have at most: files are untrusted.
+// Limit: bytes of a chunk of a recording, decompressed. At it: the file is refused. Seen: the
+// error.
 constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
 
 RegularFile opened(const FilePlace& place) {
@@ -98,7 +100,7 @@ McapReader::McapReader(const FilePlace& place) : path_(place.path()), file_(open
   std::string magic(kMagic.size(), '\0');
   read_from(file_, path_, 0, std::as_writable_bytes(std::span(magic)));
   if (magic != kMagic) {
-    throw Error("this is no MCAP file",
+    throw Error("this is not an MCAP file",
                 "use a file written by takt::Recorder, or by ros2 bag as MCAP", path_);
   }
   Cursor file(file_, path_);

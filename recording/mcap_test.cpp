@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -32,8 +33,9 @@ class Mcap : public testing::TestWithParam<std::string> {
     const std::size_t b = writer.add({"/b", "p/msg/T", "string data\n", ""});
     for (int i = 0; i < messages; ++i) {
       const std::string data = text(i);
-      while (!writer.write(i % 3 == 0 ? a : b, 1000 + i, i, std::as_bytes(std::span(data)))) {
-      }
+      ASSERT_TRUE(eventually([&] {
+        return writer.write(i % 3 == 0 ? a : b, 1000 + i, i, std::as_bytes(std::span(data)));
+      }));
     }
     EXPECT_TRUE(writer.close());
   }

@@ -27,6 +27,8 @@ namespace TAKT_INTERNAL takt {
 /// Real-time: only finish() waits for the disk. Nothing allocates after the constructor.
 class RingFile {
  public:
+  // Limit: bytes of all buffers of a recorder. At it: larger buffers are refused; full ones drop
+  // messages. Seen: the error; the recorder's count and exit status.
   static constexpr std::size_t kMostBytes = 1'000'000'000;  // of all buffers
 
   /// Throws Error if the file cannot be created, or the buffers are too large.

@@ -160,7 +160,7 @@ class ActionServer {
   /// is called for one at a time: it may throw, or drop the server.
   class Accepted : public TaskOwner {
    public:
-    /// What calls the callback; nullptr: nothing does any more.
+    /// The entity that calls the callback; nullptr: none does any more.
     void set_listener(GuardCondition* listener) {
       const std::lock_guard lock(mutex_);
       listener_ = listener;

@@ -84,7 +84,7 @@ class ServerGoalHandle {
   const typename A::Goal goal_;
 };
 
-/// What the server and its goals share.
+/// The state that the server and its goals share.
 /// Thread safety: every method from any thread.
 /// Real-time: a lock with priority inheritance; a new goal and a result allocate.
 template <ActionType A>
@@ -109,7 +109,7 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     result_service_ = std::move(service);
   }
-  /// What calls `expire`.
+  /// The timer that calls `expire`.
   void set_expiry(const std::shared_ptr<Timer>& timer) {
     timer->cancel();
     const std::lock_guard lock(mutex_);
@@ -291,6 +291,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
 
  private:
   // Clients that ask for the same result; more push out the oldest.
+  // Limit: clients that ask for the result of the same goal. At it: the oldest one gets no answer.
+  // Seen: nothing.
   static constexpr std::size_t kMostAsking = 16;
   struct Goal {
     action_msgs::msg::GoalInfo info;

@@ -344,7 +344,7 @@ TEST_F(ParameterServicesTest, AnswerWhatACallbackThrowsAndThrowItThen) {
   EXPECT_FALSE(each.results[0].successful);
   EXPECT_EQ(each.results[0].reason, "a parameter callback of node 'camera' threw: no light");
   EXPECT_FALSE(each.results[1].successful);
-  EXPECT_THAT(each.results[1].reason, HasSubstr("threw: an object that is no std::exception"));
+  EXPECT_THAT(each.results[1].reason, HasSubstr("threw: an object that is not a std::exception"));
   EXPECT_TRUE(each.results[2].successful);
   services::SetParametersAtomically::Request together;
   together.parameters = to_set({{"a_boolean", to_message(false)}}).parameters;

@@ -1,5 +1,6 @@
 // How long is a round trip between two processes over UDP, beside that of Cyclone DDS's own
-// ddsperf? SPDX-License-Identifier: Apache-2.0
+// ddsperf?
+// SPDX-License-Identifier: Apache-2.0
 #include <atomic>
 #include <csignal>
 #include <cstdio>

@@ -20,7 +20,7 @@ namespace takt {
 template <class Key>
 class KeyedHeap {
  public:
-  /// To this many callbacks at the most. Only while it is empty.
+  /// To this many callbacks at most. Only while it is empty.
   void resize(std::size_t most) { items_.resize(most); }
   bool empty() const noexcept { return size_ == 0; }
   void push(const Key& key, ReadyCallback& callback) noexcept {
@@ -35,8 +35,6 @@ class KeyedHeap {
     if (size_ > 1) std::pop_heap(items_.begin(), end(), after);
     return items_[--size_].callback;
   }
-  /// As Scheduler::memory.
-  std::span<const std::byte> memory() const noexcept { return std::as_bytes(std::span(items_)); }
 
  private:
   struct Item {
@@ -63,8 +61,6 @@ class KeyedScheduler final : public Scheduler {
   }
   void push(ReadyCallback& callback) noexcept override { heap_.push(KeyOf()(callback), callback); }
   ReadyCallback* pop() noexcept override { return heap_.pop(); }
-  bool is_order() const noexcept override { return true; }
-  std::span<const std::byte> memory() const noexcept override { return heap_.memory(); }
 
  private:
   KeyedHeap<std::invoke_result_t<KeyOf, const ReadyCallback&>> heap_;

@@ -12,7 +12,7 @@
 namespace takt {
 namespace TAKT_PUBLIC picas {
 
-/// What is known of a callback. A unit is what an executor is given as a whole: a callback group.
+/// The data of a callback. A unit is what an executor is given as a whole: a callback group.
 struct Callback {
   std::size_t unit = 0;
   double utilisation = 0;  // of one CPU; 0: not known

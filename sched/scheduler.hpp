@@ -48,9 +48,8 @@ struct CallbackInfo {
   friend bool operator==(const CallbackInfo&, const CallbackInfo&) = default;
 };
 
-/// One callback that is ready. The executor owns the record; there is one for each entity. It is
-/// written at each dispatch, so it shares no cache line with what publishers read of the record.
-struct alignas(64) ReadyCallback {
+/// One callback that is ready. The executor owns the record; there is one for each entity.
+struct ReadyCallback {
   const CallbackInfo* info = nullptr;
   TimePoint ready_time{};         // when its message was published or its timer was due
   TimePoint deadline = kNever;    // absolute
@@ -79,12 +78,6 @@ class Scheduler {
   /// A callback has run for this time. It is one of those of configure(), but it may wait again
   /// already, or have been popped from the previous scheduler. Only called with `uses_time`.
   virtual void done(const ReadyCallback&, Nanoseconds /*execution_time*/) noexcept {}
-  /// Whether its decisions do not depend on earlier pushes and pops. Then the executor may bypass
-  /// it for a callback that waits alone.
-  virtual bool is_order() const noexcept { return false; }
-  /// Where callbacks wait, if that stays where configure() has put it. A worker fetches its first
-  /// cache lines, which another one may have had last, before it knows which of them it needs.
-  virtual std::span<const std::byte> memory() const noexcept { return {}; }
 };
 
 /// A scheduler that is only an order. `Before` is a function object:
@@ -106,10 +99,6 @@ class HeapScheduler final : public Scheduler {
     if (size_ > 1) std::pop_heap(heap_.begin(), end(), after);
     return heap_[--size_];
   }
-  bool is_order() const noexcept override { return true; }
-  std::span<const std::byte> memory() const noexcept override {
-    return std::as_bytes(std::span(heap_));
-  }
 
  private:
   // No function: heap operations would call it by its address.
@@ -129,11 +118,16 @@ struct SchedulerTraits {
   bool uses_time = true;
   /// What it does, for `takt analyze`. A scheduler that fits none of the words has an arbitrary
   /// order, for which there are bounds, too. Which callback is more urgent, or has the earlier
-  /// place, is asked of the scheduler itself.
+  /// place, is asked of the scheduler itself. Unless the order is arbitrary or in turns, it depends
+  /// on nothing but the callbacks that wait: a pool may then pop one and push it again.
   analysis::Order order = analysis::Order::arbitrary;
   /// Order::by_point: what it adds to the ready time; no value: the callback comes after all
   /// others.
   std::optional<Nanoseconds> (*point)(const CallbackInfo&) = nullptr;
+  /// Equally urgent callbacks that are always ready run equally often. A scheduler that does
+  /// otherwise on purpose, such as the newest first, says false: the conformance suite then leaves
+  /// out the tests that rely on it.
+  bool takes_turns = true;
 };
 
 using SchedulerRegistry = Registry<Scheduler, SchedulerTraits>;

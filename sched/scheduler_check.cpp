@@ -39,7 +39,7 @@ class Trial {
     } catch (const std::exception& error) {
       fail(fmt::format("throws in configure: {}", error.what()), "take what it is given");
     } catch (...) {
-      fail("throws in configure what is no std::exception", "take what it is given");
+      fail("throws an object in configure that is not a std::exception", "take what it is given");
     }
     const RealtimeScope scope;
     pop();
@@ -162,7 +162,9 @@ void try_scheduler(const std::string& name, const SchedulerRegistry::Factory& ma
                   "let it be made whenever an executor needs one");
     } catch (...) {
       throw Error(
-          fmt::format("scheduler '{}' throws in its constructor what is no std::exception", name),
+          fmt::format(
+              "scheduler '{}' throws an object in its constructor that is not a std::exception",
+              name),
           "let it be made whenever an executor needs one");
     }
     Trial(name, *scheduler, infos).run();

@@ -1,4 +1,5 @@
-// A test in a process of its own, with or without rights. SPDX-License-Identifier: Apache-2.0
+// A test in a process of its own, with or without rights.
+// SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TESTING_CHILD_PROCESS_HPP_
 #define TAKT_TESTING_CHILD_PROCESS_HPP_
 

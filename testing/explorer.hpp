@@ -88,6 +88,19 @@ class Explorer {
     running->runnable_.push_back(context);
     --running->blocked_;
   }
+  /// The same for a context that waits at a variable.
+  static void wait_at(const void* where) {
+    running->waiting_.emplace_back(where, running->current_);
+    block();
+  }
+  static void wake_all_at(const void* where) {
+    if (running == nullptr) return;
+    std::erase_if(running->waiting_, [where](const auto& waiting) {
+      if (waiting.first != where) return false;
+      wake(waiting.second);
+      return true;
+    });
+  }
   /// The context waits for others, so they go on, if they can.
   static void yield() {
     Explorer& self = *running;
@@ -154,6 +167,7 @@ class Explorer {
     delays_left_ = delays;
     position_ = 0;
     blocked_ = 0;
+    waiting_.clear();
     runnable_.clear();
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       runnable_.push_back(i);
@@ -245,6 +259,7 @@ class Explorer {
   Bodies bodies_;
   std::vector<std::size_t> runnable_;
   std::size_t blocked_ = 0;
+  std::vector<std::pair<const void*, std::size_t>> waiting_;  // contexts, each at a variable
   std::vector<Choice> choices_;
   std::size_t position_ = 0;
   std::size_t current_ = 0;
@@ -312,6 +327,13 @@ class atomic {
   bool compare_exchange_weak(T& expected, T value, memory_order = memory_order_seq_cst,
                              memory_order = memory_order_seq_cst) {
     return compare_exchange_strong(expected, value);
+  }
+  void wait(T old, memory_order = memory_order_seq_cst) const {
+    while (load() == old) Explorer::wait_at(&value_);
+  }
+  void notify_all() {
+    Explorer::point(&value_);
+    Explorer::wake_all_at(&value_);
   }
   /// As a model of the kernel accesses it, within one step.
   T peek() const { return value_; }

@@ -16,6 +16,8 @@
 
 #include <unistd.h>
 
+#include "takt/testing/stacks.hpp"
+
 namespace takt {
 
 /// As long as it lives: after `limit`, or on SIGSEGV, the process ends with what `name` says. One
@@ -30,8 +32,10 @@ class TimeBound {
           if (changed_.wait_for(lock, limit, [this] { return is_over_; })) return;
           std::fprintf(stderr, "%shangs for %lld s\n", name_.c_str(),
                        static_cast<long long>(limit.count()));
+          stacks::print();
           std::abort();
         }) {
+    stacks::prepare();
     running = &name_;
     const auto before = std::signal(SIGSEGV, on_crash);
     if (before != SIG_DFL && before != on_crash) std::signal(SIGSEGV, before);  // a sanitizer's

@@ -64,14 +64,13 @@ class IntraProcessReader {
     if (address_ != 0 && !is_for_us(message)) [[unlikely]]
       return released.release(message);
     ArrivalListener* listener = listener_.load();
-    const bool is_here = listener != nullptr && listener->announce_here(arrival);
     const std::int64_t time_ns = arrival.ready_time.time_since_epoch().count();
-    MessageBlock* old = is_here ? ring_.push_here(&message, arrival.sequence, time_ns)
-                                : ring_.push(&message, arrival.sequence, time_ns);
+    MessageBlock* old = listener != nullptr && listener->takes_here()
+                            ? ring_.push_here(&message, arrival.sequence, time_ns)
+                            : ring_.push(&message, arrival.sequence, time_ns);
     if (old != nullptr && drop(*old)) released.add(*old);
     if (has_deadline_) [[unlikely]]
       events_->set_last_message(arrival.ready_time);
-    if (is_here) return;
     listener = listener_.load();  // after the push: a new listener looks for messages itself
     if (listener != nullptr) listener->announce(arrival);
   }
@@ -97,7 +96,7 @@ class IntraProcessReader {
   /// For a caller with a lock, which `released` outlives.
   MessageBlock* take(bool& more, ReleasedMessages& released) noexcept;
 
-  /// So many messages were sent to it, and overwritten before they came here.
+  /// The number of messages that were sent to it, and of those that were overwritten.
   void miss(std::uint64_t count) noexcept { missed_.fetch_add(count, std::memory_order_relaxed); }
 
   std::uint64_t dropped() const noexcept {

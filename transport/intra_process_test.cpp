@@ -16,6 +16,7 @@
 #include "takt/base/logger.hpp"
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -66,9 +67,15 @@ class Reader final : public IntraProcessReader, ArrivalListener {
     return values;
   }
   std::atomic<int> arrivals{0};
+  std::atomic<std::size_t> waiting{0};  // when the last one was announced
+  bool is_only_taker = false;
 
  private:
-  void announce(Arrival) noexcept override { arrivals.fetch_add(1); }
+  void announce(Arrival) noexcept override {
+    arrivals.fetch_add(1);
+    waiting.store(ring().size());
+  }
+  bool takes_here() const noexcept override { return is_only_taker; }
 };
 
 class IntraProcessTest : public testing::Test {
@@ -94,6 +101,20 @@ class IntraProcessTest : public testing::Test {
   ManualClock clock_{TimePoint(1h)};
   PoolPtr<Block> loans_ = make_loans(kLoans, kMakerOf<Number>);
 };
+
+// On the thread that takes them, messages were announced before they had arrived.
+TEST_F(IntraProcessTest, AnnouncesAMessageThatHasArrived) {
+  Reader reader(on("/a"));
+  IntraProcessWriter writer(on("/a"), clock_);
+  for (const bool is_only_taker : {false, true}) {
+    reader.is_only_taker = is_only_taker;
+    write(writer, 1);
+    EXPECT_EQ(reader.waiting, 1u) << is_only_taker;
+    write(writer, 2);
+    EXPECT_EQ(reader.waiting, 2u) << is_only_taker;
+    EXPECT_THAT(reader.take_values(), ElementsAre(1, 2));
+  }
+}
 
 TEST_F(IntraProcessTest, DeliversToEveryReaderOfTheTopicAndToNoOther) {
   Reader early(on("/a"));
@@ -314,7 +335,7 @@ TEST_F(IntraProcessTest, HandsOverToALateReaderWhereWhatIsSentFollows) {
   });
   for (int round = 0; round < 200; ++round) {
     Reader late(on("/a", QoS(1000).transient_local()));
-    while (late.arrivals < 8) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return late.arrivals >= 8; }));
     late.leave();
     const std::vector<int> values = late.take_values();
     for (std::size_t i = 1; i < values.size(); ++i) ASSERT_EQ(values[i], values[i - 1] + 1);

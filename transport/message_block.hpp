@@ -30,9 +30,8 @@ class ArrivalListener {
  public:
   /// Something has arrived.
   virtual void announce(Arrival arrival) noexcept = 0;
-  /// The shorter way, and it may be taken before it has arrived: true, on the thread that alone
-  /// takes it. On any other thread it does nothing, and `announce` must follow.
-  virtual bool announce_here(Arrival) noexcept { return false; }
+  /// Whether what has arrived is taken on the calling thread, and on no other.
+  virtual bool takes_here() const noexcept { return false; }
 
  protected:
   ~ArrivalListener() = default;

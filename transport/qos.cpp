@@ -13,6 +13,7 @@
 namespace takt {
 namespace {
 
+// Limit: the `depth` of a history. At it: a larger one is refused. Seen: the error.
 constexpr std::size_t kMaxDepth = KeepLastRing<void>::kMaxDepth;
 
 // rmw/qos_profiles.h of ROS 2; "system default" there leaves to DDS what is the default here.

@@ -24,8 +24,8 @@ class Picas {
     for (const auto& [cpu, parts] : segments) {
       const double wanted = wanted_from(least_urgent(parts));
       if (wanted > 1 + 1e-9) {
-        return {.why_not =
-                    fmt::format("it and what is more urgent want {:.3f} of CPU {}", wanted, cpu)};
+        return {.why_not = fmt::format(
+                    "its callbacks and the more urgent ones need {:.3f} of CPU {}", wanted, cpu)};
       }
       sum = plus(sum, of_segment(chain, parts));
     }

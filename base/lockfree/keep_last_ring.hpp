@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <memory>
 
-#include "takt/base/prefetch.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -30,7 +29,8 @@ namespace TAKT_PUBLIC takt {
 ///    (Preempted between that look and the swap, it may find the very same word 65,536 tickets
 ///    later: then its item takes the place of a newer one, which is given back. None is lost.)
 /// 4. A publisher on the taker's own thread, while nothing waits, needs no ticket: the item lies
-///    beside the cells, and is older than all that come into them before it is taken.
+///    beside the cells, and is older than all that come into them before it is taken. It counts
+///    as one of `depth`: when as many tickets were drawn since, it is dropped.
 /// docs/explanation/decisions/0002_own_queues.md says why this is not a Boost.Lockfree queue.
 ///
 /// Thread safety: every method may be called from any thread, but push_here only from the one that
@@ -41,6 +41,8 @@ template <class T>
 class KeepLastRing {
  public:
   /// The ticket in a cell has 16 bits, so half of that range separates older from newer.
+  // Limit: messages in the ring of a subscription, the largest `depth`. At it: a larger depth is
+  // refused; a full ring overwrites its oldest message. Seen: the error; `dropped`.
   static constexpr std::size_t kMaxDepth = 16384;
 
   /// `depth` is from 1 to kMaxDepth; QoS checks it with an Error that the user sees.
@@ -72,8 +74,7 @@ class KeepLastRing {
   }
 
   /// The same on the thread that takes, which is faster when nothing waits. If others take too, one
-  /// of them may come away with a newer item first; and while others push, the ring may hold one
-  /// item more than `depth`.
+  /// of them may come away with a newer item first.
   T* push_here(T* item, std::uint64_t sequence, std::int64_t time_ns) noexcept {
     const std::uint64_t ticket = tail_.load(std::memory_order_relaxed);
     if (ticket != head_.load(std::memory_order_relaxed) ||
@@ -99,8 +100,12 @@ class KeepLastRing {
   template <class Dropped>
   T* pop(Dropped&& dropped, bool& more) noexcept {
     if (T* item = take_here()) {
-      more = tail_.load() != head_.load(std::memory_order_relaxed);
-      return item;
+      const std::uint64_t tail = tail_.load();
+      if (tail - here_ticket_.load(std::memory_order_relaxed) < depth_) {
+        more = tail != head_.load(std::memory_order_relaxed);
+        return item;
+      }
+      dropped(item);  // publishers that did not see it have filled the cells
     }
     const std::uint64_t ticket = head_.load(std::memory_order_relaxed);  // a hint
     Cell& cell = cell_of(ticket);
@@ -112,12 +117,6 @@ class KeepLastRing {
     }
     head_.store(ticket + 1, std::memory_order_relaxed);
     return pointer(word);
-  }
-
-  /// For a taker that pops some instructions later: begins to fetch the cell, which a publisher on
-  /// another CPU has written.
-  void prefetch() const noexcept {
-    prefetch_for_reading(&cell_of(head_.load(std::memory_order_relaxed)));
   }
 
   /// What was passed to push with the oldest item; false when there is none, or its publisher has
@@ -152,7 +151,7 @@ class KeepLastRing {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     const std::uint64_t waiting =
         tail_.load() - head + (here_.load(std::memory_order_relaxed) != nullptr ? 1 : 0);
-    // Another taker's stale store may have moved the hint back; the ring holds depth at the most.
+    // Another taker's stale store may have moved the hint back; the ring holds depth at most.
     return waiting < depth_ ? waiting : depth_;
   }
 

@@ -49,7 +49,7 @@ class ReadSection {
   struct Readers;
   static Readers& readers() noexcept;
   static Reader& register_thread() noexcept;
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit Reader* this_reader;
+  static thread_local constinit Reader* this_reader;
 
   Reader& reader_;
 };

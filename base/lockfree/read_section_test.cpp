@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "takt/base/realtime_scope.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -50,7 +51,7 @@ class Writer {
   void wait_until_it_naps() {
     tid_.wait(0);
     const long before = voluntary_switches(tid_);
-    while (voluntary_switches(tid_) < before + 5) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return voluntary_switches(tid_) >= before + 5; }));
   }
   void wait_until_it_returns() { has_returned_.wait(false); }
   bool has_returned() const { return has_returned_; }

@@ -34,6 +34,13 @@ case $way in
     run "$work/build"
     ctest --test-dir "$work/build" --output-on-failure --no-tests=error
     run_messages "$work/build"
+    # A package of rclcpp, from the prefix inside of the installation.
+    if command -v idlc >/dev/null; then
+      cmake -S "$consumer/../../rclcpp/testdata/packages/sky_interfaces" -B "$work/sky" \
+        -D CMAKE_PREFIX_PATH="$("$work/moved/bin/takt" ros2 prefix)"
+      cmake --build "$work/sky"
+      "$work/sky/print_sky"
+    fi
     ;;
   PkgConfig)
     install_takt

@@ -127,8 +127,8 @@ void ConfigurationReader::read_file(const Value& root) {
        {"machine", "The machine for which `takt analyze` computes bounds; by default, this one.",
         [this](const Value& machine) { read_machine(machine); }},
        {"model",
-        "A file of `takt run --model`, with measured execution times and arrivals, for `takt "
-        "analyze`. A relative path counts from this file.",
+        "A file of `takt model`, with measured execution times and arrivals, for `takt analyze`. "
+        "A relative path counts from this file.",
         [this](const Value& model) {
           into(system_.model)(model);
           if (!system_.model.empty()) system_.model = beside(system_.model);

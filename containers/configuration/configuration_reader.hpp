@@ -51,7 +51,6 @@ class ConfigurationReader : private SystemReader {
   Read into_file(std::string& path, PemFile wanted);
   Read into_domain(int& domain);
   Read into_discovery(DiscoveryRange& discovery);
-  Read into_loopback_only(DiscoveryRange& discovery);
 
   // Topics
   void read_topic(const Value& value);

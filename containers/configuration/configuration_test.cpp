@@ -8,7 +8,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "takt/base/logger.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/containers/configuration/configuration_file_test.hpp"
 
@@ -207,18 +206,19 @@ TEST(Configuration, KnowsTheDefaultExecutor) {
 
 TEST(Configuration, RefusesUnknownKeysWithTheNearestOne) {
   EXPECT_EQ(errors_of("realtme: off\n"),
-            "robot.yaml:1: 'realtme' is no key of the file; did you mean 'realtime'? valid: "
+            "robot.yaml:1: 'realtme' is not a key of the file; did you mean 'realtime'? valid: "
             "realtime, memory, cpu_dma_latency_us, threads, dds, topics, schedulers, executors, "
             "container, "
             "containers, lifecycle, machine, model, chains\n");
   EXPECT_EQ(errors_of("threads:\n  control:\n    prioritty: 5\n"),
-            "robot.yaml:3: 'prioritty' is no key of a thread; did you mean 'priority'? valid: "
+            "robot.yaml:3: 'prioritty' is not a key of a thread; did you mean 'priority'? valid: "
             "policy, priority, nice, affinity, runtime, deadline, period\n");
 }
 
-TEST(Configuration, RefusesWhatIsNotBuiltYet) {
-  EXPECT_EQ(errors_of("executors:\n  a:\n    statistics: off\n"),
-            "robot.yaml:3: 'statistics' is not built yet; leave it out\n");
+TEST(Configuration, RefusesARemovedKeyWithItsReplacement) {
+  EXPECT_EQ(errors_of("dds:\n  loopback_only: true\n"),
+            "robot.yaml:2: 'loopback_only' was removed from dds; write `discovery: localhost` for "
+            "true, `subnet` for false\n");
 }
 
 TEST(Configuration, DecidesTheQosOfTopics) {
@@ -239,25 +239,11 @@ TEST(Configuration, DecidesTheQosOfTopics) {
   EXPECT_THAT(system.must_match.at("/odom"), EndsWith("robot.yaml:4"));
 }
 
-TEST(Configuration, ReadsTheOlderFormOfDiscovery) {
+TEST(Configuration, ReadsTheRangeOfDiscovery) {
   EXPECT_EQ(read("dds: {discovery: lo}\ncontainer: {components: [{component: demo::Lidar, name: "
                  "lidar}]}\n")
                 .dds->discovery,
             DiscoveryRange::lo);
-  EXPECT_EQ(read("dds: {loopback_only: true}\ncontainer: {components: [{component: demo::Lidar, "
-                 "name: lidar}]}\n")
-                .dds->discovery,
-            DiscoveryRange::localhost);
-  Logger::instance().flush();  // lines of tests before
-  testing::internal::CaptureStderr();
-  EXPECT_EQ(read("dds:\n  loopback_only: false\ncontainer: {components: [{component: demo::Lidar, "
-                 "name: lidar}]}\n")
-                .dds->discovery,
-            DiscoveryRange::subnet);
-  Logger::instance().flush();
-  EXPECT_THAT(testing::internal::GetCapturedStderr(),
-              testing::HasSubstr("robot.yaml:2: `loopback_only: false` is an older form of "
-                                 "`discovery: subnet`"));
 }
 
 TEST(Configuration, SaysWhatHappensWhenSomethingFails) {

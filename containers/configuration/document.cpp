@@ -13,13 +13,18 @@
 namespace takt::document {
 namespace {
 
+// Limit: bytes of a configuration file. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMaxBytes = 4 << 20;
+// Limit: levels of a configuration file. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMaxDepth = 64;
+// Limit: errors that are reported of one file. At it: the rest is not looked for. Seen: the last
+// error says so.
 constexpr std::size_t kMaxErrors = 100;
 
 // Error messages quote text of the file; each must stay one line and must not control the terminal.
 std::string shown(const std::string& text) {
   std::string message = printable(text);
+  // Limit: bytes of an error about a file. At it: its middle is left out. Seen: `…` in the error.
   constexpr std::size_t kMaxLength = 2000;
   if (message.size() <= kMaxLength) return message;
   // Cut the middle: an error begins with the place and ends with the advice. Do not split a UTF-8

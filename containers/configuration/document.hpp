@@ -64,6 +64,7 @@ std::size_t count(const Value& value);
 
 /// Maximum number of values with aliases expanded: far above any real system, and small enough to
 /// stop a file whose aliases multiply.
+// Limit: values of a file, after all aliases. At it: the file is refused. Seen: the error.
 inline constexpr std::size_t kMaxValues = 100'000;
 
 /// Builds the tree from a parser's events. It limits depth and number of values, so functions that

@@ -96,7 +96,7 @@ TEST(Document, ThatIsNoTextIsAnErrorInItsLine) {
 
 TEST(Document, MayBeginWithAByteOrderMarkAndEndLinesAsWindowsDoes) {
   EXPECT_THAT(yaml_errors("\xef\xbb\xbf# ü\r\nx: 1\r\n"),
-              StartsWith("robot.yaml:2: 'x' is no key"));
+              StartsWith("robot.yaml:2: 'x' is not a key"));
 }
 
 // ---- YAML ----
@@ -189,7 +189,7 @@ TEST(YamlDocument, IsNotDeep) {
 TEST(YamlDocument, DoesNotWriteOnTheTerminalOfItsReader) {
   EXPECT_EQ(
       yaml_errors("\"a\\e[31m\\nb\": 1\ncontainer: {}\n"),
-      "robot.yaml:1: 'a\\u001b[31m\\nb' is no key of the file; valid: realtime, memory, "
+      "robot.yaml:1: 'a\\u001b[31m\\nb' is not a key of the file; valid: realtime, memory, "
       "cpu_dma_latency_us, threads, dds, topics, schedulers, executors, container, containers, "
       "lifecycle, machine, model, chains\n"
       "robot.yaml:2: a container needs the key 'components'; add it\n");

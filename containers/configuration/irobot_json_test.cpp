@@ -137,7 +137,7 @@ TEST_F(Workload, ReadsClientsAndServers) {
 TEST_F(Workload, NeedsNodes) {
   EXPECT_EQ(errors_in("{\n\"node\": []}"),
             "robot.json:1: the file needs the key 'nodes'; add it\n"
-            "robot.json:2: 'node' is no key of the file; did you mean 'nodes'? valid: nodes\n");
+            "robot.json:2: 'node' is not a key of the file; did you mean 'nodes'? valid: nodes\n");
   EXPECT_EQ(errors_in("{\n\"nodes\": []}"),
             "robot.json:2: the list of nodes is empty; describe at least one\n");
   EXPECT_EQ(errors_in("[]"), "robot.json:1: the file is a list; write a map\n");
@@ -145,12 +145,12 @@ TEST_F(Workload, NeedsNodes) {
 
 TEST_F(Workload, RefusesUnknownKeys) {
   EXPECT_EQ(errors_of_node("\"publisher\": []"),
-            "robot.json:2: 'publisher' is no key of a node; did you mean 'publishers'? valid: "
+            "robot.json:2: 'publisher' is not a key of a node; did you mean 'publishers'? valid: "
             "node_name, node_namespace, number, executor_id, publishers, subscribers, clients, "
             "servers\n");
   EXPECT_THAT(errors_of_publisher(R"("msg_type": "stamped10b", "freq_hz": 1,
       "qos_dept": 3)"),
-              StartsWith("robot.json:3: 'qos_dept' is no key of a publisher; did you mean "
+              StartsWith("robot.json:3: 'qos_dept' is not a key of a publisher; did you mean "
                          "'qos_depth'? valid: topic_name, msg_type, "));
 }
 

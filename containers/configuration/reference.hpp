@@ -29,8 +29,6 @@ struct ReferenceSection {
 /// precedes the sections that it links to.
 std::vector<ReferenceSection> describe_configuration();
 std::vector<ReferenceSection> describe_workload();
-/// Reserved keys of features that are not implemented yet. The reader refuses them.
-std::vector<std::string> planned_keys();
 
 }  // namespace takt
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/containers/configuration/removed.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt {
@@ -41,11 +42,6 @@ std::string code(std::string_view text) {
 }
 
 }  // namespace
-
-// Reserved keys get an error of their own, because they are not misspelt.
-std::vector<std::string> planned_keys() {
-  return {"statistics"};
-}
 
 // ---- Describing ----
 
@@ -98,15 +94,18 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
   }
   std::vector<std::string> keys;
   for (const Field& field : fields) keys.emplace_back(field.key);
-  const std::vector<std::string> planned = planned_keys();
   bool fits = std::holds_alternative<document::Map>(map.content);
   each_in_map([&](const Value& value) {
     if (std::find(keys.begin(), keys.end(), value.name) != keys.end()) return;
     fits = false;
-    if (std::find(planned.begin(), planned.end(), value.name) != planned.end()) {
-      errors_.add(value.line, fmt::format("'{}' is not built yet", value.name), "leave it out");
+    const auto removed = std::find_if(kRemoved.begin(), kRemoved.end(), [&](const Removed& each) {
+      return each.from == whose && each.name == value.name;
+    });
+    if (removed != kRemoved.end()) {
+      errors_.add(value.line, fmt::format("'{}' was removed from {}", value.name, whose),
+                  std::string(removed->instead));
     } else {
-      errors_.add(value.line, fmt::format("'{}' is no key of {}", value.name, whose),
+      errors_.add(value.line, fmt::format("'{}' is not a key of {}", value.name, whose),
                   suggest(value.name, keys));
     }
   })(map);

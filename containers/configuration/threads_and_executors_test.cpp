@@ -160,7 +160,7 @@ TEST_F(ThreadsAndExecutors, RefusesUnknownThreads) {
 
 TEST_F(ThreadsAndExecutors, RefusesMoreThreadsThanTheExecutorCanTake) {
   EXPECT_EQ(errors_of("threads: {a: {}, b: {}}\nexecutors:\n  fast:\n    threads: [a, b]\n"),
-            "robot.yaml:3: executor 'fast' was given 2 threads; this type takes 1 at the most\n");
+            "robot.yaml:3: executor 'fast' was given 2 threads; this type takes at most 1\n");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 
 // So that sums and products of the file's times never overflow.
 constexpr Nanoseconds kLongest = 10'000h;
+// Limit: the `margin` of a model file. At it: a larger one is refused. Seen: the error.
 constexpr double kMostMargin = 10;
 
 /// What is wrong with percentiles that contradict each other; empty: nothing. Those that were left
@@ -253,7 +254,7 @@ class ModelReader : private SystemReader {
     const std::set<std::string> known(names.begin(), names.end());
     for (const auto& [line, name] : caused_) {
       if (known.contains(name)) continue;
-      errors_.add(line, fmt::format("'{}' is no callback of this file", name),
+      errors_.add(line, fmt::format("'{}' is not a callback of this file", name),
                   suggest(name, names));
     }
   }

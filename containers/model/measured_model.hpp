@@ -1,4 +1,4 @@
-// What a run has shown of a system's callbacks: numbers for the analysis of its response times.
+// Numbers that a run has measured of a system's callbacks, for the analysis of response times.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
 #define TAKT_CONTAINERS_MODEL_MEASURED_MODEL_HPP_
@@ -18,6 +18,8 @@ namespace TAKT_PUBLIC takt {
 /// One callback in a run. Execution times are processor time, not wall-clock time.
 struct MeasuredCallback {
   /// How many distances there are at most: δ⁻(2) to δ⁻(64).
+  // Limit: arrivals in a row that a model has the distances of, less one. At it: longer rows follow
+  // from these. Seen: nothing.
   static constexpr std::size_t kMostDistances = 63;
 
   std::string name;  // "/node/callback", as to_string(Chain::Step) writes it

@@ -110,11 +110,12 @@ TEST(MeasuredModel, MayHaveWhatAPersonHasWritten) {
 }
 
 TEST(MeasuredModel, RefusesUnknownKeysWithTheNearestValidOne) {
-  EXPECT_EQ(errors_in("callback: {}\ncallbacks: {}"),
-            "m.model.yaml:1: 'callback' is no key of a measured model; did you mean 'callbacks'? "
-            "valid: file, machine, duration, margin, lost_executions, overheads, "
-            "executors, callbacks, chains\n");
-  EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is no key of a "
+  EXPECT_EQ(
+      errors_in("callback: {}\ncallbacks: {}"),
+      "m.model.yaml:1: 'callback' is not a key of a measured model; did you mean 'callbacks'? "
+      "valid: file, machine, duration, margin, lost_executions, overheads, "
+      "executors, callbacks, chains\n");
+  EXPECT_THAT(errors_of("    arival: {}"), HasSubstr("m.model.yaml:3: 'arival' is not a key of a "
                                                      "measured callback; did you mean 'arrival'?"));
   EXPECT_THAT(errors_of("    arrival: {jiter: 1ms}"), HasSubstr("did you mean 'jitter'?"));
   EXPECT_THAT(errors_of("    execution: {mx: 1ms}"), HasSubstr("did you mean 'max'?"));
@@ -126,7 +127,7 @@ TEST(MeasuredModel, RefusesNamesThatAreNoCallbacks) {
                 HasSubstr("write its node and its name, as in /camera/image"));
   }
   EXPECT_EQ(errors_of("    causes: {/a/B: 1}"),
-            "m.model.yaml:3: '/a/B' is no callback of this file; did you mean '/a/b'? valid: "
+            "m.model.yaml:3: '/a/B' is not a callback of this file; did you mean '/a/b'? valid: "
             "/a/b\n");
   EXPECT_EQ(errors_in("callbacks:\n  /a/b: {}\n  /a/b: {}"),
             "m.model.yaml:3: '/a/b' is already in line 2; remove one of them\n");

@@ -1,4 +1,4 @@
-// What a model takes for granted, and what it refuses to.
+// The assumptions of a model, and what it refuses to assume.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>

@@ -57,7 +57,7 @@ std::size_t ModelBuilder::part_of(const ModelledProcess& process,
       std::find_if(process.executors.begin(), process.executors.end(),
                    [&](const auto& executor) { return executor.name == callback.executor; });
   if (description == process.executors.end()) {
-    throw Error(fmt::format("'{}' runs on '{}', which is no executor of '{}'",
+    throw Error(fmt::format("'{}' runs on '{}', which is not an executor of '{}'",
                             callback.entity->name(), callback.executor, process.name));
   }
   const ExecutorTraits traits = executors().traits(description->type);

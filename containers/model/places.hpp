@@ -1,4 +1,4 @@
-// What the threads of a system get of the CPUs.
+// The CPU time that the threads of a system get.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_MODEL_PLACES_HPP_
 #define TAKT_CONTAINERS_MODEL_PLACES_HPP_
@@ -20,7 +20,7 @@ struct ModelledThread {
   ThreadAttributes attributes;
 };
 
-/// What an executor's threads get.
+/// The CPU time that an executor's threads get.
 struct Place {
   std::optional<analysis::Reservation> reservation;
   std::optional<analysis::Executor::Share> share;

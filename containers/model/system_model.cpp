@@ -305,7 +305,7 @@ void ModelBuilder::set_arrivals(std::size_t index) {
   if (may_run && model_.callbacks[index].execution == Provenance::unknown && unknown.empty()) {
     unknown = fmt::format(
         "the execution time of '{}' is not known; declare it (`execution`), or measure it (`takt "
-        "run --model`)",
+        "model`)",
         described.name);
   }
   const Entity& entity = *callbacks_[index]->entity;

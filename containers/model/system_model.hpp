@@ -17,7 +17,7 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// What a container says of its process, see Container::modelled.
+/// A container's description of its process, see Container::modelled.
 struct ModelledProcess {
   struct Callback {
     std::shared_ptr<Node> node;
@@ -93,7 +93,7 @@ struct ModelBounds {
 /// what only the model knows: a chain has no bound if a queue on it may overflow.
 ModelBounds analyze(const SystemModel& model);
 
-/// What a bound and the latencies that were seen say of a chain.
+/// The result for a chain, from its bound and the latencies that were measured.
 enum class Verdict {
   unjudged,    // it has no deadline
   guaranteed,  // its bound is at most its deadline, and all come through unless it allows losses

@@ -13,6 +13,7 @@ namespace takt {
 namespace {
 
 /// More chains would make a plan that is too long to read.
+// Limit: chains that `chains: auto` finds. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostChains = 100;
 constexpr int kHighestPriority = 80;
 

@@ -244,7 +244,7 @@ TEST(SetCallbackParameters, ChangesWhatTheRequestSaysOrNothing) {
   for (const auto& [request, reason] : std::map<std::string, std::string>{
            {"a: {callbacks: {x: {priority: 1}}}\nnobody: {}\n", "no component is called '/nobody'"},
            {"a: {callbacks: {q: {priority: 1}}}\n", "has no callback 'q'"},
-           {"a: {callbacks: {x: {prority: 1}}}\n", "'prority' is no key of a callback"},
+           {"a: {callbacks: {x: {prority: 1}}}\n", "'prority' is not a key of a callback"},
            {"source: {callbacks: {timer: {budget: 1s}}}\n", "above the period of 10ms"},
            {"a: [", "request:"}}) {
     const auto refused = ask(request);

@@ -27,4 +27,4 @@ struct FairShare : Scheduler {
   std::vector<ReadyCallback*> waiting_;  // as they came
   Nanoseconds served_{0};                // what the group that ran last had used
 };
-TAKT_REGISTER_SCHEDULER("fair_share", "the group that has used the least time", FairShare)
+TAKT_REGISTER_SCHEDULER("fair_share", "the least used group first", FairShare, .takes_turns = false)

@@ -25,6 +25,6 @@ int main(int argc, char** argv) try {
   std::fprintf(stderr, "%s\n", error.what());
   return 2;
 } catch (...) {
-  std::fprintf(stderr, "a callback threw an object that is no std::exception\n");
+  std::fprintf(stderr, "a callback threw an object that is not a std::exception\n");
   return 1;
 }

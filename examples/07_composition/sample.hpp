@@ -1,4 +1,4 @@
-// What the three components send each other.
+// The message between the three components.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef PIPELINE_SAMPLE_HPP_
 #define PIPELINE_SAMPLE_HPP_

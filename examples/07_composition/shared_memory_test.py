@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
-from checks import check, environment, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
+from checks import check, environment, eventually, finish, roudi_runs, skip_without_shared_memory  # noqa: E402
 
 takt, prefix = sys.argv[1:]
 here = os.path.dirname(os.path.abspath(__file__))
@@ -63,8 +63,7 @@ for options in [["--transport", "shm"], ["--transport", "shm", "--composition", 
 
 process = subprocess.Popen([takt, "run", pipeline, "--transport", "shm"], env=environment,
                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-while process.poll() is None and not roudi_runs():
-    time.sleep(0.02)
+eventually(lambda: roudi_runs() or process.poll() is not None)
 time.sleep(1.5)
 status, said, topics = run("--transport", "shm")
 check("a second run uses the RouDi of the first",
@@ -86,9 +85,7 @@ def unloads():
                           capture_output=True, text=True, timeout=60).returncode == 0
 
 
-limit = time.monotonic() + 60
-while not (unloaded := unloads()) and time.monotonic() < limit:
-    time.sleep(0.02)
+unloaded = eventually(unloads)
 process.send_signal(signal.SIGINT)
 said = process.communicate(timeout=60)[0]
 check("with a publisher unloaded, Ctrl-C ends a run and nothing was in transit",

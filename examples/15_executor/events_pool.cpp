@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <tuple>
 
-#include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/executor.hpp"
 
 struct LongestWaiting {
   bool operator()(const takt::ReadyCallback& a, const takt::ReadyCallback& b) const noexcept {
@@ -12,5 +12,5 @@ struct LongestWaiting {
 TAKT_REGISTER_SCHEDULER("longest_waiting", "ready for the longest time first",
                         takt::HeapScheduler<LongestWaiting>)
 TAKT_REGISTER_EXECUTOR("events_pool", "every event at once, for a pool of threads",
-                       takt::DispatchingExecutor, .readiness = takt::Readiness::events,
-                       .scheduler = "longest_waiting", .max_threads = 4, .pool = true)
+                       .readiness = takt::Readiness::events, .scheduler = "longest_waiting",
+                       .max_threads = 4, .pool = true)

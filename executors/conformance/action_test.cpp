@@ -85,6 +85,7 @@ class ConformanceAction : public Conformance {
 };
 
 TEST_P(ConformanceAction, AGoalIsReachedWithFeedbackAndResult) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   EXPECT_TRUE(client_->action_server_is_ready());
   client_->async_send_goal({2}, noted("goal"));
   run(5);
@@ -125,6 +126,7 @@ TEST_P(ConformanceAction, AGoalIsCanceledWhenTheServerAgrees) {
 }
 
 TEST_P(ConformanceAction, GoalsRunSideBySideAndNoMoreThanFit) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   for (const char* name : {"a", "b", "c"}) client_->async_send_goal({1}, noted(name));
   run(15);
   EXPECT_THAT(trace_, testing::UnorderedElementsAre("a accepted", "b accepted", "c rejected",
@@ -139,6 +141,7 @@ TEST_P(ConformanceAction, GoalsRunSideBySideAndNoMoreThanFit) {
 // The limit used to be checked when the goal was accepted, in a callback of the library: the Error
 // ended spin().
 TEST_P(ConformanceAction, AGoalBeyondTheLimitOfTheClientIsRefusedWhenItIsSent) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
   const auto client = create_action_client<Navigate>(*node_, "navigate", {.most_goals = 1});
   auto callbacks = noted("a");
@@ -171,6 +174,7 @@ TEST_P(ConformanceAction, AGoalBeyondTheLimitOfTheClientIsRefusedWhenItIsSent) {
 }
 
 TEST_P(ConformanceAction, ACoroutineSendsAGoalAndAwaitsItsResult) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   if (is_frozen()) GTEST_SKIP() << "a static executor takes nothing more";
   const auto timer = node_->create_timer("mission", 100ms, [&]() -> Task<> {
     const auto goal = co_await client_->send_goal({2}, [&](const auto&, const auto& feedback) {

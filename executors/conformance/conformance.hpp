@@ -17,6 +17,7 @@
 #include "takt/base/manual_clock.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt::conformance {
 
@@ -35,70 +36,78 @@ inline int stress_rounds() {
   return rounds != nullptr ? std::atoi(rounds) : 10'000;
 }
 
-/// Waits, in real time, until the condition holds; false after half a minute.
-inline bool eventually(const std::function<bool()>& condition) {
-  const TimePoint limit = later(Clock::steady().now(), 30s);
-  while (!condition()) {
-    if (Clock::steady().now() > limit) return false;
-    std::this_thread::sleep_for(100us);
-  }
-  return true;
-}
+/// What the parameter of a test stands for: a registered executor, or a variant of one, whose name
+/// ends so: one that isolates, with a thread for each group; one that has several workers only
+/// where the options say so, with two and with four.
+class ExecutorKind {
+ public:
+  static constexpr std::string_view kPerGroup = "_per_group", kTwo = "_two_workers",
+                                    kFour = "_four_workers";
 
-inline constexpr std::string_view kPerGroup = "_per_group", kTwoWorkers = "_two_workers";
-/// Every registered executor, and under names that end so: one that isolates with a thread for each
-/// group; one that has several workers only where the options say so with two.
+  explicit ExecutorKind(const std::string& name) : type(name) {
+    for (const std::string_view ending : {kPerGroup, kTwo, kFour}) {
+      if (!name.ends_with(ending)) continue;
+      type.resize(name.size() - ending.size());
+      is_per_group = ending == kPerGroup;
+      asked_workers_ = ending == kTwo ? 2 : ending == kFour ? 4 : 0;
+    }
+    traits = executors().traits(type);
+  }
+
+  std::size_t workers() const { return asked_workers_ != 0 ? asked_workers_ : traits.pool ? 2 : 1; }
+  std::unique_ptr<Executor> make(ExecutorOptions options) const {
+    if (is_per_group) options.per = Isolation::group;
+    if (options.threads.empty()) options.threads.resize(asked_workers_);
+    return executors().make(type, options);
+  }
+
+  bool is_per_group = false;
+  std::string type;  // the registered name
+  ExecutorTraits traits;
+
+ private:
+  std::size_t asked_workers_ = 0;
+};
+
+/// Why a test that relies on SchedulerTraits::takes_turns does not run.
+inline constexpr const char* kNoTurns =
+    "the traits of the scheduler say that it does not take turns";
+
 inline std::vector<std::string> executor_names() {
   std::vector<std::string> names = executors().names();
   for (const std::string& name : executors().names()) {
     const ExecutorTraits traits = executors().traits(name);
     if (traits.isolates) {
-      names.push_back(name + std::string(kPerGroup));
+      names.push_back(name + std::string(ExecutorKind::kPerGroup));
     } else if (traits.max_threads > 1 && !traits.pool) {
-      names.push_back(name + std::string(kTwoWorkers));
+      names.push_back(name + std::string(ExecutorKind::kTwo));
+      names.push_back(name + std::string(ExecutorKind::kFour));
     }
   }
   return names;
 }
 
-/// What one of these names stands for.
-struct ExecutorKind {
-  explicit ExecutorKind(const std::string& name)
-      : is_per_group(name.ends_with(kPerGroup)),
-        has_two_workers(name.ends_with(kTwoWorkers)),
-        type(name.substr(0, name.size() - (is_per_group      ? kPerGroup.size()
-                                           : has_two_workers ? kTwoWorkers.size()
-                                                             : 0))),
-        traits(executors().traits(type)) {}
-
-  bool is_pool() const { return traits.pool || has_two_workers; }
-  std::unique_ptr<Executor> make(ExecutorOptions options) const {
-    if (is_per_group) options.per = Isolation::group;
-    if (has_two_workers && options.threads.empty()) options.threads.resize(2);
-    return executors().make(type, options);
-  }
-
-  const bool is_per_group, has_two_workers;
-  const std::string type;  // the registered name
-  const ExecutorTraits traits;
-};
-
 class Conformance : public ::testing::TestWithParam<std::tuple<std::string, std::string>> {
  protected:
   const std::string& executor_name() const { return std::get<0>(GetParam()); }
   const std::string& scheduler_name() const { return std::get<1>(GetParam()); }
+  bool takes_turns() const { return schedulers().traits(scheduler_name()).takes_turns; }
   bool is_per_group() const { return kind_.is_per_group; }
   bool is_isolated() const { return traits_.isolates; }
   bool is_frozen() const { return traits_.frozen; }
-  bool is_pool() const { return kind_.is_pool(); }
+  bool is_pool() const { return workers() > 1; }
+  /// Of an executor that is made without saying how many. One that isolates: of each of its own.
+  std::size_t workers() const { return kind_.workers(); }
+  /// Threads that a manual clock waits for, where all nodes of a test have one group.
+  std::size_t participants() const { return is_isolated() ? 2 : workers(); }
   bool is_event_driven() const { return traits_.readiness == Readiness::events; }
 
-  std::unique_ptr<Executor> make(Clock& clock, std::size_t pool_threads = 2) const {
+  std::unique_ptr<Executor> make(Clock& clock, std::size_t of_a_pool = 0) const {
     ExecutorOptions options;
     options.name = "conformance";
     options.scheduler = scheduler_name();
     options.clock = &clock;
-    if (is_pool()) options.threads.resize(pool_threads);
+    if (is_pool()) options.threads.resize(of_a_pool != 0 ? of_a_pool : workers());
     return make(options);
   }
   std::unique_ptr<Executor> make(const ExecutorOptions& options) const {

@@ -1,6 +1,7 @@
 // Nodes, groups and entities that come and go. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include <set>
 #include <utility>
 

@@ -1,6 +1,7 @@
 // Exclusion, parallelism, and bounded queues. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include <random>
 
 #include <sys/resource.h>
@@ -65,7 +66,7 @@ TEST_P(ConformanceGroups, AReentrantGroupRunsInParallelWhereThereAreThreads) {
       group);
   const auto publisher = node->create_publisher<Number>("topic", 5);
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.settle();
   publisher->publish(Number{1});
   publisher->publish(Number{2});
@@ -139,7 +140,7 @@ TEST_P(ConformanceGroups, WhatAnEarlierExecutorKeptOfAGroupIsNoneOfTheNextOnes) 
     }
     const auto executor = make(clock);
     executor->add_node(node);
-    const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+    const ManualSpin spin(*executor, clock, participants());
     clock.settle();
     first->trigger();
     clock.advance(10ms);

@@ -1,6 +1,7 @@
 // In which order callbacks run, and that none is overtaken for ever. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
 #include "takt/nodes/chain.hpp"
 
@@ -166,7 +167,7 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
       executor->add_node(node);
       nodes.push_back(node);
     }
-    const ManualSpin spin(*executor, clock, is_isolated() ? 4 : is_pool() ? 2 : 1);
+    const ManualSpin spin(*executor, clock, is_isolated() ? 4 : workers());
     clock.advance(100ms);
     return trace;
   };
@@ -178,6 +179,7 @@ TEST_P(ConformanceOrder, TheSameRunGivesTheSameTrace) {
 
 // A ready callback is not overtaken for ever: #2360, #2702, Teper et al. (EMSOFT 2024).
 TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   ManualClock clock;
   const auto executor = make(clock);
   const auto node = make_node(clock);
@@ -186,7 +188,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
   const auto a = node->create_timer("a", 10ms, [&] { clock.work(15ms), trace.push_back('a'); });
   const auto b = node->create_timer("b", 10ms, [&] { clock.work(15ms), trace.push_back('b'); });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(1s);
   ASSERT_EQ(trace.size(), 66u);  // 15 ms each, in a second
   for (std::size_t i = 1; i < trace.size(); ++i) ASSERT_NE(trace[i], trace[i - 1]) << i;
@@ -194,6 +196,7 @@ TEST_P(ConformanceOrder, TwoEqualTimersOfOneExclusiveGroupAlternate) {
 
 // A worker keeps what its own callbacks announce elsewhere than what other threads announce.
 TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   if (is_event_driven() || is_isolated()) GTEST_SKIP() << "it serves no snapshots of the whole";
   ManualClock clock;
   const auto executor = make(clock);
@@ -223,6 +226,7 @@ TEST_P(ConformanceOrder, ASnapshotKeepsTheOrderOfWhatThreadsAndCallbacksAnnounce
 
 // #2402, #392: a timer that is always ready starves the subscriptions.
 TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   ManualClock clock;
   const auto executor = make(clock);
   const auto node = make_node(clock);
@@ -236,7 +240,7 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
   const auto subscription = node->create_subscription<Number>(
       "topic", 1, [&](const Number&) { clock.work(1ms), ++messages; });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(1s);
   EXPECT_NEAR(3 * timers + messages, 1000, 3);  // never idle
   EXPECT_GE(messages, timers / 2 - 1);
@@ -245,6 +249,7 @@ TEST_P(ConformanceOrder, ASlowTimerDoesNotStopSubscriptions) {
 
 // #2912: of two saturated subscriptions one got most of the turns, depending on their order.
 TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   for (const bool heavy_first : {true, false}) {
     ManualClock clock;
     const auto executor = make(clock);
@@ -264,7 +269,7 @@ TEST_P(ConformanceOrder, HeavyAndLightSubscriptionsRunInTurnWhateverTheirOrder) 
     const auto source = make_node(clock, "source");
     const auto to_heavy = source->create_publisher<Number>("heavy", 1);
     const auto to_light = source->create_publisher<Number>("light", 1);
-    const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+    const ManualSpin spin(*executor, clock, participants());
     for (int i = 0; i < 2000; ++i) {
       to_heavy->publish(Number{});
       to_light->publish(Number{});

@@ -2,7 +2,7 @@
 // every scheduler.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
-#include "takt/executors/engine/watchdog.hpp"
+#include "takt/executors/watchdog.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 
@@ -16,10 +16,9 @@ class ConformanceOverrun : public Conformance {
                             .scheduler = scheduler_name(),
                             .watchdog = watchdog,
                             .clock = &clock_};
-    if (is_pool()) options.threads.resize(2);
+    if (is_pool()) options.threads.resize(workers());
     return make(options);
   }
-  std::size_t participants() const { return is_isolated() || is_pool() ? 2 : 1; }
   int now_ms() const { return static_cast<int>(clock_.now().time_since_epoch() / 1ms); }
   static CallbackStatistics find(const Executor& executor, const std::string& callback) {
     for (CallbackStatistics& statistics : executor.statistics()) {
@@ -200,6 +199,7 @@ TEST_P(ConformanceOverrun, DemotePutsItBehindAllOthersUntilItKeepsItsTime) {
 
 // A callback that nobody checks any more would have stayed demoted for ever.
 TEST_P(ConformanceOverrun, AnotherPolicyEndsADemotion) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   std::vector<std::string> trace;
   int run = 0;
   const auto urgent = node_->create_timer("urgent", 10ms, [&] {
@@ -264,6 +264,7 @@ TEST_P(ConformanceOverrun, MeasuresAChainFromReleaseToEndAndOnlyItsOwnInstances)
 // left → fuse(left) ─┬→ sink   The instances of both timers are in the fused message, which was
 // once right → fuse(right)┘          counted for the input that came last alone.
 TEST_P(ConformanceOverrun, BothChainsGoOnThroughAJoin) {
+  if (!takes_turns()) GTEST_SKIP() << kNoTurns;
   const auto left = node_->create_publisher<Number>("left", 5);
   const auto right = node_->create_publisher<Number>("right", 5);
   const auto fused = node_->create_publisher<Number>("fused", 5);

@@ -82,7 +82,7 @@ bool is_owned(const Entity& entity) {
   return entity.owner() != nullptr;
 }
 void wait_until_claimed(const Entity& entity) {
-  while (is_owned(entity)) std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return !is_owned(entity); }));
 }
 /// Gives another thread time in which it could show that it does what it must not.
 void give_time(const std::function<bool()>& has_done_it) {
@@ -229,7 +229,7 @@ class Circle {
       spins.push_back(std::make_unique<SpinThread>(*executor));
     }
     for (const auto& entity : entities_) static_cast<HookedGuard&>(*entity).trigger();
-    while (returned < static_cast<int>(size())) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return returned == static_cast<int>(size()); }));
   }
 
   std::atomic<int> ran{0}, returned{0};

@@ -1,6 +1,7 @@
 // What the ways of spinning, cancelling and throwing mean. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include <sys/resource.h>
 
 #include "takt/executors/conformance/conformance.hpp"
@@ -161,7 +162,7 @@ TEST_P(ConformanceSpin, AFutureWakesFromAnyThread) {
   executor->add_node(node);
   Promise<int> promise;
   std::thread other([&] {
-    while (!executor->is_spinning()) std::this_thread::yield();
+    EXPECT_TRUE(eventually([&] { return executor->is_spinning(); }));
     promise.set_value(7);
   });
   EXPECT_EQ(executor->spin_until_future_complete(promise.get_future()), FutureReturnCode::SUCCESS);

@@ -17,7 +17,7 @@ class ConformanceSpinning : public Conformance {
     options.clock = &clock;
     const bool has_own_cpu = available_cpus().size() > 1 && !is_pool();
     options.spin = has_own_cpu ? kSpinAlways : kMostSpin;
-    if (is_pool()) options.threads.resize(2);
+    if (is_pool()) options.threads.resize(workers());
     return make(options);
   }
 };
@@ -133,7 +133,7 @@ TEST_P(ConformanceSpinning, UnderAManualClockItTakesNoTime) {
     starts_ms.push_back(static_cast<int>(clock.now().time_since_epoch() / 1ms));
   });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(35ms);
   EXPECT_THAT(starts_ms, ElementsAre(10, 20, 30));
 }

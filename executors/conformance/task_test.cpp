@@ -50,7 +50,6 @@ class ConformanceTask : public Conformance {
   const std::unique_ptr<Executor> executor_ = make(clock_);
   const std::shared_ptr<Node> node_ = make_node(clock_);
   std::vector<std::string> trace_;
-  std::size_t workers() const { return is_pool() ? 2 : is_isolated() ? 2 : 1; }
   void note(std::string what) { trace_.push_back(std::move(what)); }
 };
 

@@ -1,6 +1,7 @@
 // Timers, threads, allocations, and the envelope of a chain. Run for every executor under
 // every scheduler. The numbers in the comments are those of the rclcpp issues (or the project)
-// whose defect is tested. SPDX-License-Identifier: Apache-2.0
+// whose defect is tested.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/conformance/conformance.hpp"
 
 namespace takt::conformance {
@@ -21,7 +22,7 @@ TEST_P(ConformanceTime, AnOverrunningTimerKeepsItsPhaseAndOneRelease) {
     clock.work(starts_ms.size() == 2 ? 35ms : 1ms);
   });
   executor->add_node(node);
-  const ManualSpin spin(*executor, clock, is_isolated() || is_pool() ? 2 : 1);
+  const ManualSpin spin(*executor, clock, participants());
   clock.advance(85ms);
   // Released at 30, 40 and 50 while the second runs: 30 is outstanding, 40 and 50 are missed.
   EXPECT_THAT(starts_ms, ElementsAre(10, 20, 55, 60, 70, 80));
@@ -116,7 +117,7 @@ TEST_P(ConformanceTime, ThreadsHaveTheirAttributesBeforeTheFirstCallback) {
   options.scheduler = scheduler_name();
   const int cpu = available_cpus().back();
   ThreadAttributes attributes{.name = "conform", .policy = ThreadPolicy::batch, .affinity = {cpu}};
-  options.threads.assign(is_pool() ? 2 : 1, attributes);
+  options.threads.assign(workers(), attributes);
   options.realtime = Realtime::require;
   const auto executor = make(options);
   const auto node = make_node(Clock::steady());

@@ -12,16 +12,11 @@
 #include "takt/sched/threads/realtime_thread.hpp"
 
 namespace takt {
-// The model is repeated: otherwise this file would call a function for each access.
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ =
-    nullptr;
-[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Spin*
-    DispatchingExecutor::spin_of_ = nullptr;
-[[gnu::tls_model(
-    "initial-exec")]] thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-[[gnu::tls_model("initial-exec")]] thread_local constinit DispatchingExecutor::Place*
-    DispatchingExecutor::place_ = nullptr;
+thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ = nullptr;
+thread_local constinit DispatchingExecutor::Spin* DispatchingExecutor::spin_of_ = nullptr;
+thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
+thread_local constinit std::size_t DispatchingExecutor::place_ = 0;
+thread_local constinit bool DispatchingExecutor::runs_again_ = false;
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
@@ -42,7 +37,7 @@ class DispatchingExecutor::Spin {
     executor_.was_spun_ = true;
     outer_ = std::exchange(worker_of_, &executor_);
     outer_spin_ = std::exchange(spin_of_, this);
-    outer_place_ = std::exchange(place_, &executor_.lock_.enter(0));
+    outer_place_ = std::exchange(place_, 0);
     outer_trace_ =
         std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
     const ReadSection registers_this_thread;
@@ -55,7 +50,6 @@ class DispatchingExecutor::Spin {
   }
   ~Spin() {
     executor_.has_workers_.store(false);
-    executor_.standing_by_.store(0);  // an only worker that has spun
     executor_.backend_->leave(0);
     const std::lock_guard lock(executor_.control_mutex_);
     executor_.install_update();
@@ -73,38 +67,16 @@ class DispatchingExecutor::Spin {
 
   DispatchingExecutor* outer() const noexcept { return outer_; }
   const Spin* outer_spin() const noexcept { return outer_spin_; }
-  Place* outer_place() const noexcept { return outer_place_; }
 
  private:
   DispatchingExecutor& executor_;
   DispatchingExecutor* outer_;
   Spin* outer_spin_;
-  Place* outer_place_;
+  std::size_t outer_place_;
   TraceRing* outer_trace_;
 };
 
 // ---- Dispatch ----
-
-// Called with the lock held, when a worker is about to execute. Wakes another one if more is ready,
-// or if no timekeeper is left; one that watches closely sees it. What waits alone is often of the
-// group that has just become busy.
-void DispatchingExecutor::pass_on() noexcept {
-  if (!shared_) return;
-  if (standing_by_.load() != 0) {
-    dispatches_.store(dispatches_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    if (watched_closely_.load(std::memory_order_relaxed) != 0) [[unlikely]]
-      is_left_over_.store(has_left_over(), std::memory_order_relaxed);
-    return;
-  }
-  if (idle_.load() == 0) return;
-  if (needs_timekeeper(ready_.next_release()) || ready_.has_another()) wake();
-}
-
-bool DispatchingExecutor::has_left_over() noexcept {
-  const bool has_more = ready_.has_waiting() || ready_.has_announcements();
-  return exception_ != nullptr || ready_.waiting() > 1 || needs_timekeeper(ready_.next_release()) ||
-         (has_more && ready_.has_another());
-}
 
 void DispatchingExecutor::cancel() noexcept {
   cancelled_.store(true);
@@ -115,23 +87,23 @@ void DispatchingExecutor::cancel() noexcept {
 // left. Installs the updates of all executors whose callbacks this thread is in.
 void DispatchingExecutor::install_updates_here() noexcept {
   const Spin* spin = spin_of_;
-  Place* place = place_;
   for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
-    if (executor->shared_) executor->lock_.lock(*place);
+    executor->lock();
     executor->install_update();
-    if (executor->shared_) executor->lock_.unlock_and_leave(*place);
+    executor->unlock();
     executor = spin != nullptr ? spin->outer() : nullptr;
-    if (spin != nullptr) {
-      place = spin->outer_place();
-      spin = spin->outer_spin();
-    }
+    if (spin != nullptr) spin = spin->outer_spin();
   }
 }
 
 // Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
 // time to time; under a manual clock, which does not watch them, at every dispatch.
 void DispatchingExecutor::look_at_file_descriptors() noexcept {
-  if (options_.clock->as_manual() != nullptr || looks_.is_due(*options_.clock)) backend_->look();
+  constexpr Nanoseconds kBetweenLooks(50'000);
+  const TimePoint now = options_.clock->now();
+  if (options_.clock->as_manual() == nullptr && now - last_look_ < kBetweenLooks) return;
+  last_look_ = now;
+  backend_->look();
 }
 
 // The lock is held before and after.
@@ -188,10 +160,11 @@ bool DispatchingExecutor::run_period() noexcept {
   let_->next = later(let_->next + missed * let_->period, let_->period);
   ready_.take_snapshot();
   // A callback may install an update, which replaces the vector for the next period.
-  const std::shared_ptr<void> keeps = let_->taken;
-  auto& executions = *static_cast<std::vector<Execution>*>(keeps.get());
+  const std::shared_ptr<std::vector<Execution>> keeps = let_->taken;
+  std::vector<Execution>& executions = *keeps;
   executions.clear();
   while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
+    record->state.retain();
     Execution& execution = executions.emplace_back(record, *record, record->is_checked);
     execution.slot.sequence = record->sequence;
     if (record->is_checked) watch_execution(*record);
@@ -199,17 +172,18 @@ bool DispatchingExecutor::run_period() noexcept {
   }
   for (Execution& execution : executions) {
     CallbackRecord& record = *execution.record;
-    if (record.removed) {  // by one of the callbacks before
+    if (record.state.is_removed()) {  // by one of the callbacks before
       if (execution.is_taken) record.entity->discard(execution.slot);
-      record.let_go();
+      record.state.release();
       continue;
     }
     record.exclusion->admit(record);
-    ready_.begin(record);
+    record.state.begin();
     if (record.is_reentrant()) ready_.taken(record, execution.slot.more);
     // Its input was taken with those of all others, and has waited since.
     execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
             execution.is_taken, &let_->outputs);
+    record.state.release();
   }
   return true;
 }
@@ -237,7 +211,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     Dispatch dispatch{as_picked.info, instance, root, path, outputs, record.exclusion.get()};
     const Dispatch::Scope scope(dispatch);
     if (is_checked) [[unlikely]]
-      record.supervision->running[place_->index].chain_instance.store(dispatch.chain_instance);
+      record.supervision->running[place_].chain_instance.store(dispatch.chain_instance);
     Usage before;
     if (trace_of_ != nullptr) [[unlikely]]
       before = usage_of_thread();
@@ -254,7 +228,7 @@ void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& a
     if (is_checked) [[unlikely]]
       check_limits(record, slot, dispatch, start, end);
   } else if (is_checked) {
-    record.supervision->running[place_->index].deadline.store(kNever);
+    record.supervision->running[place_].deadline.store(kNever);
   }
   lock();
   if (taken && options_.statistics != StatisticsLevel::off) ++record.executions;
@@ -313,13 +287,10 @@ void DispatchingExecutor::rethrow() {
   if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
 }
 
-// The loop of a worker: one function, with the whole hot path inlined. All else is declared
-// noinline: in a unity build the compiler sees it, and would inline it, too.
-[[gnu::flatten]] void DispatchingExecutor::work(std::size_t index) {
-  constexpr std::uint32_t kManyMeetings = 8;  // by chance they are rare
+// The loop of a worker.
+void DispatchingExecutor::work(std::size_t index) {
   worker_of_ = this;
-  Place& self = lock_.enter(index);
-  place_ = &self;
+  place_ = index;
   if (!traces_.empty()) trace_of_ = &traces_[index];
   { const ReadSection registers_this_thread; }
   backend_->enter(index, threads_[index]);
@@ -328,13 +299,13 @@ void DispatchingExecutor::rethrow() {
   const TimePoint start = Clock::steady().now();
   lock();
   spin_times_[index] = Nanoseconds::zero();
+  ++workers_;
   while (!stopping()) {
-    if (shared_ && lock_.count_meetings(self) >= kManyMeetings) [[unlikely]]
-      stand_by();
-    if (!run_next({}) && !stand_by()) [[unlikely]]
-      sleep(index, kNever);
+    if (!run_next({})) [[unlikely]]
+      wait(index, kNever);
   }
-  unlock_and_leave();
+  --workers_;
+  unlock();
   ThreadStatistics& statistics = thread_statistics_[index];
   if (let_ != nullptr) {
     let_->outputs.publish();
@@ -388,9 +359,9 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
   lock();
-  while (!stopping() && !run_next({}) && has_time_left(limit) && sleep(0, limit)) {
+  while (!stopping() && !run_next({}) && has_time_left(limit) && wait(0, limit)) {
   }
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -399,7 +370,7 @@ bool DispatchingExecutor::run_one() {
   Spin spin(*this);
   lock();
   const bool has_run = run_next({});
-  unlock_and_leave();
+  unlock();
   rethrow();
   return has_run;
 }
@@ -418,7 +389,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
     if (!has_time_left(limit)) break;
   }
   ready_.restore_deferred();
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -432,7 +403,7 @@ void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   while (!stopping() && run_next({})) {
     if (!has_time_left(limit)) break;
   }
-  unlock_and_leave();
+  unlock();
   spin.take_cancel();
   rethrow();
 }
@@ -452,9 +423,9 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
   lock();
   while (!stopping() && !future.ready()) {
     const bool has_run = run_next({});
-    if (!has_time_left(limit) || (!has_run && !sleep(0, limit, &future))) break;
+    if (!has_time_left(limit) || (!has_run && !wait(0, limit, &future))) break;
   }
-  unlock_and_leave();
+  unlock();
   const bool was_cancelled = spin.take_cancel();
   rethrow();
   if (future.ready()) return FutureReturnCode::SUCCESS;

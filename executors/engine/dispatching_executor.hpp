@@ -12,17 +12,15 @@
 
 #include "takt/base/held_locks.hpp"
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/visibility.hpp"
 #include "takt/entities/staged_outputs.hpp"
 #include "takt/executors/engine/dispatch_lock.hpp"
 #include "takt/executors/engine/numbers.hpp"
-#include "takt/executors/engine/pace.hpp"
 #include "takt/executors/engine/past_statistics.hpp"
 #include "takt/executors/engine/ready_set.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
-namespace TAKT_PUBLIC takt {
+namespace takt {
 
 /// Throws Error if `spin` or `early_wake` is out of its limits, or if these threads, instead of
 /// those of the options, cannot spin always.
@@ -33,14 +31,15 @@ void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes
 ///    set's inbox, and one sleeping worker is woken, if there is one.
 /// 2. A worker takes the dispatch lock (only where there is more than one worker), picks a callback
 ///    from the ready set, and executes it without the lock.
-/// 3. When there is nothing to pick, the worker sleeps. One of the sleepers keeps time: it wakes
-///    when the first timer is due.
+/// 3. When there is nothing to pick, the worker waits: it may search for a moment, then it sleeps.
+///    One of those that wait does so until the first timer is due.
 /// 4. A control thread builds a change as an update; a worker installs it at its next dispatch.
 ///    While no thread spins, the control thread installs it itself.
 /// Thread safety and real-time: as Executor.
 class DispatchingExecutor : public Executor, private Wakeable {
   using CallbackRecord = detail::CallbackRecord;
   using CallbackSettings = detail::CallbackSettings;
+  using Execution = detail::Execution;
   using ReadySet = detail::ReadySet;
   using ScheduleUpdate = detail::ScheduleUpdate;
 
@@ -65,8 +64,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void release_timers(bool released) noexcept override {
     ready_.release_timers(released);
     timers_held_.store(released ? TimePoint{} : options_.clock->now());
-    is_left_over_.store(true);
-    wake();  // the timekeeper must look again
+    wake();  // the worker that waits for the first one must look again
   }
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
@@ -102,7 +100,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
  private:
   struct Record;
-  using Records = std::vector<std::shared_ptr<Record>>;
+  using Records = std::vector<std::unique_ptr<Record>>;
   class Spin;
 
   /// The watchdog calls it from its thread: a member, which is complete before the executor is.
@@ -125,16 +123,6 @@ class DispatchingExecutor : public Executor, private Wakeable {
     DispatchingExecutor& executor;
   };
 
-  /// A callback whose input is taken and which has not run yet.
-  struct Execution {
-    Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
-        : record(of), as_picked(picked), is_checked(checked) {}
-    CallbackRecord* record;
-    ReadyCallback as_picked;
-    bool is_checked;
-    Slot slot;
-    bool is_taken = false;
-  };
   /// Logical execution time.
   struct Let {
     explicit Let(const TriggerOptions& options)
@@ -143,7 +131,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
     StagedOutputs outputs;
     TimePoint next{};  // end of the period
     std::uint64_t missed = 0;
-    std::shared_ptr<void> taken;  // a vector of Executions, with room for all callbacks
+    std::shared_ptr<std::vector<detail::Execution>> taken;  // with room for all callbacks
   };
 
   // Control threads.
@@ -158,46 +146,37 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void unwatch(Record& record) noexcept;
   void add_group(const std::shared_ptr<CallbackGroup>& group, Node& node);
   void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
-  void give_up(Record& record) noexcept;
-  void wait_until_gone(const Record& record) noexcept;
+  void undo_add(Record& record) noexcept;
+  void wait_until_over(const Record& record) noexcept;
+  static void mark_removed(Record& record) noexcept;
   static void detach(Record& record) noexcept;
-  void wait_for_end_of(Record& record) noexcept;
-  std::uint64_t begin_to_leave(const void* what);
-  bool ends_leaving(const void* what, std::uint64_t removal) noexcept;
+  void wait_for_removal(Record& record) noexcept;
+  std::uint64_t begin_removal(const void* what);
+  bool ends_removal(const void* what, std::uint64_t removal) noexcept;
   void removal_is_over(std::size_t count) noexcept;
-  void drain_removals() noexcept;
+  void wait_for_removals() noexcept;
   bool claim_removal(Record& record) noexcept;
   void remove(const std::vector<Record*>& records) noexcept;
-  void take_out(Record& record) noexcept;
-  void forget_at_rest(const std::vector<Record*>& records) noexcept;
+  void take_from_lists(Record& record) noexcept;
+  void remove_at_rest(const std::vector<Record*>& records) noexcept;
   void publish_update();
   void publish_removal() noexcept;
   std::unique_ptr<ScheduleUpdate> make_update(const ScheduleUpdate* earlier) const;
   void configure(ScheduleUpdate& update) const;
+  void hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept;
   void send(std::unique_ptr<ScheduleUpdate> update) noexcept;
-  Records take_unused_records() noexcept;
+  Records take_unused() noexcept;
   CallbackStatistics statistics_of(const Record& record) const;
   void remember_statistics_of(const Record& record);
   void remember(const std::shared_ptr<Node>& node);
 
   // Workers.
   void lock() noexcept {
-    if (!shared_) return;
-    detail::lock_is_held();
-    if (!lock_.lock(*place_)) [[unlikely]]
-      ready_.prefetch();
+    if (shared_) lock_.lock();
   }
   void unlock() noexcept {
-    if (!shared_) [[likely]]
-      return;
-    detail::lock_is_released();
-    lock_.unlock(*place_);
-  }
-  /// As unlock, by a worker that will not be back soon.
-  void unlock_and_leave() noexcept {
-    if (!shared_) return;
-    detail::lock_is_released();
-    lock_.unlock_and_leave(*place_);
+    if (shared_) [[unlikely]]
+      lock_.unlock();
   }
   void start_worker(std::size_t index);
   void work(std::size_t index);
@@ -207,12 +186,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void execute(CallbackRecord& record, const ReadyCallback& as_picked, TimePoint picked,
                bool is_checked, Slot& slot, bool taken, StagedOutputs* outputs) noexcept;
   void call(CallbackRecord& record, Slot& slot) noexcept {
+    const bool outer_runs_again = shared_ && std::exchange(runs_again_, false);
     try {
       detail::expect_no_lock("callback");
       record.entity->execute(slot);
     } catch (...) {
       caught(record, std::current_exception());
     }
+    if (shared_ && std::exchange(runs_again_, outer_runs_again)) slot.more = true;
   }
   struct Usage {
     Nanoseconds cpu_time{0};
@@ -240,7 +221,7 @@ class DispatchingExecutor : public Executor, private Wakeable {
     return dispatch != nullptr ? dispatch->group : nullptr;
   }
   [[gnu::cold, gnu::noinline]] void watch_execution(CallbackRecord& record) noexcept;
-  [[gnu::noinline]] void discard(CallbackRecord& record, Slot& slot) noexcept;
+  void discard(CallbackRecord& record, Slot& slot) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
   [[gnu::cold, gnu::noinline]] void trace(CallbackRecord& record, const Slot& slot,
@@ -252,37 +233,36 @@ class DispatchingExecutor : public Executor, private Wakeable {
   void record_times(CallbackRecord& record, const Slot& slot, TimePoint picked, TimePoint start,
                     TimePoint end) noexcept;
   bool has_time_left(TimePoint limit) noexcept;
-  [[gnu::noinline]] bool spin_until(TimePoint limit, std::size_t index,
-                                    const FutureState* future) noexcept;
-  [[gnu::noinline]] bool sleep(std::size_t index, TimePoint limit,
-                               const FutureState* future = nullptr) noexcept;
-  [[gnu::noinline]] bool stand_by() noexcept;
+  void set_wait(std::size_t index, TimePoint until) noexcept;
+  TimePoint release_to_wait_for() const noexcept;
+  bool may_search(std::size_t index) const noexcept {
+    return !shared_ || (may_search_[index] && search_.load() == Search::none);
+  }
+  Nanoseconds patience_of(std::size_t index) const noexcept;
+  bool search(std::size_t index, TimePoint until, Nanoseconds patience,
+              const FutureState* future) noexcept;
+  bool wait(std::size_t index, TimePoint limit, const FutureState* future = nullptr) noexcept;
   void install_update() noexcept {
     if (update_.load(std::memory_order_relaxed) != nullptr) [[unlikely]]
       install_pending_update();
   }
   [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept;
   static void install_updates_here() noexcept;
-  [[gnu::noinline]] void look_at_file_descriptors() noexcept;
+  void look_at_file_descriptors() noexcept;
   void pass_on() noexcept;
   TimePoint first_release() const noexcept {
     return let_ != nullptr ? let_->next : ready_.next_release();
   }
-  /// Whether no worker waits until that release: there is no timekeeper, or it waits for longer.
-  bool needs_timekeeper(TimePoint release) const noexcept {
-    return release != kNever && (timekeeper_ == kNobody || release < timekeeper_deadline_);
-  }
-  bool keep_time(std::size_t index) noexcept;
-  void stop_keeping_time(std::size_t index) noexcept {
-    if (timekeeper_ == index) timekeeper_ = kNobody;
-  }
-  [[gnu::noinline]] bool has_left_over() noexcept;
-  [[gnu::noinline]] void announce(CallbackRecord& record, Arrival arrival) noexcept;
-  // The same, called by a worker's callback. Each is a function of its own, which saves no more
-  // registers than it needs.
-  [[gnu::noinline]] void announce_alone(CallbackRecord& record, Arrival arrival) noexcept;
-  [[gnu::noinline]] void announce_in_pool(CallbackRecord& record, Arrival arrival) noexcept;
-  [[gnu::noinline]] void wake() noexcept final;
+  void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  /// What the worker of a pool that searches instead of sleeping has to do. One does at a time.
+  enum class Search : std::uint8_t {
+    none,    // nobody searches: a sleeper is woken
+    quiet,   // nothing has come since it last looked
+    asked,   // something was announced: it looks whether the announcing worker has taken that
+    called,  // it has to come: there is something to run, or to wait for
+  };
+  void notify(Search what) noexcept;
+  void wake() noexcept final { notify(Search::called); }
   void wake_all() noexcept;
   bool claim_idle() noexcept;
   /// Something for which a sleeper wakes up.
@@ -297,24 +277,26 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // The executor whose worker the calling thread is: a removal from it must not wait for this
   // thread.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit DispatchingExecutor* worker_of_;
+  static thread_local constinit DispatchingExecutor* worker_of_;
   // The innermost of its spins; nullptr on the threads of a pool.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit Spin* spin_of_;
+  static thread_local constinit Spin* spin_of_;
 
   // Which of its workers: the thread that spins has index 0.
-  using Place = detail::DispatchLock::Worker;
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit Place* place_;
+  static thread_local constinit std::size_t place_;
+
+  // In a pool: the callback that this worker is in has announced itself.
+  static thread_local constinit bool runs_again_;
 
   // Where that worker traces; nullptr when nothing is traced.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit TraceRing* trace_of_;
+  static thread_local constinit TraceRing* trace_of_;
 
   const ExecutorOptions options_;
   const ExecutorTraits traits_;
   const std::string scheduler_;
   std::vector<ThreadAttributes> threads_;  // one for each worker
   const bool shared_;                      // more than one worker
-  const bool stands_by_;                   // its workers run at the same time
-  const bool may_starve_;                  // what is ready, in the scheduler's order
+  const bool is_parallel_;                 // and they run at the same time
+  const std::vector<bool> may_search_;     // each worker of a pool
   const bool records_times_;               // statistics are full
   const bool times_take_;  // the callback's start is read, as it is later than the pick
   const Nanoseconds spin_, early_wake_;   // under a manual clock neither takes time
@@ -328,19 +310,14 @@ class DispatchingExecutor : public Executor, private Wakeable {
   ReadySet ready_;
   std::exception_ptr exception_;
   ExceptionHandler handler_;
-  static constexpr std::size_t kNobody = SIZE_MAX;
   std::vector<Nanoseconds> spin_times_;  // of each worker, since spin began
-  std::size_t timekeeper_ = kNobody;     // the worker that waits until the first timer is due
-  TimePoint timekeeper_deadline_{};
-  detail::Pace looks_{std::chrono::microseconds(50)};  // at file descriptors, when no worker sleeps
+  std::size_t workers_ = 0;              // that have begun to work and have not ended
+  std::vector<TimePoint> waits_;         // until which release each worker waits; else kNever
+  TimePoint first_wait_ = kNever;        // the first of these
+  TimePoint last_look_{};                // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
-  std::atomic<std::size_t> standing_by_{0};       // workers that look for work instead of sleeping
-  std::atomic<int> watched_closely_{0};           // how many of them read is_left_over_
-  std::atomic<std::uint64_t> dispatches_{0};      // while they look for work; written serialised
-  // More is ready than those that dispatch have taken, or one that watches closely must look for
-  // another reason.
-  std::atomic<bool> is_left_over_{false};
+  std::atomic<Search> search_{Search::none};
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> spinning_{false};     // in any kind of spin
   std::atomic<bool> has_workers_{false};  // and all its threads exist
@@ -351,13 +328,13 @@ class DispatchingExecutor : public Executor, private Wakeable {
 
   // Guarded by control_mutex_.
   mutable PiMutex control_mutex_;
-  std::map<CallbackId, std::shared_ptr<Record>> records_;  // in order of registration
+  std::map<CallbackId, std::unique_ptr<Record>> records_;  // in order of registration
   std::unordered_map<const Entity*, Record*> of_entity_;   // the same
-  Records removed_records_;                                // until no thread can touch them
+  Records removed_;                                        // until nothing refers to them
   // Groups and nodes that one or more threads are removing, with the number of the removal: the
   // first thread that finishes ends it for all.
-  std::map<const void*, std::uint64_t> leaving_;
-  std::uint64_t last_leaving_ = 0;
+  std::map<const void*, std::uint64_t> removals_;
+  std::uint64_t last_removal_ = 0;
   detail::PastStatistics past_;  // of removed callbacks
   bool is_ending_ = false;       // no more statistics are kept
   ScheduleUpdate changes_;       // only `removed` and `changed`
@@ -380,11 +357,6 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   explicit Record(DispatchingExecutor& owner) : executor(owner) {}
   ~Record() { release_entity(); }
   DispatchingExecutor& executor;
-  std::atomic<int> users{0};  // threads that remove it, or wait for its removal
-  // The first of these threads detaches the entity, and the others wait for it: none detaches it
-  // later, when the entity may have another owner.
-  std::atomic<bool> is_being_detached{false};
-  std::atomic<std::uint32_t> detached{0};  // 1: no thread announces any more
   // Guarded by control_mutex_.
   CallbackSettings wanted;                                    // from the next update on
   bool is_handed_over = false;                                // to the ready set, by an update
@@ -393,17 +365,16 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
 
   void announce(Arrival arrival) noexcept override {
     if (worker_of_ != &executor) return executor.announce(*this, arrival);
-    if (!executor.shared_) return executor.announce_alone(*this, arrival);
-    if (!announce_itself()) executor.announce_in_pool(*this, arrival);
+    if (!executor.shared_) return executor.ready_.announce_from_worker(*this, arrival);
+    if (is_inside()) {
+      runs_again_ = true;  // the worker looks for more when it returns
+    } else {
+      executor.announce(*this, arrival);
+    }
   }
-  [[gnu::flatten]] bool announce_here(Arrival arrival) noexcept override {
-    if (worker_of_ != &executor) return false;
-    if (executor.shared_) return announce_itself();
-    executor.ready_.announce_from_callback(*this, arrival);
-    return true;
-  }
+  bool takes_here() const noexcept override { return worker_of_ == &executor && !executor.shared_; }
   void release_changed() noexcept override {
-    if (executor.ready_.announce_change(*this)) executor.wake();
+    if (executor.ready_.announce(*this, {})) executor.wake();
   }
   void remove() noexcept override { executor.remove({this}); }
   void expect_remove() noexcept override {
@@ -412,19 +383,25 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   }
   void expect_wait() noexcept override {
     executor.expected_removals_.fetch_add(1);
-    users.fetch_add(1);
+    state.retain();
   }
   void wait_for_removal() noexcept override {
     DispatchingExecutor& waits_for_us = executor;
-    waits_for_us.wait_for_end_of(*this);
-    users.fetch_sub(1);  // from here on it may be freed
+    waits_for_us.wait_for_removal(*this);
+    state.release();
     waits_for_us.removal_is_over(1);
   }
-  bool has_let_go() const noexcept override { return detached.load() != 0; }
-  /// Returns true if no thread uses the record; from then on none begins to wait for it.
-  bool is_awaited_by_nobody() noexcept {
+  bool is_detached() const noexcept override { return state.is_detached(); }
+  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
+  /// Whether the calling thread is in its callback, and that excludes all others of the group.
+  bool is_inside() const noexcept {
+    return !is_reentrant() && group_inside() == exclusion.get() && state.is_executing();
+  }
+
+  /// True: no thread uses the record, and none begins to wait for it any more.
+  bool may_be_freed() noexcept {
     const std::lock_guard ownership(ownership_mutex());
-    if (users.load() != 0) return false;
+    if (!state.is_unused()) return false;
     forget_earlier_owner();
     return true;
   }
@@ -438,17 +415,6 @@ struct DispatchingExecutor::Record final : detail::CallbackRecord {
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
     if (entity != nullptr) entity->forget_earlier_owner(*this);
-  }
-  bool wants_time() const noexcept override { return executor.ready_.exact_time(); }
-
- private:
-  /// True from its own callback, if that excludes all others of the group: the worker looks for
-  /// more when it returns, so no other needs to know.
-  bool announce_itself() noexcept {
-    if (is_reentrant() || group_inside() != exclusion.get()) return false;
-    if (executing.load(std::memory_order_relaxed) == 0) return false;  // another one of the group
-    announced_again.store(true, std::memory_order_relaxed);
-    return true;
   }
 };
 

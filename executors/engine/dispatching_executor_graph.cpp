@@ -25,7 +25,7 @@ DispatchingExecutor::~DispatchingExecutor() {
     }
   }
   remove(mine);
-  drain_removals();
+  wait_for_removals();
   for (const auto& weak : nodes_) {
     if (const auto node = weak.lock()) {
       for (const auto& group : node->groups()) group->release(&listener_);
@@ -33,18 +33,18 @@ DispatchingExecutor::~DispatchingExecutor() {
     }
   }
   delete update_.load();
-  take_unused_records();
+  take_unused();
 }
 
 // Waits until no thread removes a callback or waits for a removal. From then on none begins to
 // wait: a thread that drops a handle later finds no record.
-void DispatchingExecutor::drain_removals() noexcept {
+void DispatchingExecutor::wait_for_removals() noexcept {
   for (;;) {
     for (std::size_t left; (left = expected_removals_.load()) != 0;) expected_removals_.wait(left);
     const std::lock_guard lock(control_mutex_);
     const std::lock_guard ownership(ownership_mutex());
     if (expected_removals_.load() != 0) continue;
-    for (const auto& record : removed_records_) record->forget_earlier_owner();
+    for (const auto& record : removed_) record->forget_earlier_owner();
     return;
   }
 }
@@ -143,11 +143,11 @@ static void make_histograms(detail::CallbackRecord& record) {
 void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
   // They go after the lock, as they hold functions of the user.
   Records gone;
-  const auto record = std::make_shared<Record>(*this);
+  auto record = std::make_unique<Record>(*this);
   const CallbackParameters parameters = node.callback_parameters(*entity);
   const std::lock_guard lock(control_mutex_);
-  if (leaving_.contains(entity->group().get())) return;  // as if created after the removal
-  gone = take_unused_records();
+  if (removals_.contains(entity->group().get())) return;  // as if created after the removal
+  gone = take_unused();
   record->entity = entity;
   record->takes_briefly = entity->takes_briefly();
   record->group = entity->group();
@@ -187,27 +187,27 @@ void DispatchingExecutor::add_entity(const std::shared_ptr<Entity>& entity, cons
   }
   Record& added = *record;
   of_entity_.emplace(entity.get(), &added);
-  records_.emplace(added.key(), record);
+  records_.emplace(added.key(), std::move(record));
   try {
     watch(added);
     has_changes_ = true;
     if (spinning_.load()) publish_update();
   } catch (...) {  // a user's scheduler refuses it: undo all
-    give_up(added);
+    undo_add(added);
     throw;
   }
 }
 
 // Called with control_mutex_ held. If another thread has dropped the entity meanwhile, it waits for
 // that mutex and completes the removal.
-void DispatchingExecutor::give_up(Record& record) noexcept {
-  take_out(record);
+void DispatchingExecutor::undo_add(Record& record) noexcept {
+  take_from_lists(record);
   {
     const std::lock_guard ownership(ownership_mutex());
     if (record.entity->owner() != &record) return;
     record.entity->set_owner(nullptr);
   }
-  removed_records_.pop_back();
+  removed_.pop_back();
 }
 
 void DispatchingExecutor::remove_node(const std::shared_ptr<Node>& node) {
@@ -231,18 +231,18 @@ void DispatchingExecutor::remove_callback_group(const std::shared_ptr<CallbackGr
 }
 
 // Called with control_mutex_ held. Returns the number of the removal in progress, or begins one.
-std::uint64_t DispatchingExecutor::begin_to_leave(const void* what) {
-  const auto [removal, is_new] = leaving_.try_emplace(what, last_leaving_ + 1);
-  if (is_new) ++last_leaving_;
+std::uint64_t DispatchingExecutor::begin_removal(const void* what) {
+  const auto [removal, is_new] = removals_.try_emplace(what, last_removal_ + 1);
+  if (is_new) ++last_removal_;
   return removal->second;
 }
 
 // Called with control_mutex_ held. Returns false if another thread has ended this removal: what the
 // executor has now was added later.
-bool DispatchingExecutor::ends_leaving(const void* what, std::uint64_t removal) noexcept {
-  const auto known = leaving_.find(what);
-  if (known == leaving_.end() || known->second != removal) return false;
-  leaving_.erase(known);
+bool DispatchingExecutor::ends_removal(const void* what, std::uint64_t removal) noexcept {
+  const auto known = removals_.find(what);
+  if (known == removals_.end() || known->second != removal) return false;
+  removals_.erase(known);
   return true;
 }
 
@@ -255,13 +255,13 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
   };
   std::vector<std::shared_ptr<Entity>> entities;
   std::vector<Record*> mine;
-  Records of_others;
+  std::vector<Record*> of_others;
   std::vector<std::uint64_t> removals;
   {
     const std::lock_guard lock(control_mutex_);
     std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(&listener_); });
-    for (const auto& group : groups) removals.push_back(begin_to_leave(group.get()));
-    if (with_node) removals.push_back(begin_to_leave(&node));
+    for (const auto& group : groups) removals.push_back(begin_removal(group.get()));
+    if (with_node) removals.push_back(begin_removal(&node));
     entities = node.entities();  // from here on nothing is added to the groups
     for (const auto& entity : entities) {
       const auto known = of_entity_.find(entity.get());
@@ -269,20 +269,22 @@ void DispatchingExecutor::release_groups(std::vector<std::shared_ptr<CallbackGro
       if (claim_removal(*known->second)) {
         mine.push_back(known->second);
       } else {
-        of_others.push_back(records_.at(known->second->key()));
+        of_others.push_back(known->second);
       }
     }
-    for (const auto& record : removed_records_) {
-      if (is_meant(*record)) of_others.push_back(record);
+    for (const auto& record : removed_) {
+      if (is_meant(*record)) of_others.push_back(record.get());
     }
+    for (Record* record : of_others) record->state.retain();
   }
   remove(mine);
-  for (const auto& record : of_others) wait_for_end_of(*record);
+  for (Record* record : of_others) wait_for_removal(*record);
   const std::lock_guard lock(control_mutex_);
+  for (Record* record : of_others) record->state.release();
   for (std::size_t i = 0; i < groups.size(); ++i) {
-    if (ends_leaving(groups[i].get(), removals[i])) groups[i]->release(&listener_);
+    if (ends_removal(groups[i].get(), removals[i])) groups[i]->release(&listener_);
   }
-  if (with_node && ends_leaving(&node, removals.back())) node.release(&listener_);
+  if (with_node && ends_removal(&node, removals.back())) node.release(&listener_);
 }
 
 bool DispatchingExecutor::is_used_by(const Node* node) const {
@@ -311,27 +313,26 @@ bool DispatchingExecutor::claim_removal(Record& record) noexcept {
 // callbacks that remove each other, one must not wait. A thread that waits inside a callback may be
 // the only one that can install an update for which another thread waits: one of its own executor,
 // or of the executor of an outer callback.
-void DispatchingExecutor::wait_until_gone(const Record& record) noexcept {
-  if (worker_of_ == nullptr) return record.gone.wait(0);
+void DispatchingExecutor::wait_until_over(const Record& record) noexcept {
+  if (worker_of_ == nullptr) return record.state.wait_until_over();
   const detail::WaitInCallback wait(record);
   for (;;) {
     const std::uint32_t seen = detail::WaitInCallback::progress();
     install_updates_here();
-    if (record.gone.load() != 0 || (wait.is_for_itself() && record.forgotten.load())) return;
+    if (record.state.is_over() || (wait.is_for_itself() && record.state.is_removed())) return;
     detail::WaitInCallback::wait_for_progress(seen);
   }
 }
 
 // A thread that is preempted here delays others only for that time.
 void DispatchingExecutor::detach(Record& record) noexcept {
-  if (record.is_being_detached.exchange(true)) return record.detached.wait(0);
+  if (!record.state.begin_to_detach()) return record.state.wait_until_detached();
   record.entity->detach();
-  record.detached.store(1);
-  record.detached.notify_all();
+  record.state.set_detached();
 }
 
-void DispatchingExecutor::wait_for_end_of(Record& record) noexcept {
-  wait_until_gone(record);
+void DispatchingExecutor::wait_for_removal(Record& record) noexcept {
+  wait_until_over(record);
   detach(record);
 }
 
@@ -344,21 +345,23 @@ void DispatchingExecutor::removal_is_over(std::size_t count) noexcept {
 // 2. A dispatch point installs that update: from then on they are skipped wherever they are.
 // 3. The running callbacks end; then no thread executes the entities.
 // 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
-// 5. A record is freed when it is in no inbox and no scheduler.
+// 5. A record without references is freed: none of these threads uses it, and neither does the
+// ready
+//    set.
 void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
   if (records.empty()) return;
   bool at_rest = false;
   {
     const std::lock_guard lock(control_mutex_);
     at_rest = !spinning_.load();
-    for (Record* record : records) take_out(*record);
+    for (Record* record : records) take_from_lists(*record);
     if (at_rest) {
-      forget_at_rest(records);
+      remove_at_rest(records);
     } else {
       publish_removal();
     }
   }
-  for (const Record* record : records) wait_until_gone(*record);
+  for (const Record* record : records) wait_until_over(*record);
   for (Record* record : records) detach(*record);
   // Destroy what the user's callbacks hold without the lock: it may be another entity of this
   // executor.
@@ -371,9 +374,9 @@ void DispatchingExecutor::remove(const std::vector<Record*>& records) noexcept {
         remember_statistics_of(*record);
         released.push_back(record->release_entity());
       }
-      record->users.fetch_sub(1);  // from here on it may be freed
+      record->state.release();
     }
-    if (!at_rest || changes_.removed.empty()) gone = take_unused_records();
+    if (!at_rest || changes_.removed.empty()) gone = take_unused();
   }
   released.clear();
   gone.clear();
@@ -386,31 +389,34 @@ void DispatchingExecutor::remember_statistics_of(const Record& record) {
   past_.add(statistics_of(record));
 }
 
+// No execution of it is left, and none begins.
+void DispatchingExecutor::mark_removed(Record& record) noexcept {
+  record.state.remove(record.is_announced);
+  record.notify_over();
+}
+
 // With control_mutex_ held.
-void DispatchingExecutor::take_out(Record& record) noexcept {
+void DispatchingExecutor::take_from_lists(Record& record) noexcept {
   const auto entry = records_.find(record.key());
-  if (entry == records_.end()) return;  // see give_up
+  if (entry == records_.end()) return;  // see undo_add
   unwatch(record);
   of_entity_.erase(record.entity.get());
-  removed_records_.push_back(std::move(entry->second));
+  removed_.push_back(std::move(entry->second));
   records_.erase(entry);
+  record.state.release();
   if (record.is_handed_over) {
     changes_.removed.push_back(&record);
     has_changes_ = true;
   } else {
-    record.forgotten.store(true);
-    record.has_gone();
+    mark_removed(record);
   }
 }
 
 // Called with control_mutex_ held while no thread spins, so none executes. The ready set drops the
 // records at the next spin, or when there are many of them: so removing n callbacks costs O(n log
 // n).
-void DispatchingExecutor::forget_at_rest(const std::vector<Record*>& records) noexcept {
-  for (Record* record : records) {
-    record->removed = true;
-    record->has_gone();
-  }
+void DispatchingExecutor::remove_at_rest(const std::vector<Record*>& records) noexcept {
+  for (Record* record : records) mark_removed(*record);
   if (changes_.removed.size() <= records_.size()) return;
   try {
     publish_update();

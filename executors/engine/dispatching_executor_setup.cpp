@@ -21,27 +21,27 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
   }
   if (threads.size() > traits.max_threads) {
     throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
-                fmt::format("this type takes {} at the most", traits.max_threads));
+                fmt::format("this type takes at most {}", traits.max_threads));
   }
   return threads;
 }
 
-// Whether what is ready may wait for ever behind what becomes ready later. A wait set serves what
-// it has seen before it looks for more. In an order by points, what has none comes after all
-// others.
-bool may_starve(const std::string& scheduler, Readiness readiness) {
-  if (readiness == Readiness::wait_set) return false;
-  switch (schedulers().traits(scheduler).order) {
-    case analysis::Order::by_arrival:
-    case analysis::Order::in_windows:
-    case analysis::Order::in_turns:
-      return false;
-    case analysis::Order::arbitrary:
-    case analysis::Order::by_urgency:
-    case analysis::Order::by_point:
-      break;
+// The workers that no other thread of the pool is more urgent than.
+std::vector<bool> most_urgent(std::span<const ThreadAttributes> threads) {
+  std::vector<bool> result;
+  for (const ThreadAttributes& thread : threads) {
+    result.push_back(std::all_of(threads.begin(), threads.end(), [&](const auto& other) {
+      return other.policy == thread.policy && other.priority <= thread.priority &&
+             other.nice >= thread.nice;
+    }));
   }
-  return true;
+  return result;
+}
+
+// Whether its order depends on more than the callbacks that wait.
+bool keeps_history(const std::string& scheduler) {
+  const analysis::Order order = schedulers().traits(scheduler).order;
+  return order == analysis::Order::arbitrary || order == analysis::Order::in_turns;
 }
 
 Nanoseconds unless_manual(Nanoseconds time, Clock* clock) {
@@ -68,8 +68,8 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       scheduler_(options.scheduler.empty() ? traits.scheduler : options.scheduler),
       threads_(threads_for(options, traits)),
       shared_(threads_.size() > 1),
-      stands_by_(shared_ && options.clock->as_manual() == nullptr),
-      may_starve_(may_starve(scheduler_, traits.readiness)),
+      is_parallel_(shared_ && options.clock->as_manual() == nullptr),
+      may_search_(is_parallel_ ? most_urgent(threads_) : std::vector<bool>(threads_.size())),
       records_times_(options.statistics == StatisticsLevel::full),
       times_take_(shared_ || options.trace_events != 0 || records_times_),
       spin_(unless_manual(options.spin, options.clock)),
@@ -80,12 +80,12 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       let_(options_.trigger.let_period > Nanoseconds::zero()
                ? std::make_unique<Let>(options_.trigger)
                : nullptr),
-      lock_(threads_.size(), stands_by_),
       ready_(traits.readiness, *options.clock,
              records_times_ || options.trace_events != 0 || options.clock->as_manual() != nullptr ||
                  schedulers().traits(scheduler_).uses_time,
-             options.watchdog.get(), trigger_.get()),
+             keeps_history(scheduler_), options.watchdog.get(), trigger_.get()),
       spin_times_(threads_.size()),
+      waits_(threads_.size(), kNever),
       has_changes_(true) {  // the first update brings the scheduler
   if (options.trace_events != 0) traces_.assign(threads_.size(), TraceRing(options.trace_events));
   if (!traits.triggered && (trigger_ != nullptr || let_ != nullptr)) {

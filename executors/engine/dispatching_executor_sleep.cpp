@@ -1,5 +1,4 @@
-// How workers are woken, and what one does while there is nothing for it: it stands by, spins, then
-// sleeps.
+// How workers wait: how one searches, sleeps and is woken.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -7,6 +6,47 @@
 #include "takt/executors/engine/dispatching_executor.hpp"
 
 namespace takt {
+namespace {
+
+// What it costs to sleep and to be woken: for so long it is worth while to search.
+constexpr Nanoseconds kPatience(20'000);
+// For so long a searcher leaves what is announced to the worker whose callback has announced it, as
+// that usually ends with it: a callback that moves to another CPU finds none of its data there.
+constexpr Nanoseconds kMoment(1'000);
+
+}  // namespace
+
+// ---- What wakes a worker ----
+
+// What has to wait for the group of the callback that announces needs no other worker: this one
+// looks for it afterwards.
+void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
+  if (ready_.announce(record, arrival) && let_ == nullptr &&
+      (group_inside() != record.exclusion.get() || record.is_reentrant())) {
+    notify(Search::asked);
+  }
+}
+
+// The calling thread has written before what there is to do. Both kinds of worker look for it after
+// they have said, sequentially consistent, what they do: a searcher that it searches no more, a
+// sleeper that it is idle. So one of the two threads sees what the other has written. Without
+// searcher and sleepers this costs three loads.
+void DispatchingExecutor::notify(Search what) noexcept {
+  for (Search state = search_.load(); state != Search::none;) {
+    if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
+    if (state >= what || search_.compare_exchange_weak(state, what)) return;
+  }
+  if (claim_idle()) {
+    backend_->post();
+  } else if (Wakeable* observer = observer_.load()) {
+    observer->wake();
+  }
+}
+
+void DispatchingExecutor::wake_all() noexcept {
+  wake();
+  while (claim_idle()) backend_->post();
+}
 
 bool DispatchingExecutor::claim_idle() noexcept {
   std::size_t idle = idle_.load();
@@ -16,189 +56,109 @@ bool DispatchingExecutor::claim_idle() noexcept {
   return false;
 }
 
-// Called from another thread, or in an executor with several workers. What has to wait for the
-// group of the callback that announces needs no other worker: this one looks for it afterwards.
-void DispatchingExecutor::announce(CallbackRecord& record, Arrival arrival) noexcept {
-  if (ready_.announce(record, arrival) && let_ == nullptr &&
-      (group_inside() != record.exclusion.get() || record.is_reentrant())) {
-    wake();
+// Called with the lock held, when a worker is about to execute. Wakes another one if more may run
+// at once, or if none waits for the first timer.
+void DispatchingExecutor::pass_on() noexcept {
+  if (!shared_ || (idle_.load() == 0 && search_.load() == Search::none)) return;
+  if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
+}
+
+// ---- What a worker does that waits: all with the lock held before and after ----
+
+// Until this time, kNever if for no release, the worker waits.
+void DispatchingExecutor::set_wait(std::size_t index, TimePoint until) noexcept {
+  waits_[index] = until;
+  first_wait_ = *std::min_element(waits_.begin(), waits_.end());
+}
+
+// The release for which the worker has to wake up: the first one, if no other waits for that. When
+// the other has woken up it may be busy for long, and should not have to wake this one before. So
+// one more waits for what may come next.
+TimePoint DispatchingExecutor::release_to_wait_for() const noexcept {
+  const TimePoint first = first_release();
+  if (first < first_wait_) return first;
+  const auto waiting =
+      std::count_if(waits_.begin(), waits_.end(), [](TimePoint wait) { return wait != kNever; });
+  return waiting == 1 && is_parallel_ ? ready_.release_beside_first() : kNever;
+}
+
+// How long the worker searches before it sleeps. In a pool only one does, and only if no thread of
+// the pool is more urgent: while it searches, nobody wakes that. It does even if not asked to, as
+// long as others work, who would have to wake it for what they leave over.
+Nanoseconds DispatchingExecutor::patience_of(std::size_t index) const noexcept {
+  if (!may_search(index)) return Nanoseconds::zero();
+  const TimePoint release = first_release();
+  if (early_wake_ != Nanoseconds::zero() && release < first_wait_ &&
+      release <= later(ready_.now(), early_wake_)) {
+    return Nanoseconds::max();
   }
+  return shared_ && idle_.load() + 1 < workers_ ? std::max(spin_, kPatience) : spin_;
 }
 
-[[gnu::flatten]] void DispatchingExecutor::announce_alone(CallbackRecord& record,
-                                                          Arrival arrival) noexcept {
-  ready_.announce_from_callback(record, arrival);
-}
-
-// As an only worker does, one that gets the lock soon avoids the inbox.
-[[gnu::flatten]] void DispatchingExecutor::announce_in_pool(CallbackRecord& record,
-                                                            Arrival arrival) noexcept {
-  bool may_run = false;
-  const bool is_announced = lock_.try_run(*place_, [&] {
-    ready_.announce_from_callback(record, arrival);
-    may_run = record.exclusion->is_free();
-    if (may_run && watched_closely_.load(std::memory_order_relaxed) != 0)
-      is_left_over_.store(true, std::memory_order_relaxed);
-  });
-  if (!is_announced) return announce(record, arrival);
-  if (may_run) wake();
-}
-
-// Wakes one sleeping worker. The announcing thread writes its announcement first. A worker counts
-// itself idle before it looks for events a last time. Both are sequentially consistent, so no
-// wake-up is lost. A worker that stands by looks for events after it has ceased to. Without
-// sleepers this costs three loads.
-void DispatchingExecutor::wake() noexcept {
-  if (standing_by_.load() != 0) return;
-  if (claim_idle()) {
-    backend_->post();
-  } else if (Wakeable* observer = observer_.load()) {
-    observer->wake();
-  }
-}
-
-void DispatchingExecutor::wake_all() noexcept {
-  is_left_over_.store(true);
-  while (claim_idle()) backend_->post();
-}
-
-// Called with the lock held. Until the limit, looks for what a sleeper is woken for: nobody has to
-// wake this worker meanwhile. Returns true if there is something. The ready set then has the time.
-// An only worker counts as one that stands by until it sleeps, also in callbacks: to leave and come
-// back each time would cost it a transfer of the cache line that publishers read.
-bool DispatchingExecutor::spin_until(TimePoint limit, std::size_t index,
-                                     const FutureState* future) noexcept {
-  constexpr int kLooks = 32;          // between two readings of the clock
-  constexpr Nanoseconds kLook(2000);  // between two looks at file descriptors
-  if (shared_ || standing_by_.load() == 0) standing_by_.fetch_add(1);
-  if (shared_) watched_closely_.fetch_add(1);
-  unlock_and_leave();
+// Looks for what a sleeper would be woken for, until that time, or until nobody has announced
+// anything for so long. Returns true if there may be something to run.
+bool DispatchingExecutor::search(std::size_t index, TimePoint until, Nanoseconds patience,
+                                 const FutureState* future) noexcept {
+  const Nanoseconds between_looks = shared_ ? kMoment : Nanoseconds::zero();
+  const bool timers_were_held = ready_.timers_are_held();
+  set_wait(index, until);
+  if (shared_) search_.store(Search::quiet);
+  unlock();
   const Clock& clock = *options_.clock;
   const TimePoint start = clock.now();
-  TimePoint now = start, looked = start;
-  bool is_needed = false;
+  TimePoint now = start, last = start;
+  bool has_found = false;
   do {
-    for (int i = 0; i < kLooks && !is_needed; ++i) {
-      is_needed = is_left_over_.load(std::memory_order_relaxed) || must_look(future);
+    const TimePoint look = later(now, between_looks);
+    do {
+      spin_pause();
+      now = clock.now();
+    } while (now < look);
+    Search asked = Search::asked;
+    if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
+        search_.compare_exchange_strong(asked, Search::quiet)) {
+      last = now;
     }
-    // Nobody needs the time of just now: the spin counts as over since the last reading.
-    if (is_needed && now != start && !ready_.exact_time()) break;
-    now = clock.now();
-    if (watched_.load(std::memory_order_relaxed) != 0 && now - looked >= kLook) {
-      if (backend_->look()) is_needed = true;  // an only worker announces beside the inbox
-      looked = now;
-    }
-  } while (!is_needed && now < limit);
+    has_found = must_look(future) || search_.load() == Search::called ||
+                ready_.timers_are_held() != timers_were_held ||
+                (watched_.load(std::memory_order_relaxed) != 0 && backend_->look());
+  } while (!has_found && now < until && now - last < patience);
   lock();
-  if (shared_) {
-    watched_closely_.fetch_sub(1);
-    standing_by_.fetch_sub(1);
-  }
+  if (shared_ && search_.exchange(Search::none) != Search::quiet) has_found = true;
+  set_wait(index, kNever);
   spin_times_[index] += now - start;
-  ready_.set_now(now);
-  return is_needed;
+  ready_.read_clock();
+  return has_found || now >= until;
 }
 
-// Called with the lock held. Returns true if this worker wakes up for the first timer: no other
-// does so early enough.
-bool DispatchingExecutor::keep_time(std::size_t index) noexcept {
-  const TimePoint release = first_release();
-  if (!needs_timekeeper(release)) return false;
-  timekeeper_ = index;
-  timekeeper_deadline_ = release;
-  return true;
-}
-
-// Called with the lock held, after `next` found nothing. Returns true if the worker must look
-// again, false at the limit.
-bool DispatchingExecutor::sleep(std::size_t index, TimePoint limit,
-                                const FutureState* future) noexcept {
-  is_left_over_.store(exception_ != nullptr);  // before the next release is read
+// After `next` has found nothing. Returns true if the worker must look again, false at the limit.
+bool DispatchingExecutor::wait(std::size_t index, TimePoint limit,
+                               const FutureState* future) noexcept {
   has_just_run_ = false;
-  if (spin_ != Nanoseconds::zero()) {
-    keep_time(index);
-    const TimePoint deadline = std::min(limit, first_release());
-    const bool is_needed =
-        spin_until(std::min(deadline, later(options_.clock->now(), spin_)), index, future);
-    stop_keeping_time(index);
-    if (is_needed || ready_.now() >= deadline) return is_needed || ready_.now() < limit;
+  const Nanoseconds patience = patience_of(index);
+  if (patience != Nanoseconds::zero() &&
+      search(index, std::min(limit, first_release()), patience, future)) {
+    return ready_.now() < limit || must_look(future);
   }
-  const TimePoint release = first_release();
-  const TimePoint deadline = keep_time(index) ? std::min(limit, release) : limit;
-  const bool wakes_early =
-      early_wake_ != Nanoseconds::zero() && deadline == release && release != kNever;
-  const TimePoint end = wakes_early ? deadline - early_wake_ : deadline;
+  const TimePoint release = release_to_wait_for();
+  TimePoint end = std::min(limit, release);
+  if (end == release && end != kNever && may_search(index)) end -= early_wake_;
   if (end != kNever) wake_up_on_time();
-  if (!shared_) standing_by_.store(0);
+  set_wait(index, release);
   idle_.fetch_add(1);
-  // Left over: what came while this worker spun has woken no worker.
-  bool is_needed = is_left_over_.load() || must_look(future) || exception_ != nullptr;
-  unlock_and_leave();
-  bool was_woken =
-      !is_needed && (!wakes_early || options_.clock->now() < end) && backend_->wait(index, end);
+  const bool is_needed = must_look(future) || exception_ != nullptr;
+  unlock();
+  const bool was_woken = !is_needed && backend_->wait(index, end);
   // This worker still counts as idle, unless another thread is about to wake it: then it takes the
   // post.
   if (!was_woken && !claim_idle()) {
     while (!backend_->wait(index, kNever)) {
     }
-    was_woken = true;
   }
   lock();
+  set_wait(index, kNever);
   ready_.read_clock();
-  if (wakes_early && !is_needed && !was_woken && ready_.now() >= end &&
-      !(shared_ && ready_.has_waiting())) {
-    is_needed = spin_until(deadline, index, future);
-  }
-  stop_keeping_time(index);
-  return ready_.now() < limit || is_needed;
-}
-
-// Called with the lock held, by a worker that others keep from dispatching, or leave nothing to.
-// While they dispatch so fast that one more would only be in their way, and for a moment after the
-// last dispatch, it watches them instead of sleeping, so nobody has to wake it for what they leave
-// over. Where that may be left over for ever, it comes after some such looks all the same. Returns
-// false if there was nobody to watch, or nothing has come for long.
-bool DispatchingExecutor::stand_by() noexcept {
-  constexpr Nanoseconds kFast(250);         // for each dispatch
-  constexpr Nanoseconds kLook(1000);        // between two looks at slower ones
-  constexpr Nanoseconds kPatience(20'000);  // what it costs to sleep and to be woken
-  constexpr int kPauses = 16;               // a busy core's other hardware thread slows it down
-  constexpr int kFastLooks = 10;            // where the scheduler may starve a callback
-  if (!stands_by_ || idle_.load() + standing_by_.load() + 1 >= threads_.size()) return false;
-  watched_closely_.fetch_add(1);
-  standing_by_.fetch_add(1);
-  is_left_over_.store(exception_ != nullptr || ready_.has_waiting());
-  keep_time(place_->index);
-  const TimePoint release = first_release();
-  std::uint64_t before = dispatches_.load(std::memory_order_relaxed);
-  unlock();
-  const Clock& clock = options_.clock->real();
-  TimePoint start = clock.now(), now = start, last = start;
-  bool is_fast = false;
-  int fast_looks = 0;
-  for (;;) {
-    const TimePoint look = later(start, is_fast ? kPatience : kLook);
-    for (; now < look; now = clock.now()) {
-      for (int i = 0; i < (is_fast ? kPauses : 1); ++i) spin_pause();
-    }
-    const std::uint64_t dispatches = dispatches_.load(std::memory_order_relaxed) - before;
-    if (dispatches != 0) last = now;
-    if (kFast * static_cast<std::int64_t>(dispatches) >= now - start) {
-      if (!std::exchange(is_fast, true)) watched_closely_.fetch_sub(1);
-      if (may_starve_ && ++fast_looks == kFastLooks) break;
-    } else if (is_fast || is_left_over_.load(std::memory_order_relaxed) || has_announcements() ||
-               now >= release || now - last >= kPatience) {
-      break;
-    }
-    before += dispatches;
-    start = now;
-  }
-  lock();
-  if (!is_fast) watched_closely_.fetch_sub(1);
-  standing_by_.fetch_sub(1);
-  stop_keeping_time(place_->index);
-  ready_.read_clock();
-  return now - last < kPatience || ready_.has_waiting() || ready_.has_announcements();
+  return is_needed || ready_.now() < limit;
 }
 
 }  // namespace takt

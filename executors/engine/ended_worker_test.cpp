@@ -86,10 +86,10 @@ struct Kept {
   ~Kept() { other_has_left.wait(); }
 };
 
-// It removed these entities by itself, became the favourite of the dispatch lock on the way, and
-// ended. Then the lock belonged to no thread, and the next two waited for each other.
+// It removed these entities by itself, kept the dispatch lock on the way, and ended. Then the lock
+// belonged to no thread, and the next two waited for each other.
 TEST(EndedWorker, HasLeftTheDispatchLock) {
-  constexpr int kHandles = 100;  // more than it takes to become the favourite
+  constexpr int kHandles = 100;
   const auto executor = executors().make(
       "multi_threaded", {.wait = HookedWait::name(), .threads = std::vector<ThreadAttributes>(2)});
   const auto node = std::make_shared<HookedNode>("node");

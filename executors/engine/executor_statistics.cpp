@@ -29,9 +29,10 @@ std::size_t DispatchingExecutor::pending() const noexcept {
     // In this order: a thread that sees that a message was taken sees that its callback executes.
     // It reads the entity's kind, because a worker may be changing the record's.
     const bool is_timer = record->entity->kind() == EntityKind::timer;
-    const bool is_ready = (!is_timer && record->entity->ready_count() != 0) ||
-                          record->held.load() || record->queued.load();
-    if ((is_ready && !waits) || record->executing.load() != 0) ++count;
+    const bool has_input = !is_timer && record->entity->ready_count() != 0;
+    const bool is_ready = has_input || record->state.state() != detail::RecordState::idle ||
+                          (record->is_announced.load() && !is_timer);
+    if ((is_ready && !waits) || record->state.is_executing()) ++count;
   }
   return count;
 }
@@ -53,13 +54,13 @@ CallbackStatistics DispatchingExecutor::statistics_of(const Record& record) cons
   statistics.topic = report.topic;
   statistics.dropped = report.dropped + record.discarded;
   statistics.skipped = report.missed;
-  if (record.is_timer() && !record.removed)
+  if (record.is_timer() && !record.state.is_removed())
     statistics.skipped += releases_left(*record.entity, timers_held_.load());
   statistics.overruns += statistics.skipped;
   statistics.from_outside = report.from_outside;
   statistics.expected = record.is_timer() ? statistics.received : report.expected;
   // What waits for its trigger, or for a callback that was removed, is not lost.
-  if ((trigger_ != nullptr || record.removed) && !record.is_timer()) {
+  if ((trigger_ != nullptr || record.state.is_removed()) && !record.is_timer()) {
     statistics.expected -=
         std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
   }
@@ -76,7 +77,7 @@ std::vector<CallbackStatistics> DispatchingExecutor::statistics() const {
   for (const auto& [id, record] : records_) result.push_back(statistics_of(*record));
   if (options_.statistics == StatisticsLevel::off) return result;
   detail::PastStatistics past = past_;
-  for (const auto& record : removed_records_) {
+  for (const auto& record : removed_) {
     if (record->entity != nullptr) past.add(statistics_of(*record));
   }
   return past.with(std::move(result));

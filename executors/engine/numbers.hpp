@@ -9,10 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "takt/base/visibility.hpp"
-
-namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace takt::detail {
 
 /// Numbers from 0 for the groups and nodes of an executor. The number of a thing that has gone is
 /// given again: schedulers have arrays that are as long as the largest number, and components may
@@ -54,7 +51,6 @@ class Numbers {
   std::uint32_t next_ = 0;
 };
 
-}  // namespace detail
-}  // namespace takt
+}  // namespace takt::detail
 
 #endif  // TAKT_EXECUTORS_ENGINE_NUMBERS_HPP_

@@ -13,7 +13,7 @@
 #include "takt/executors/executor.hpp"
 
 namespace takt {
-namespace TAKT_PUBLIC detail {
+namespace TAKT_INTERNAL detail {
 
 /// A histogram that is at rest: only its buckets that are not empty, so mostly a few hundred bytes.
 class FilledBuckets {

@@ -6,7 +6,6 @@
 #include <span>
 
 #include "takt/base/lockfree/sequence.hpp"
-#include "takt/executors/engine/wait_in_callback.hpp"
 
 namespace takt::detail {
 namespace {
@@ -17,19 +16,6 @@ constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
 };
 
 }  // namespace
-
-bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept {
-  return settings.info.deadline != Nanoseconds::zero() ||
-         settings.info.budget != Nanoseconds::zero() ||
-         settings.overrun != OverrunPolicy::catch_up || record.supervision->on_overrun ||
-         !record.entity->chain_steps().empty();
-}
-
-void CallbackRecord::has_gone() noexcept {
-  gone.store(1);
-  gone.notify_all();
-  WaitInCallback::notify_progress();
-}
 
 void Trigger::set(std::vector<CallbackRecord*>& callbacks,
                   std::vector<TriggerInput>& room) noexcept {
@@ -43,7 +29,7 @@ void Trigger::set(std::vector<CallbackRecord*>& callbacks,
 
 bool Trigger::fires() noexcept {
   const auto is_ready = [](const CallbackRecord* record) {
-    return record->held.load(std::memory_order_relaxed);
+    return record->state.state() != RecordState::idle;
   };
   if (options_.own) {
     for (std::size_t i = 0; i < callbacks_.size(); ++i) {
@@ -63,16 +49,6 @@ bool Trigger::fires() noexcept {
   return false;
 }
 
-bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
-  const std::string_view node = std::string_view(record.supervision->node).substr(1);
-  const std::string_view callback = record.supervision->callback;
-  if (name.starts_with('/')) name.remove_prefix(1);
-  if (!name.starts_with(node) || name.size() <= node.size() || name[node.size()] != '/')
-    return false;
-  name.remove_prefix(node.size() + 1);
-  return name == callback || (callback.starts_with('/') && name == callback.substr(1));
-}
-
 // Once the trigger has fired, the snapshot is served to its end.
 void ReadySet::take_snapshot() noexcept {
   if (trigger_ == nullptr) {
@@ -84,60 +60,54 @@ void ReadySet::take_snapshot() noexcept {
   is_open_.store(waiting_ != 0 && trigger_->fires());
 }
 
-// A scheduler that is more than an order must not be asked in vain.
 bool ReadySet::has_another() noexcept {
-  if (!is_order_) return has_waiting() || has_announcements();
+  if (keeps_history_) return has_waiting() || has_announcements();
   for (;;) {
     if (!is_wait_set() || waiting_ == 0) poll();
-    ReadyCallback* const first = pop();
+    ReadyCallback* const first = scheduler_->pop();
     if (first == nullptr) return false;
-    --waiting_;
     Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
     if (exclusion.is_free()) {
       hand_back(first);
       return true;
     }
     exclusion.park(*first);
+    static_cast<CallbackRecord*>(first)->state.park();
   }
 }
 
 // Empties the schedulers before anything changes that they may read, and refills them afterwards.
 // Removed records are left out: the update has no room for them.
 void ReadySet::install(ScheduleUpdate& update) noexcept {
+  restore_deferred();
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
+  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
     callback->next = nullptr;
     *end = callback;
     end = &callback->next;
   }
   for (auto& parking : update.parking) parking.parked = parking.exclusion->take_parked();
 
-  for (CallbackRecord* record : update.removed) record->removed = true;
+  for (CallbackRecord* record : update.removed) record->state.remove(record->is_announced);
   for (CallbackRecord* record : update.added) set(*record, record->settings);
   for (const auto& [record, settings] : update.changed) {
-    if (!record->removed) set(*record, settings);
+    if (!record->state.is_removed()) set(*record, settings);
   }
 
   const auto for_each_remaining = [](ReadyCallback* callback, auto&& stays) noexcept {
     while (callback != nullptr) {
       auto& record = static_cast<CallbackRecord&>(*std::exchange(callback, callback->next));
-      if (record.removed) {
-        record.let_go();
-      } else {
-        stays(record);
-      }
+      if (!record.state.is_removed()) stays(record);
     }
   };
   if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
-  scheduler_memory_ = scheduler_->memory();
-  is_order_ = scheduler_->is_order();
   waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));
     for_each_remaining(parked, [to = exclusion](CallbackRecord& record) { to->park(record); });
-    hand_back(exclusion->unpark());  // the one handed back before may have been removed
+    unpark(exclusion->unpark());  // the one handed back before may have been removed
   }
   exchange_next_snapshot(update);
   exchange_timers(update);
@@ -148,7 +118,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   }
   if (trigger_ != nullptr) trigger_->set(update.all, update.trigger_inputs);
   for (CallbackRecord* record : update.added) {
-    if (record->removed) continue;
+    if (record->state.is_removed()) continue;
     record->entity->attach(*record);
     if (record->is_timer()) {
       arm(*record);
@@ -158,10 +128,21 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
       announce(*record, arrival);
     }
   }
-  for (CallbackRecord* record : update.removed) {
-    record->forgotten.store(true);
-    if (record->executing.load() == 0) record->has_gone();
-  }
+  for (CallbackRecord* record : update.removed) leave(*record);
+}
+
+// A removed record has lost one of what keeps it in the ready set: the lists that an update
+// replaces, an execution, or the inbox.
+void ReadySet::leave(CallbackRecord& record) noexcept {
+  if (!record.state.is_over()) return;
+  record.notify_over();
+  if (record.state.has_left()) record.state.release();
+}
+
+void ReadySet::end_removed(CallbackRecord& record) noexcept {
+  if (!record.is_reentrant()) unpark(record.exclusion->leave());
+  record.state.end_execution();
+  leave(record);
 }
 
 // Keeps what remains, in the memory that the update has brought.
@@ -169,12 +150,8 @@ void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
   next_snapshot_.swap(update.next_snapshot);
   const std::span before(update.next_snapshot.data(), std::exchange(in_next_snapshot_, 0));
   for (ReadyCallback* callback : before) {
-    auto& record = static_cast<CallbackRecord&>(*callback);
-    if (record.removed) {
-      record.let_go();
-    } else {
-      add_to_next_snapshot(record);
-    }
+    if (!static_cast<CallbackRecord*>(callback)->state.is_removed())
+      add_to_next_snapshot(*callback);
   }
 }
 
@@ -182,7 +159,7 @@ void ReadySet::exchange_next_snapshot(ScheduleUpdate& update) noexcept {
 void ReadySet::exchange_timers(ScheduleUpdate& update) noexcept {
   update.timers.clear();
   for (const auto& timer : timers_) {  // within the reserved capacity
-    if (!timer.second->removed) update.timers.push_back(timer);
+    if (!timer.second->state.is_removed()) update.timers.push_back(timer);
   }
   timers_.swap(update.timers);
   std::make_heap(timers_.begin(), timers_.end(), due_later);
@@ -228,24 +205,15 @@ void ReadySet::drain_inbox() noexcept {
   ReadyCallback* changed = nullptr;
   for (CallbackRecord* record = inbox_.take_all(); record != nullptr;) {
     CallbackRecord* next = record->inbox_next;
-    if (record->is_timer()) {
-      // Cleared before the release time is read: a thread that changes it again announces again.
-      // For a removed record this is the last access.
-      const bool is_idle = !record->removed && !record->held.load(std::memory_order_relaxed);
-      record->changed.store(false);
-      if (is_idle) {
-        record->is_rearming = true;
-        record->next = std::exchange(changed, record);
-      }
-    } else if (record->held.load(std::memory_order_relaxed)) {
-      record->drained = true;
-    } else if (record->removed) {
-      record->queued.store(false);  // the last access to it
-    } else {
-      record->drained = true;
-      record->entity->prefetch();
+    if (record->state.is_removed()) {
+      record->state.discard();
+      leave(*record);  // the last access to it
+    } else if (record->is_timer() && record->state.state() == RecordState::idle) {
+      record->next = std::exchange(changed, record);
+    } else if (record->is_timer()) {
+      RecordState::set_again(record->is_announced);
+    } else if (record->state.drain()) {
       record->arrived(record->announced);
-      record->held.store(true, std::memory_order_relaxed);
       if (is_wait_set()) {
         add_to_next_snapshot(*record);
       } else {
@@ -257,28 +225,16 @@ void ReadySet::drain_inbox() noexcept {
   if (changed != nullptr) rearm(changed);
 }
 
-// Adapts the number of dispatches between two looks to the time that they took so far.
-void ReadySet::look_at_clock() noexcept {
-  constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
-  const TimePoint before = now_;
-  read_clock();
-  if (dispatches_until_look_ == 0) {
-    const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
-    dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMost));
-  }
-  dispatches_until_look_ = dispatches_between_looks_;
-}
-
 void ReadySet::release_due_timers() noexcept {
-  if (!exact_time()) look_at_clock();  // even if stopped: it restarts the count to the next look
+  if (!exact_time()) read_clock();
   if (timers_stopped_.load(std::memory_order_relaxed)) return;
   while (!timers_.empty() && timers_.front().first <= now_) {
     auto [due, record] = timers_.front();
     std::pop_heap(timers_.begin(), timers_.end(), due_later);
     timers_.pop_back();
+    if (!record->state.make_ready(record->is_announced))
+      continue;  // it is in the inbox, and will be set again
     record->arrived({next_sequence(), due});
-    record->held.store(true, std::memory_order_relaxed);
     push(*record);
   }
 }
@@ -290,13 +246,29 @@ void ReadySet::arm(CallbackRecord& record) noexcept {
   std::push_heap(timers_.begin(), timers_.end(), due_later);
 }
 
-// All at once: one by one, n timers that begin together would cost O(n²).
+// The heap's second and third entry are enough of an answer: nothing depends on it but how often a
+// worker has to be woken.
+TimePoint ReadySet::release_beside_first() const noexcept {
+  if (next_release() == kNever) return kNever;
+  const auto& [release, first] = timers_.front();
+  const Nanoseconds period = first->settings.info.period;
+  TimePoint result = period == Nanoseconds::zero() ? kNever : later(release, period);
+  for (std::size_t i = 1; i < std::min<std::size_t>(timers_.size(), 3); ++i) {
+    if (timers_[i].second->exclusion != first->exclusion) {
+      result = std::min(result, timers_[i].first);
+    }
+  }
+  return result;
+}
+
+// All at once: one by one, n timers that begin together would cost O(n²). One that is announced
+// meanwhile goes, too, and comes again when the inbox is drained.
 void ReadySet::rearm(ReadyCallback* first) noexcept {
-  std::erase_if(timers_, [](const auto& timer) { return timer.second->is_rearming; });
+  std::erase_if(timers_, [](const auto& timer) { return timer.second->is_announced.load(); });
   std::make_heap(timers_.begin(), timers_.end(), due_later);
   while (first != nullptr) {
     auto& record = static_cast<CallbackRecord&>(*std::exchange(first, first->next));
-    record.is_rearming = false;
+    RecordState::set_again(record.is_announced);
     arm(record);
   }
 }
@@ -304,12 +276,7 @@ void ReadySet::rearm(ReadyCallback* first) noexcept {
 void ReadySet::restore_deferred() noexcept {
   while (deferred_ != nullptr) {
     ReadyCallback* callback = std::exchange(deferred_, deferred_->next);
-    auto& record = static_cast<CallbackRecord&>(*callback);
-    if (record.removed) {
-      record.let_go();
-    } else {
-      hand_back(callback);
-    }
+    hand_back(callback);
   }
 }
 

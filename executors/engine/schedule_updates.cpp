@@ -65,9 +65,16 @@ void DispatchingExecutor::publish_update() {
   }
   group_ids_.forget_gone();
   node_ids_.forget_gone();
+  hand_over(std::move(update));
+}
+
+void DispatchingExecutor::hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept {
+  for (CallbackRecord* added : update->added) {
+    auto& record = static_cast<Record&>(*added);
+    if (!std::exchange(record.is_handed_over, true)) record.state.retain();  // by the ready set
+  }
   changes_.removed.clear();
   changes_.changed.clear();
-  for (CallbackRecord* record : update->added) static_cast<Record*>(record)->is_handed_over = true;
   has_changes_ = false;
   send(std::move(update));
 }
@@ -88,10 +95,7 @@ void DispatchingExecutor::publish_removal() noexcept {
       update->scheduler = std::move(earlier->scheduler);
       update->parking = std::move(earlier->parking);
     }
-    changes_.removed.clear();
-    changes_.changed.clear();
-    has_changes_ = false;
-    send(std::move(update));
+    hand_over(std::move(update));
   }
 }
 
@@ -124,9 +128,8 @@ std::unique_ptr<detail::ScheduleUpdate> DispatchingExecutor::make_update(
   update->next_snapshot.resize(records_.size());
   if (trigger_ != nullptr) update->trigger_inputs.resize(records_.size());
   if (let_ != nullptr) {
-    const auto room = std::make_shared<std::vector<Execution>>();
-    room->reserve(records_.size());
-    update->room = room;
+    update->executions = std::make_shared<std::vector<Execution>>();
+    update->executions->reserve(records_.size());
   }
   return update;
 }
@@ -157,7 +160,7 @@ void DispatchingExecutor::send(std::unique_ptr<ScheduleUpdate> update) noexcept 
 void DispatchingExecutor::install_pending_update() noexcept {
   if (ScheduleUpdate* update = update_.exchange(nullptr)) {
     ready_.install(*update);
-    if (let_ != nullptr) let_->taken.swap(update->room);
+    if (let_ != nullptr) let_->taken.swap(update->executions);
     used_updates_.push(*update);
     detail::WaitInCallback::notify_progress();
   }
@@ -165,21 +168,18 @@ void DispatchingExecutor::install_pending_update() noexcept {
 
 // Called with control_mutex_ held. The caller destroys the records after it has released the mutex:
 // a user's callback is destroyed with its record, and may hold another entity of this executor.
-DispatchingExecutor::Records DispatchingExecutor::take_unused_records() noexcept {
+DispatchingExecutor::Records DispatchingExecutor::take_unused() noexcept {
   for (ScheduleUpdate* update = used_updates_.take_all(); update != nullptr;) {
     const std::unique_ptr<ScheduleUpdate> used(update);
     update = update->inbox_next;
   }
   Records gone;
-  for (auto& record : removed_records_) {
-    if (record->gone.load() == 1 && record->forgotten.load() && record->detached.load() == 1 &&
-        !record->queued.load() && !record->held.load() && !record->changed.load() &&
-        record->is_awaited_by_nobody()) {
-      if (record->entity != nullptr) remember_statistics_of(*record);
-      gone.push_back(std::move(record));
-    }
+  for (auto& record : removed_) {
+    if (!record->may_be_freed()) continue;
+    if (record->entity != nullptr) remember_statistics_of(*record);
+    gone.push_back(std::move(record));
   }
-  std::erase(removed_records_, nullptr);
+  std::erase(removed_, nullptr);
   return gone;
 }
 

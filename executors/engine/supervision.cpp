@@ -25,7 +25,7 @@ void DispatchingExecutor::caught(const CallbackRecord& record,
 // Called with the lock held. The watchdog may have looked while the deadline moved from the release
 // to the execution, so it is expected again.
 void DispatchingExecutor::watch_execution(CallbackRecord& record) noexcept {
-  const detail::Supervision::Watch& watch = record.supervision->begin(place_->index);
+  const detail::Supervision::Watch& watch = record.supervision->begin(place_);
   const TimePoint deadline = watch.deadline.load();
   if (options_.watchdog != nullptr && deadline != kNever) options_.watchdog->expect(deadline);
 }
@@ -36,7 +36,7 @@ void DispatchingExecutor::check_limits(CallbackRecord& record, const Slot& slot,
                                        const Dispatch& dispatch, TimePoint start,
                                        TimePoint end) noexcept {
   detail::Supervision& supervision = *record.supervision;
-  detail::Supervision::Watch& watch = supervision.running[place_->index];
+  detail::Supervision::Watch& watch = supervision.running[place_];
   watch.chain_instance.store(0);
   // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;

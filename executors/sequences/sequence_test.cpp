@@ -75,10 +75,10 @@ INSTANTIATE_TEST_SUITE_P(Kept, Sequence, testing::ValuesIn(kept_programs()),
 Bytes mutated_program(std::mt19937& random) {
   Bytes bytes = kept_programs()[random() % kept_programs().size()].bytes;
   bytes.resize(std::min<std::size_t>(bytes.size(), 40));  // the longest one takes its time
-  for (unsigned left = random() % 4; left > 0; --left) {
+  for (auto left = random() % 4; left > 0; --left) {
     bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
   }
-  for (unsigned left = random() % 50; left > 0; --left) {
+  for (auto left = random() % 50; left > 0; --left) {
     bytes.push_back(static_cast<std::uint8_t>(random()));
   }
   return bytes;

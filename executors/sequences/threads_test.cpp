@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/executors/sequences/actor.hpp"
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/time_bound.hpp"
 
 namespace takt::sequences::threads {
@@ -117,7 +118,7 @@ TEST_P(FourThreads, ADropWaitsForTheCallbackThatARemovalWaitsForAlready) {
     const std::lock_guard lock(ownership_mutex());
     return entity->owner() != nullptr;
   };
-  while (is_owned()) std::this_thread::yield();
+  EXPECT_TRUE(eventually([&] { return !is_owned(); }));
   std::thread dropper([&] {
     guard.reset();
     was_inside = !has_left;

@@ -13,8 +13,7 @@
 
 namespace takt {
 
-[[gnu::tls_model("initial-exec")]] thread_local constinit const Reactor* Reactor::announcing_ =
-    nullptr;
+thread_local constinit const Reactor* Reactor::announcing_ = nullptr;
 
 Reactor::Reactor(std::size_t workers)
     : event_fd_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)), has_several_workers_(workers > 1) {

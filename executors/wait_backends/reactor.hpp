@@ -1,4 +1,4 @@
-// What the wait back ends that watch file descriptors have in common.
+// The common part of the wait back ends that watch file descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_WAIT_BACKENDS_REACTOR_HPP_
 #define TAKT_EXECUTORS_WAIT_BACKENDS_REACTOR_HPP_
@@ -69,7 +69,7 @@ class Reactor : public WaitBackend {
   const bool has_several_workers_;
   alignas(64) std::atomic<std::uint32_t> posts_{0};
   // The back end in whose `wait` the calling thread announces: a post from there needs no kick.
-  [[gnu::tls_model("initial-exec")]] static thread_local constinit const Reactor* announcing_;
+  static thread_local constinit const Reactor* announcing_;
 };
 
 }  // namespace takt

@@ -20,8 +20,8 @@
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/manual_clock.hpp"
-#include "takt/executors/engine/pace.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/testing/eventually.hpp"
 
 namespace takt {
 namespace {
@@ -114,8 +114,7 @@ TEST_P(EveryWaitBackend, LosesNoPostAmongSeveralWorkers) {
   for (std::size_t worker = 0; worker < kWorkers; ++worker) {
     workers.emplace_back([&, worker] {
       for (int i = 0; i < kPosts / static_cast<int>(kWorkers); ++i) {
-        while (!backend->wait(worker, kNever)) {
-        }
+        EXPECT_TRUE(eventually([&] { return backend->wait(worker, kNever); }));
         ++taken;
         taken.notify_all();
       }
@@ -150,7 +149,7 @@ TEST_P(EveryWaitBackend, WhoLooksTakesNoWakeUpFromWhoSleeps) {
   });
   for (int posts = 1; posts <= kPosts; ++posts) {
     backend->post();
-    while (taken < posts) std::this_thread::yield();
+    ASSERT_TRUE(eventually([&] { return taken == posts; }));
   }
 }
 
@@ -335,32 +334,6 @@ TEST_F(Choice, AManualClockHasItsOwn) {
           << executor;
     }
   }
-}
-
-// ---- Pace ----
-
-TEST(Pace, IsDueAboutOnceInAnIntervalHoweverShortTheRounds) {
-  for (const Nanoseconds round : {10ns, 200ns, 5000ns}) {
-    ManualClock clock(TimePoint(1h));
-    detail::Pace pace(50us);
-    int due = 0;
-    for (TimePoint end = clock.now() + 10ms; clock.now() < end; clock.work(round)) {
-      if (pace.is_due(clock)) ++due;
-    }
-    // 10 ms are 200 intervals; each may end a few rounds late.
-    EXPECT_NEAR(due, 200, 2) << round.count();
-  }
-}
-
-TEST(Pace, IsDueInEveryRoundThatIsLongerThanTheInterval) {
-  ManualClock clock(TimePoint(1h));
-  detail::Pace pace(50us);
-  int due = 0;
-  for (int round = 0; round < 10; ++round) {
-    if (pace.is_due(clock)) ++due;
-    clock.work(1ms);
-  }
-  EXPECT_EQ(due, 10);
 }
 
 // The kernel, or a sandbox, knows no epoll_pwait2: the thread took a whole CPU.

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/messages/yaml.hpp"
+
 #include "other_msgs/msg/laser_scan.hpp"
 #include "test_msgs/action/count.hpp"
 #include "test_msgs/drive.hpp"
@@ -22,6 +24,7 @@ using test_msgs::msg::Shapes;
 using test_msgs::msg::Small;
 using testing::ElementsAre;
 using testing::ElementsAreArray;
+using testing::HasSubstr;
 
 template <class T>
 std::vector<int> encoded(const T& message) {
@@ -146,6 +149,9 @@ TEST(GeneratedMessage, IsMadeFromRos2sFiles) {
   EXPECT_THAT(message.bits, ElementsAre(true, false));
   EXPECT_EQ(message.module, "default");
   EXPECT_EQ(message.class_, -7);
+  EXPECT_EQ(message.wide, u"H\u00f6hle \"1\"");
+  EXPECT_THAT(message.far, ElementsAre(INT64_MAX, INT64_MIN));
+  EXPECT_THAT(message.wides, ElementsAre(u"a", u"\u30cf"));
   EXPECT_EQ(message.point.y, 2.5);
   static_assert(Everything::DEBUG == 10 && Everything::OK == 0);
   EXPECT_EQ(Everything::GREETING, "hello # there");
@@ -172,6 +178,23 @@ TEST(GeneratedMessage, HasTheShapeOfRos2s) {
   EXPECT_EQ(Everything(MessageInitialization::ALL), Everything());
   EXPECT_EQ(Everything(std::allocator<void>()), Everything());
   EXPECT_NE(zero, Everything());
+}
+
+TEST(GeneratedMessage, IsYamlAsRos2PrintsIt) {
+  using test_msgs::msg::to_yaml;
+  test_msgs::msg::Point point;
+  EXPECT_EQ(test_msgs::msg::to_yaml(point), "x: 0.00000\ny: 2.50000\nz: 0.00000\n");
+  EXPECT_EQ(to_yaml(point, true), "{x: 0.00000, y: 2.50000, z: 0.00000}");
+  test_msgs::action::Count::Result result;
+  EXPECT_EQ(to_yaml(result), "counted: []\n");
+  result.counted = {1, 2};
+  EXPECT_EQ(to_yaml(result), "counted:\n- 1\n- 2\n");
+  const std::string shapes = to_yaml(some_shapes());
+  EXPECT_THAT(shapes, HasSubstr("colour: 5\n"));
+  EXPECT_THAT(shapes, HasSubstr("part:\n  id: 7\n  weight: 0.00000\nparts:\n-\n  id: 8\n"));
+  EXPECT_THAT(shapes, HasSubstr("word: \"hi\"\n"));
+  EXPECT_THAT(to_yaml(Everything(), true), HasSubstr("names: [\"a, b\", \"c\\\"d\"]"));
+  EXPECT_EQ(to_yaml(test_msgs::msg::Empty(), true), "null");
 }
 
 TEST(GeneratedMessage, MayHaveNoFields) {

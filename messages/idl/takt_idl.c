@@ -41,7 +41,10 @@ static void enter(Writer* writer, const void* node) {
     return;
   }
   if (writer->scope[0] != '\0') fprintf(writer->out, "\n}  // namespace %s\n", writer->scope);
-  if (scope[0] != '\0') fprintf(writer->out, "\nnamespace %s {\n", scope);
+  if (scope[0] != '\0') {
+    // As ROS 2's messages have it: std_msgs::msg::to_yaml(message).
+    fprintf(writer->out, "\nnamespace %s {\n\nusing ::takt::to_yaml;\n", scope);
+  }
   if (node != NULL) fputc('\n', writer->out);
   snprintf(writer->scope, sizeof writer->scope, "%s", scope);
 }

@@ -180,11 +180,11 @@ class RosInterface:
             return True, f"const {idl.split('<')[0]} _{name} = {self.idl_value(base, value)};"
 
         default = ""
-        if value and base == "wstring":
-            raise self.wrong(f"'{name}': Takt's messages have no default value of a wstring")
         if value and base not in TYPES:
             raise self.wrong(f"'{name}' is of type {base}, which cannot have a default value")
-        if value and not array:
+        if value and not array and base == "wstring":
+            default = f"@takt_default_list({json.dumps(self.cpp_value(base, self.one(base, value)))}) "
+        elif value and not array:
             default = f"@default({self.idl_value(base, value)}) "
         elif value:
             values = self.values(base, value)
@@ -194,7 +194,7 @@ class RosInterface:
             listed = "{" + ", ".join(self.cpp_value(base, one) for one in values) + "}"
             default = f"@takt_default_list({json.dumps(listed)}) "
         if base == "wstring" and not package:
-            default = "@takt_wide "
+            default += "@takt_wide "
         # An underscore before an identifier says that it is no word of IDL; it is no part of it.
         if not array:
             return False, f"{default}{idl} _{name};"
@@ -221,7 +221,7 @@ class RosInterface:
         try:
             if base == "bool":
                 return {"true": True, "1": True, "false": False, "0": False}[text.lower()]
-            if base == "string":
+            if base in STRINGS:
                 return ast.literal_eval(text) if text[:1] in ("'", '"') else text
             return float(text) if base.startswith("float") else int(text, 0)
         except (ValueError, KeyError, SyntaxError):
@@ -244,6 +244,10 @@ class RosInterface:
     def cpp_value(base, value):
         if base in ("bool", "string"):
             return json.dumps(value, ensure_ascii=False)
+        if base == "wstring":
+            return 'u"' + "".join(c if " " <= c <= "~" and c not in '"\\' else f"\\U{ord(c):08x}" for c in value) + '"'
+        if value == -2**63:
+            return "INT64_MIN"  # as -9223372036854775808 is a minus before a number too large
         return repr(value) + ("u" if TYPES[base].startswith("u") else "")
 
 

@@ -1,7 +1,8 @@
 // The earliest deadline first (Liu, Layland: "Scheduling Algorithms for Multiprogramming in a
 // Hard-Real-Time Environment", JACM 1973); on one thread without preemption as Jeffay, Stanat and
 // Martel analyse it (RTSS 1991). A callback without a deadline comes last; equal ones run in
-// order of arrival. SPDX-License-Identifier: Apache-2.0
+// order of arrival.
+// SPDX-License-Identifier: Apache-2.0
 #include "takt/sched/scheduler.hpp"
 
 namespace takt {

@@ -29,10 +29,6 @@ class FifoScheduler final : public Scheduler {
       return pop_where_some_are_late();
     return begin_ != end_ ? at(begin_++) : nullptr;
   }
-  bool is_order() const noexcept override { return true; }
-  std::span<const std::byte> memory() const noexcept override {
-    return std::as_bytes(std::span(ring_));
-  }
 
  private:
   [[gnu::noinline]] void push_late(ReadyCallback& callback) noexcept {

@@ -23,7 +23,7 @@ class CpuDmaLatency {
   CpuDmaLatency(const CpuDmaLatency&) = delete;
   CpuDmaLatency& operator=(const CpuDmaLatency&) = delete;
 
-  /// What was refused and why, or nothing.
+  /// The request that was refused and the reason, or nothing.
   const std::string& refused() const noexcept { return refused_; }
 
  private:

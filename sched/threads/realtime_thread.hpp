@@ -25,7 +25,7 @@ class RealtimeThread {
   RealtimeThread(const RealtimeThread&) = delete;
   RealtimeThread& operator=(const RealtimeThread&) = delete;
 
-  /// What the kernel granted.
+  /// The attributes that the kernel granted.
   const ThreadState& state() const noexcept { return state_; }
   void join() {
     if (thread_.joinable()) thread_.join();

@@ -20,7 +20,7 @@ enum class ThreadPolicy { other, fifo, rr, batch, idle, deadline };
 /// Whether it comes before all threads of the usual policies: fifo, rr or deadline.
 bool is_realtime(ThreadPolicy policy) noexcept;
 
-/// What to do when the system refuses what a thread asks for.
+/// The reaction when the system refuses a thread's attributes.
 enum class Realtime {
   off,      // ask for nothing but name and affinity
   prefer,   // ask; go on with what is granted, and record what was refused

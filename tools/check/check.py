@@ -17,6 +17,8 @@ import urllib.parse
 
 import cpp_source
 import files as file_rules
+import limits
+import waiting
 from phrases import RETIRED
 from public_headers import is_public
 
@@ -28,10 +30,11 @@ SOURCES = CPP | {".py", ".sh", ".cmake"}
 PROSE = SOURCES | {".md", ".in", ".yaml", ".xml"}
 SCRIPTS = {"dev", ".ci/run"}
 RULES = {
+    "generated": "what programs make of data is not in git",
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
-    "spdx": "sources with the SPDX line",
+    "spdx": "sources with the SPDX line, alone on its line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
     "once": "a type is defined in one place of the product",
@@ -42,6 +45,9 @@ RULES = {
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
+    "one-list": "one page says what is not implemented",
+    "waiting": "tests wait with an end",
+    "limit": "each limit has a marker, and the page of limits has them",
     "time-sum": "no plain sum of a time and a duration: later()",
 }
 
@@ -101,9 +107,12 @@ def check_function_length(file, _):
                           above)
 
 
+# On a line of its own: a formatter once glued it to the sentence before.
+SPDX = re.compile(r"(?:(?://|#) )?SPDX-License-Identifier: Apache-2\.0")
+
+
 def check_spdx(file, _):
-    if file.is_source and not any("SPDX-License-Identifier: Apache-2.0" in line
-                                  for line in file.lines[:40]):
+    if file.is_source and not any(SPDX.fullmatch(line) for line in file.lines[:40]):
         yield Finding(file.path, 1, "spdx", "no line 'SPDX-License-Identifier: Apache-2.0'")
 
 
@@ -112,6 +121,8 @@ def check_public(file, root):
     public = is_public(file.path, file.text)
     if not file.path.endswith(".hpp") or not (public or exporting):
         return
+    if public and file.path.startswith("executors/engine/"):
+        yield Finding(file.path, 1, "public", "the engine is private: no user includes its headers (decision 0091)")
     macro = exporting[1] if exporting else "PUBLIC"
     for found in re.finditer(r"(?m)^namespace (?!TAKT_)(takt\b.*)\{\n(?!namespace TAKT_)", file.text):
         yield Finding(file.path, file.text.count("\n", 0, found.start()) + 1, "public",
@@ -188,6 +199,11 @@ def check_readers(file, _):
         yield Finding(file.path, line, "reader", what)
 
 
+def check_waiting(file, _):
+    for line, what in waiting.endless(file.path, file.text):
+        yield Finding(file.path, line, "waiting", what)
+
+
 def check_environment(file, root):
     test = root / file_rules.TEST_OF_ENVIRONMENT
     for line, what in file_rules.variables(file.path, file.lines, test.read_text(encoding="utf-8") if test.is_file() else ""):
@@ -256,14 +272,26 @@ def check_phrases(file, _):
         yield Finding(file.path, file.line_at(found.start()), "phrase", f"'{phrase}': {better}")
 
 
+# Four lists of it contradicted each other. A link to the page has square brackets.
+MISSING = re.compile(r"(?<!what is )\bnot (?:yet )?(?:implemented|built yet)\b", re.IGNORECASE)
+PAGE_OF_MISSING = "docs/explanation/goals.md"
+
+
+def check_one_list(file, _):
+    if file.suffix != ".md" or file.path == PAGE_OF_MISSING or file.path.startswith("docs/explanation/decisions/"):
+        return
+    for found in MISSING.finditer(without_code(file.text)):
+        yield Finding(file.path, file.line_at(found.start()), "one-list", f"say it in {PAGE_OF_MISSING}, and link to it")
+
+
 # A sum with a time of now, or with what is called as durations are that users give. A plain one
 # overflows where a user says "for ever".
 TIME_SUM = re.compile(r"""(?<!steady_clock::)\bnow_?(?:\(\))?\s*\+(?!\+)
                         | (?<!\+)\+=?\s*(?:[\w.>()-]*[.>])?\w*
                           (?:timeout|duration|lifespan|lease|(?<!with_)period|interval|delay|patience|limit)
                           (?:_duration|_period)?_?(?:\(\))?\s*[;,)&|<>]""", re.VERBOSE)
-# Numbers that are no times, or times that end within a test or a simulation.
-NO_TIMES = ("analysis/", "bench/", "testing/", "rt_tests/", "executors/sequences/")
+# Numbers that are no times, or times that end within a test or a simulation; rclcpp's own times throw.
+NO_TIMES = ("analysis/", "bench/", "testing/", "rt_tests/", "executors/sequences/", "rclcpp/")
 
 
 def check_time_sums(file, _):
@@ -273,6 +301,22 @@ def check_time_sums(file, _):
     for found in TIME_SUM.finditer(cpp_source.without_comments(file.text)):
         yield Finding(file.path, file.line_at(found.start()), "time-sum",
                       f"'{' '.join(found[0].split())}': later(time, duration) cannot overflow")
+
+
+def check_limits(files):
+    sources = [(file.path, file.text) for file in files]
+    for path, text in sources:
+        for line, what in limits.unmarked(path, text):
+            yield Finding(path, line, "limit", what)
+    present = next((file.text for file in files if file.path == limits.PAGE), None)
+    if present is not None and present != limits.page(sources):
+        yield Finding(limits.PAGE, 1, "limit", f"not what the markers give: tools/check/limits.py > {limits.PAGE}")
+
+
+def check_generated(listed, root):
+    for path in listed.split("\0"):
+        if path.endswith(".html") and (root / path).is_file():
+            yield Finding(path, 1, "generated", "write it into build/")
 
 
 def check_format(files, root):
@@ -365,12 +409,12 @@ def main():
                    or path.endswith("CMakeLists.txt"))
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
-    findings = [*check_format(files, root), *check_once(files)]
+    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,
-                     check_environment,
-                     check_links, check_phrases, check_time_sums):
+                     check_waiting, check_environment,
+                     check_links, check_phrases, check_one_list, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

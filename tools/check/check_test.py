@@ -118,7 +118,7 @@ def test_rules():
             {"a.py": "# SPDX-License-Identifier: Apache-2.0\ndef f():\n" + "    pass\n" * 60},
             "a.py:2: f has 61 lines, 60 at most")
     for path in ("a.cpp", "a.hpp", "a.c", "a.py", "a.sh", "a.cmake", "sub/CMakeLists.txt", "dev"):
-        refused(f"no SPDX line in {path}", {path: "\n"},
+        refused(f"no SPDX line in {path}", {path: "// A test. SPDX-License-Identifier: Apache-2.0\n" if path == "a.cpp" else "\n"},
                 f"{path}:1: no line 'SPDX-License-Identifier: Apache-2.0'")
     refused("a public class without its contract",
             {"base/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\n/// A.\n/// Real-time: yes.\nclass A {};\n\n"
@@ -165,6 +165,12 @@ def test_rules():
             "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
 
 
+def test_engine():
+    refused("a header of the engine that would be installed",
+            {"executors/engine/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\nint a();\n\n}  // namespace takt\n"},
+            "executors/engine/a.hpp:1: the engine is private: no user includes its headers (decision 0091)")
+
+
 def test_links():
     refused("links that lead nowhere",
             {"a.md": "# Page\n\n[file](b.md)\n[page](#pages) and [self](a.md#page)\n[c](c.md#no)\n",
@@ -208,6 +214,22 @@ def test_time_sums():
             "base/a.cpp:8: '+= period_;': later(time, duration) cannot overflow")
 
 
+def test_waiting():
+    loops = (SPDX + "void f() {\n  while (!a) std::this_thread::yield();\n  while (b() != 1) {\n  }\n"
+             "  while (c < (d + 1)) {\n    usleep(1);\n  }\n"
+             "  while (!a && Clock::steady().now() < limit) {\n  }\n  while (take(a)) {\n  }\n"
+             "  for (int i = 0; i < 100 && !a; ++i) usleep(1);\n"
+             "  while (!a) {\n    usleep(1);\n    b();\n  }\n}\n")
+    refused("a test that may wait for ever", {"base/a_test.cpp": loops},
+            *(f"base/a_test.cpp:{line}: a test may hang here: use eventually()" for line in (3, 4, 6)))
+    accepted("what is no test", {"base/a.cpp": loops})
+    spdx = "# SPDX-License-Identifier: Apache-2.0\n"
+    refused("a test in Python that may, too",
+            {"tools/a_test.py": spdx + "while not a():\n    time.sleep(1)\nwhile a() is None:\n    pass\n"
+             "while time.monotonic() < end:\n    time.sleep(1)\nwhile unmount() == 0:\n    pass\n"},
+            *(f"tools/a_test.py:{line}: a test may hang here: use checks.eventually()" for line in (2, 4)))
+
+
 def test_phrases():
     refused("retired phrases, also over the end of a line",
             {"a.cpp": SPDX + "// The listener is\n// told of it.\n"
@@ -219,6 +241,24 @@ def test_phrases():
             "b.md:1: 'Tells of': reports",
             "b.md:2: 'Who': name it: the thread that, which",
             "b.md:3: 'those who': those that, all that")
+
+
+def test_generated():
+    refused("a page that a program has drawn", {"docs/a.html": "<html>\n"}, "docs/a.html:1: write it into build/")
+
+
+def test_one_list():
+    refused("a second list of what is missing", {"docs/a.md": "# A\n\nKeys are not implemented.\n"},
+            "docs/a.md:3: say it in docs/explanation/goals.md, and link to it")
+
+
+def test_limits():
+    refused("a limit that says nothing", {"base/a.cpp": SPDX + "constexpr int kMost = 3;\n"},
+            "base/a.cpp:2: write above kMost: // Limit: what it bounds. At it: what happens. Seen: a counter.")
+    marked = SPDX + "// Limit: messages. At it: the oldest goes. Seen: `dropped`.\nconstexpr int kMost = 3;\n"
+    accepted("a limit with its marker", {"base/a.cpp": marked})
+    refused("a page of limits that has others", {"base/a.cpp": marked, "docs/reference/limits.md": "# Limits\n"},
+            "docs/reference/limits.md:1: not what the markers give: tools/check/limits.py > docs/reference/limits.md")
 
 
 def test_format():
@@ -252,11 +292,16 @@ def test_exceptions():
 if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
+test_engine()
 test_links()
 test_once()
 test_keep()
 test_time_sums()
+test_waiting()
 test_phrases()
+test_generated()
+test_one_list()
+test_limits()
 test_format()
 test_exceptions()
 finish()

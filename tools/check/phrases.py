@@ -27,6 +27,14 @@ RETIRED = [
     (r"\bways? of (?:a|the|each|its|this|one|that) (?:chain|message|instance)s?\b", "path"),
     (r"\b(?:chain|message)(?:'s)? ways?\b", "path"),
     (r"\bby (?:its|their) way\b", "path"),
+    # A noun clause that says by a negation what something is not.
+    (r"\bwhat is no (?!longer\b|more\b)", "what is not a"),
+    (r"\bno std::exception\b", "not a std::exception"),
+    (r"(?<!\bthere) (?:is|are) no (?:keys?|values?|entry|entries|callbacks?|parameters?|types?) of\b", "is not a ... of"),
+    (r"\bat the most\b", "at most"),
+    (r"\bpieces? of readiness\b", "message, release, event"),
+    (r"\bso many \w+ (?:were|are) sent\b", "the number of ... that were sent"),
+    (r"\b1 (?:components|executors|threads|messages|topics|chains|nodes)\b", "a plural: counted() in base/counted.hpp"),
     # `takt plan` keeps the word; the engine's is a schedule update.
     (r"\bReadyPlan\b", "schedule update"),
     (r"\binstall(?:s|ed|ing)? (?:a|an|the|that|its) plan\b", "schedule update"),

@@ -5,11 +5,14 @@
 #include <new>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
+#include "takt/containers/configuration/removed.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -27,6 +30,23 @@ std::map<std::string, Entry>& commands() {
   return entries;
 }
 
+/// Options that earlier versions had. They are not shown.
+void refuse_removed(CLI::App* command) {
+  const std::string name = "takt " + command->get_name();
+  for (const Removed& option : kRemoved) {
+    if (option.from != name) continue;
+    command
+        ->add_option_function<std::vector<std::string>>(
+            std::string(option.name),
+            [&option](const std::vector<std::string>&) {
+              throw Error(fmt::format("'{}' was removed from {}", option.name, option.from),
+                          std::string(option.instead));
+            })
+        ->expected(0, 1)
+        ->group("");
+  }
+}
+
 }  // namespace
 
 Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*)) {
@@ -37,6 +57,7 @@ void add_commands(CLI::App& app) {
   for (const auto& [name, entry] : commands()) {
     CLI::App* const command = app.add_subcommand(name, entry.what);
     entry.set_up(command);
+    refuse_removed(command);
     // Without examples of their own, theirs are those of their command, not those of `takt`.
     for (CLI::App* const each : command->get_subcommands({})) {
       if (each->get_footer() == app.get_footer()) each->footer(command->get_footer());

@@ -14,6 +14,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
+// Limit: characters of a line that a map has in a file that Takt writes. At it: the map gets a line
+// for each entry. Seen: nothing.
 constexpr std::size_t kMostColumns = 100;
 
 /// A list of values is in one line, however long.

@@ -15,23 +15,21 @@
 #include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
-#include "takt/transport/shared_memory/refused_chunks.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
 
-// iceoryx's listener takes 127 readers of a process, and Cyclone does not survive one more.
-constexpr std::size_t kMostSharedReaders = 120;
-
 // Cyclone 0.10.2 counts the children of a participant in 14 bits, and an end of ours is two of
 // them: its topic, and its own publisher or subscriber. One more, and it knows the participant no
 // longer.
+// Limit: publishers and subscriptions of a process on DDS; services and clients count twice. At it:
+// a further one is refused. Seen: the error.
 constexpr std::size_t kMostEnds = 8'100;
 
+// Limit: publishers and subscriptions that have gone and whose memory is kept. At it: the first one
+// is freed. Seen: nothing.
 constexpr std::size_t kMostLeaving = 64;  // by then Cyclone has let go of the first
-
-constexpr std::size_t kChunkAlignment = 8;  // Cyclone asks for no more
 
 // Properties and not XML, where a path would need escapes. Debian has the plug-ins by these names.
 void set_security(dds_qos_t* qos, const DdsSecurity& files) {
@@ -231,7 +229,7 @@ std::shared_ptr<ServiceMatches> CycloneParticipant::service_matches(const std::s
 void CycloneParticipant::check_room() const {
   const std::lock_guard lock(mutex_);
   if (endpoints_.size() < kMostEnds) return;
-  throw Error(fmt::format("a process has {} publishers and subscriptions on DDS at the most, "
+  throw Error(fmt::format("a process has at most {} publishers and subscriptions on DDS, "
                           "services and clients counted twice",
                           kMostEnds),
               "give some components a container of their own, or leave `dds` out if they talk to "
@@ -249,17 +247,7 @@ std::string CycloneParticipant::why_udp(const Endpoint& endpoint, bool is_writer
   }
   if (qos.deadline_period != Nanoseconds::zero()) return "it has a deadline";
   if (qos.lifespan_duration != Nanoseconds::zero()) return "it has a lifespan";
-  const Roudi roudi = find_roudi();
-  std::string why = why_not(roudi);
-  if (!why.empty()) {
-    // That.
-  } else if (type.alignment > kChunkAlignment) {
-    why = fmt::format("aligned to {} bytes", type.alignment);
-  } else if (type.size > roudi.largest_message) {
-    why = fmt::format("{} bytes do not fit into RouDi's largest pool", type.size);
-  } else if (!is_writer && shared_reader_count() >= kMostSharedReaders) {
-    why = fmt::format("{} subscriptions of this process use it already", kMostSharedReaders);
-  }
+  const std::string why = why_no_chunk(type, find_roudi(), is_writer);
   if (!why.empty() && requires_shared_memory_) {
     throw Error(fmt::format("topic '{}' cannot go by shared memory: {}", endpoint.topic, why),
                 "say `dds: {shared_memory: auto}` to have it go by UDP");

@@ -79,7 +79,7 @@ class CycloneParticipant final : public Participant,
 
   void start_threads(const DdsOptions& options);
   void join(const DdsOptions& options);
-  /// Throws Error when there is no room for one more end.
+  /// Throws Error if the participant has as many publishers and subscriptions as it can.
   void check_room() const;
 
   const bool serves_own_process_, requires_shared_memory_, clocks_are_synchronized_;

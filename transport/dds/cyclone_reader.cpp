@@ -3,7 +3,6 @@
 #include <utility>
 
 #include <dds/dds.h>
-#include <dds/ddsi/ddsi_shm_transport.h>
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
@@ -11,8 +10,7 @@
 #include "takt/transport/dds/cyclone_participant.hpp"
 #include "takt/transport/dds/writer_clocks.hpp"
 #include "takt/transport/dds/writer_sequences.hpp"
-#include "takt/transport/shared_memory/refused_chunks.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
@@ -73,6 +71,8 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   // Of Cyclone's queue. The one thread that receives data takes each message before it stores the
   // next one; publishers of this process do so on their own threads, several at a time.
   std::size_t queue_depth() const noexcept {
+    // Limit: messages that publishers of the own process put into a DDS queue at the same time. At
+    // it: the oldest is overwritten. Seen: `lost`.
     constexpr std::size_t kMostAtATime = 100;
     const std::size_t depth = endpoint_.qos.depth;
     if (is_shared()) return shared_queue_depth(depth, endpoint_.type->size);
@@ -85,7 +85,7 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
     ddsi_serdata* sample = nullptr;
     dds_sample_info_t info;
     while (dds_takecdr(handle, &sample, 1, &info, DDS_ANY_STATE) == 1) {
-      const ChunkHeader* chunk = chunk_of(*sample);
+      const ChunkHeader* chunk = chunk_of(*sample, *endpoint_.type);
       if (!info.valid_data || (chunk != nullptr && chunk->participant == participant_->id() &&
                                !participant_->serves_own_process())) {  // that came by pointer
         ddsi_serdata_unref(sample);
@@ -122,17 +122,6 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
                    dds_instance_handle_t writer) {
     if (!services_->knows(ServiceMatches::requests, writer)) note_match(handle, writer, 1);
     if (const auto client = request.address()) services_->called(*client, writer);
-  }
-
-  /// Where the message lies in shared memory, if it does and is of our type.
-  const ChunkHeader* chunk_of(const ddsi_serdata& sample) const noexcept {
-    const MessageType& type = *endpoint_.type;
-    if (sample.iox_chunk == nullptr ||
-        iceoryx_header_from_chunk(sample.iox_chunk)->data_size != sizeof(ChunkHeader) + type.size) {
-      return nullptr;
-    }
-    const auto* chunk = static_cast<const ChunkHeader*>(sample.iox_chunk);
-    return chunk->layout_hash == type.layout_hash ? chunk : nullptr;
   }
 
   void hold(ReceivedBlock& block, ddsi_serdata* sample, const void* payload) {

@@ -5,10 +5,9 @@
 #include <functional>
 #include <utility>
 
-#include <dds/ddsi/ddsi_shm_transport.h>
 #include <dds/ddsi/q_radmin.h>
 
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
@@ -109,8 +108,7 @@ ddsi_serdata* from_sample(const ddsi_sertype* type, ddsi_serdata_kind kind, cons
 ddsi_serdata* from_chunk(const ddsi_sertype* type, ddsi_serdata_kind kind, void* subscriber,
                          void* chunk) {
   Serdata* data = make(of(type), kind);
-  data->iox_subscriber = subscriber;
-  data->iox_chunk = chunk;
+  put_chunk(*data, subscriber, chunk);
   return data;
 }
 
@@ -144,9 +142,7 @@ bool untyped_to_sample(const ddsi_sertype*, const ddsi_serdata*, void*, void**, 
 
 void free_data(ddsi_serdata* data) {
   Serdata* last = &of(data);
-  if (last->iox_chunk != nullptr && last->iox_subscriber != nullptr) {
-    free_iox_chunk(static_cast<iox_sub_t*>(last->iox_subscriber), &last->iox_chunk);
-  } else if (last->iox_chunk != nullptr) {
+  if (free_chunk(*last)) {
     // It could not be sent. Cyclone 0.10.2 looks at it once more after this: the next one goes.
     last = of(last->type).unsent.exchange(last);
     if (last == nullptr) return;
@@ -168,23 +164,22 @@ void key_hash(const ddsi_serdata*, ddsi_keyhash* hash, bool) {
   *hash = {};
 }
 
-const ddsi_serdata_ops kSerdataOps{.eqkey = equal_keys,
-                                   .get_size = size_of,
-                                   .from_ser = from_fragments,
-                                   .from_ser_iov = from_vector,
-                                   .from_keyhash = from_key,
-                                   .from_sample = from_sample,
-                                   .to_ser = to_bytes,
-                                   .to_ser_ref = to_bytes_ref,
-                                   .to_ser_unref = to_bytes_unref,
-                                   .to_sample = to_sample,
-                                   .to_untyped = to_untyped,
-                                   .untyped_to_sample = untyped_to_sample,
-                                   .free = free_data,
-                                   .print = print,
-                                   .get_keyhash = key_hash,
-                                   .get_sample_size = ddsi_serdata_iox_size,
-                                   .from_iox_buffer = from_chunk};
+const ddsi_serdata_ops kSerdataOps = with_chunks({.eqkey = equal_keys,
+                                                  .get_size = size_of,
+                                                  .from_ser = from_fragments,
+                                                  .from_ser_iov = from_vector,
+                                                  .from_keyhash = from_key,
+                                                  .from_sample = from_sample,
+                                                  .to_ser = to_bytes,
+                                                  .to_ser_ref = to_bytes_ref,
+                                                  .to_ser_unref = to_bytes_unref,
+                                                  .to_sample = to_sample,
+                                                  .to_untyped = to_untyped,
+                                                  .untyped_to_sample = untyped_to_sample,
+                                                  .free = free_data,
+                                                  .print = print,
+                                                  .get_keyhash = key_hash},
+                                                 from_chunk);
 
 // ---- ddsi_sertype_ops ----
 
@@ -232,7 +227,7 @@ Sertype::Sertype(const MessageType& message_type, bool in_shared_memory)
       this, dds_type_name(message.name).c_str(), &kSertypeOps, &kSerdataOps,
       DDSI_SERTYPE_FLAG_TOPICKIND_NO_KEY | (in_shared_memory ? DDSI_SERTYPE_FLAG_FIXED_SIZE : 0));
   allowed_data_representation = DDS_DATA_REPRESENTATION_FLAG_XCDR1;
-  if (in_shared_memory) iox_size = static_cast<std::uint32_t>(sizeof(ChunkHeader) + message.size);
+  if (in_shared_memory) set_chunk_size(*this, message.size);
 }
 
 Sertype::~Sertype() {

@@ -10,7 +10,7 @@
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/transport/dds/cyclone_participant.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
@@ -221,6 +221,8 @@ class CycloneWriter final : public CycloneEndpoint {
   }
 
   // Cyclone and iceoryx allow eight at once; one is for messages that are copied.
+  // Limit: messages of a publisher that are loaned at the same time by shared memory. At it: a
+  // further loan is an ordinary one, and is copied. Seen: `uncopied`.
   static constexpr std::size_t kMostLent = 7;
 
   ChunkHeader* borrow() const noexcept {
@@ -268,7 +270,7 @@ class CycloneWriter final : public CycloneEndpoint {
     }
     lost_.fetch_add(1, std::memory_order_relaxed);
     if (static constinit LogThrottle throttle; throttle.may_log()) {
-      log(LogLevel::warn, "{}: a message was not sent: no room for it in time", endpoint_.topic);
+      log(LogLevel::warn, "{}: a message was not sent: the queue stayed full", endpoint_.topic);
     }
     return false;
   }

@@ -12,6 +12,7 @@
 namespace takt {
 namespace {
 
+// Limit: hosts in `ROS_STATIC_PEERS`. At it: the process does not start. Seen: the error.
 constexpr std::size_t kMostPeers = 100;
 
 std::string_view environment(const char* name) {
@@ -51,7 +52,7 @@ std::vector<std::string> default_static_peers() {
     rest.remove_prefix(std::min(rest.size(), peer.size() + 1));
     if (peer.empty()) continue;
     if (!std::all_of(peer.begin(), peer.end(), belongs_to_an_address)) {
-      throw Error(fmt::format("'{}' in {} is no address", peer, kName),
+      throw Error(fmt::format("'{}' in {} is not an address", peer, kName),
                   "separate names or numbers of hosts by semicolons");
     }
     if (peers.size() == kMostPeers) {  // each is looked up

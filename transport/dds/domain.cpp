@@ -12,17 +12,16 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
-#include "takt/transport/dds/bounded_end.hpp"
 #include "takt/transport/dds/cyclone_entity.hpp"
 #include "takt/transport/dds/domain_configuration.hpp"
 #include "takt/transport/dds/loopback_sockets.hpp"
 #include "takt/transport/dds/room.hpp"
-#include "takt/transport/shared_memory/refused_chunks.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
 
+// Limit: attempts to take a port of the domain. At it: joining fails. Seen: the error.
 constexpr int kMostAttempts = 120;  // to be faster than others that join at the same time
 
 std::atomic<std::uint64_t> warnings{0};
@@ -61,13 +60,6 @@ dds_entity_t join(const DdsOptions& options, std::uint64_t roudi) {
       "`dds: {domain: N}`");
 }
 
-// The RouDi that this process uses, once it has begun to: iceoryx binds a process to one.
-std::uint64_t bind_to(const Roudi& roudi) {
-  static std::atomic<std::uint64_t> bound{0};
-  std::uint64_t before = 0;
-  return bound.compare_exchange_strong(before, roudi.identity) ? roudi.identity : before;
-}
-
 }  // namespace
 
 void complain(std::string_view text) {
@@ -92,12 +84,6 @@ dds_entity_t check_joined(dds_return_t result, const std::string& what,
                           const std::string& what_to_do) {
   if (result < 0 && !kept->empty()) throw Error(what + ": " + *kept, what_to_do);
   return dds_check(result, what, what_to_do);
-}
-
-std::string why_not(const Roudi& roudi) {
-  if (!roudi.unusable.empty()) return roudi.unusable;
-  if (bind_to(roudi) != roudi.identity) return "RouDi was started again after this process";
-  return {};
 }
 
 std::shared_ptr<Domain> Domain::get(const DdsOptions& options) {

@@ -54,9 +54,6 @@ class Domain {
   dds_entity_t handle_;
 };
 
-/// Why this process cannot use the RouDi that runs now; empty: it can.
-std::string why_not(const Roudi& roudi);
-
 }  // namespace takt
 
 #endif  // TAKT_TRANSPORT_DDS_DOMAIN_HPP_

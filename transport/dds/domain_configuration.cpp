@@ -15,6 +15,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
@@ -101,18 +102,6 @@ std::string discovery(const DdsOptions& options, int participant_index) {
       options.discovery == DiscoveryRange::localhost ? kAnnouncing : "");
 }
 
-std::string shared_memory(const DdsOptions& options, std::uint64_t roudi) {
-  if (roudi == 0) return "<Enable>false</Enable>";
-  // The locator says which processes share memory. For processes other than Takt's we do not know
-  // the layout of their messages; those of other machines, and other RouDis, are not visible.
-  std::string xml =
-      "<Enable>true</Enable><LogLevel>fatal</LogLevel><Locator>74:61:6b:74:00:00:00:00";
-  for (int byte = 0; byte < 8; ++byte) xml += fmt::format(":{:02x}", (roudi >> (8 * byte)) & 0xff);
-  // iceoryx knows nothing of discovery: who has the prefix gets the messages.
-  return xml + fmt::format("</Locator><Prefix>takt_{}{}</Prefix>", options.domain,
-                           options.discovery == DiscoveryRange::off ? tag() : "");
-}
-
 /// What CYCLONEDDS_URI says: files, or XML, separated by commas.
 /// Throws Error where a file is no regular one: Cyclone would wait for ever for a FIFO's writer.
 std::string configuration_of_user() {
@@ -178,7 +167,10 @@ std::string domain_configuration(const DdsOptions& options, int participant_inde
       R"({},)"
       R"(<CycloneDDS><Domain id="any"><Internal><MultipleReceiveThreads>{}</MultipleReceiveThreads></Internal><SharedMemory>{}</SharedMemory></Domain></CycloneDDS>)",
       interfaces(options), discovery(options, participant_index), configuration_of_user(),
-      has_data_thread(options), shared_memory(options, roudi));
+      has_data_thread(options),
+      shared_memory_settings(roudi,
+                             fmt::format("takt_{}{}", options.domain,
+                                         options.discovery == DiscoveryRange::off ? tag() : "")));
 }
 
 }  // namespace takt

@@ -23,6 +23,8 @@ dds_entity_t make_reader(dds_entity_t participant, const Topic* topic, const End
   if (topic == nullptr) return 0;
   const WireQoS qos = wire_qos(endpoint.qos, endpoint.qos.depth);
   // There are no keys: so it is the history of all processes together.
+  // Limit: announcements of nodes that wait to be read. At it: the oldest are overwritten; their
+  // nodes come with the next announcement. Seen: nothing.
   constexpr std::int32_t kMostUnread = 1000;
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kMostUnread);
   const std::string text = user_data(endpoint, form);

@@ -166,7 +166,7 @@ struct EndpointState {
 /// system call a message. When RouDi's pools are empty they take 10 ms to find out; the message is
 /// counted as lost. Cyclone's and iceoryx's threads call our listener, which moves the message into
 /// its reader's ring and announces it: no user code, no lock of ours. Messages that cannot be
-/// decoded, and what Cyclone warns of, are counted and logged once a second at the most.
+/// decoded, and what Cyclone warns of, are counted and logged once a second at most.
 class Participant {
  public:
   /// Throws Error when the options are wrong, the domain cannot be joined, with what Cyclone says

@@ -22,7 +22,7 @@ constexpr int kDescriptors = 12;
 constexpr std::size_t kBytes = 32 << 20;  // beside the threads' stacks
 
 [[noreturn]] void refuse(const std::string& what, const char* option) {
-  throw Error("no room to join a DDS domain: " + what,
+  throw Error("this process cannot join a DDS domain: " + what,
               fmt::format("raise this process's limit (ulimit {}), or end other programs", option));
 }
 

@@ -27,6 +27,8 @@ struct ClockPair {
 /// between. The pair is of readings that lie close together: the second is never before the first.
 template <class Steady, class Wall>
 ClockPair read_together(Steady&& steady, Wall&& wall) {
+  // Limit: readings of both clocks until two are close. At it: the closest pair counts. Seen:
+  // nothing.
   constexpr int kMostReadings = 4;
   constexpr Nanoseconds kClose(1000);
   ClockPair closest{};
@@ -57,6 +59,8 @@ class WriterClocks {
  private:
   bool is_ours(dds_entity_t reader, dds_instance_handle_t writer);
 
+  // Limit: publishers of which a subscription knows whether they share its clock. At it: all are
+  // forgotten, and looked up again. Seen: nothing.
   static constexpr std::size_t kMostKnown = 64;
   const bool are_synchronized_;
   std::vector<std::pair<dds_instance_handle_t, bool>> known_;  // forgotten when it is full

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "takt/base/visibility.hpp"
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace TAKT_INTERNAL takt {
 

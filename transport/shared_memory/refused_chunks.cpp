@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/transport/shared_memory/refused_chunks.hpp"
-
 #include <algorithm>
 #include <mutex>
 #include <vector>
 
 #include "takt/base/logger.hpp"
+#include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {

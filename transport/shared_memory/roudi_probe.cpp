@@ -6,8 +6,6 @@
 // RouDi handles both under the lock that its other thread holds while it joins publishers to
 // subscriptions. So no answer comes when either thread hangs.
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/transport/shared_memory/roudi_probe.hpp"
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -23,7 +21,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "takt/transport/shared_memory/shared_memory.hpp"
+#include "takt/transport/shared_memory/roudi.hpp"
 
 namespace takt {
 namespace {

@@ -21,7 +21,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
-#include "takt/transport/shared_memory/roudi_probe.hpp"
+#include "takt/transport/shared_memory/roudi.hpp"
 
 namespace takt {
 namespace {
@@ -30,12 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDefaultConfiguration = "/etc/iceoryx/roudi_config.toml";
 constexpr std::size_t kDefaultLargestChunk = std::size_t{4} << 20;  // without any configuration
-constexpr std::size_t kMostHeld = 240;                              // iceoryx allows 256
-constexpr std::size_t kMostQueued = 256;                            // iceoryx's limit
-constexpr std::size_t kQueuedSmall = 100;            // messages, while they are small: …
-constexpr std::size_t kQueuedBytes = 1024UL * 1024;  // … all of them together
-constexpr std::size_t kInCallbacks = 8;
-
+// Limit: bytes of RouDi's configuration file. At it: its pools are not known, and messages go by
+// UDP. Seen: the reason in the result.
 constexpr std::size_t kMostConfigurationBytes = 1 << 20;
 
 std::string read_file(const fs::path& path) {
@@ -84,7 +80,7 @@ std::optional<std::string> option(const std::vector<std::string>& words, const s
 void look_at_options(Roudi& roudi) {
   const fs::path process = fmt::format("/proc/{}", roudi.pid);
   if (read_file(process / "comm") != "iox-roudi\n") {
-    roudi.unusable = "RouDi's pools are not known: it is no iox-roudi";
+    roudi.unusable = "RouDi's pools are not known: it is not an iox-roudi";
     return;
   }
   const std::string line = read_file(process / "cmdline");
@@ -126,21 +122,6 @@ bool accepts_connections(const char* path) {
 }
 
 }  // namespace
-
-std::size_t shared_queue_depth(std::size_t depth, std::size_t message_bytes) noexcept {
-  const std::size_t more =
-      std::min(kQueuedSmall, kQueuedBytes / std::max<std::size_t>(message_bytes, 1));
-  return std::min(std::max(depth, more), kMostQueued);
-}
-
-std::size_t shared_messages_held(std::size_t depth) noexcept {
-  return std::min(depth + kInCallbacks, kMostHeld);
-}
-
-std::size_t chunks_of_reader(std::size_t depth, std::size_t message_bytes) noexcept {
-  // And the one that is being received.
-  return shared_queue_depth(depth, message_bytes) + shared_messages_held(depth) + 1;
-}
 
 pid_t holder_of_roudi_lock() {
   struct stat lock {};

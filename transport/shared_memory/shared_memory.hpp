@@ -24,13 +24,13 @@ enum class SharedMemory {
   off,
 };
 
-/// The RouDi of this machine, of which there is one at the most.
+/// The RouDi of this machine, of which there is one at most.
 struct Roudi {
   std::string unusable;             // why we cannot use it; empty: we can
   std::size_t largest_message = 0;  // in bytes, of what its largest pool can take
   std::uint64_t identity = 0;       // another number when it was started again
   pid_t pid = 0;
-  bool is_silent = false;  // it runs and does not answer, see roudi_probe.hpp
+  bool is_silent = false;  // it runs and does not answer
 };
 
 /// Looks at its lock, its socket and the configuration that it was started with, and asks whether
@@ -77,33 +77,6 @@ class RoudiProcess {
   std::unique_ptr<LockFile> users_;
   pid_t pid_ = 0, keeper_ = 0;
 };
-
-// ---- For the transport ----
-
-// iceoryx's own names.
-inline constexpr const char* kRoudiSocket = "/tmp/roudi";
-inline constexpr const char* kRoudiLock = "/tmp/iox-unique-roudi.lock";
-inline constexpr const char* kRoudiManagement = "/dev/shm/iceoryx_mgmt";
-
-/// What lies before each message in its chunk, so that a reader believes nothing it has not seen.
-struct ChunkHeader {
-  std::uint64_t layout_hash = 0;
-  std::uint64_t participant = 0;  // of the sender
-  std::uint64_t writer = 0;
-  std::uint64_t sequence = 0;  // 1, 2, … of the writer
-  std::uint64_t before = 0;    // how many it had sent when its newest reader came
-};
-
-/// Beside a message, its chunk holds our header, Cyclone's (56 bytes), and room to align them.
-inline constexpr std::size_t kChunkOverhead = sizeof(ChunkHeader) + 128;
-/// The process that holds RouDi's lock: RouDi, while it lives. 0: none.
-pid_t holder_of_roudi_lock();
-
-/// How many messages of a reader iceoryx keeps until our listener has been called: as many as the
-/// reader wants, and more while they are small, for a listener that comes late.
-std::size_t shared_queue_depth(std::size_t depth, std::size_t message_bytes) noexcept;
-/// How many messages a reader holds where they lie. What comes beyond is copied.
-std::size_t shared_messages_held(std::size_t depth) noexcept;
 
 }  // namespace takt
 

@@ -218,32 +218,34 @@ std::vector<SystemReader::Field> ConfigurationReader::parameter_fields(
   const auto time = [this](std::optional<Nanoseconds>& target) -> Read {
     return [this, &target](const Value& value) { into_duration(target.emplace(), [] {})(value); };
   };
-  return {{"priority",
-           "A larger number is more urgent. By default, the priority of its chain, else 0. For the "
-           "schedulers `fixed_priority` and `chain_priority`.",
-           into(parameters.priority)},
-          {"deadline",
-           "Relative deadline of the callback's end, from the publication or a timer's due time. "
-           "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
-           time(parameters.deadline)},
-          {"period", "Minimum time between two messages. Not 0. By default, the period of a timer.",
-           time(parameters.period)},
-          {"budget",
-           "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "
-           "deadline and period. A longer execution is an overrun.",
-           time(parameters.budget)},
-          {"criticality",
-           "A larger number is more important. By default, the priority of its chain, else 0. For "
-           "`chain_priority`.",
-           into(parameters.criticality)},
-          {"overrun",
-           "Reaction when the callback misses its deadline, exceeds its budget, or is a timer that "
-           "still runs at its next release; by default `catch_up`. `catch_up`: one of the missed "
-           "releases is served at once. `skip`: missed releases are dropped, and the timer keeps "
-           "its phase. `abort`: the chain instance ends, and its messages are not delivered. "
-           "`demote`: the callback runs after all others until one execution stays in time. Every "
-           "overrun is counted.",
-           into(parameters.overrun, overrun_policies())}};
+  return {
+      {"priority",
+       "A larger number is more urgent. By default, what Takt assigns to callbacks of `chains`, "
+       "else 0. For the schedulers `fixed_priority` and `chain_priority`; [which callback runs "
+       "first](../explanation/priorities.md).",
+       into(parameters.priority)},
+      {"deadline",
+       "Relative deadline of the callback's end, from the publication or a timer's due time. "
+       "Not 0. For the schedulers `edf` and `least_laxity`. Misses are counted and reported.",
+       time(parameters.deadline)},
+      {"period", "Minimum time between two messages. Not 0. By default, the period of a timer.",
+       time(parameters.period)},
+      {"budget",
+       "Maximum execution time of the callback, in wall-clock time. Not 0, and at most "
+       "deadline and period. A longer execution is an overrun.",
+       time(parameters.budget)},
+      {"criticality",
+       "A larger number is more critical. By default, the priority of its chain, else 0. For "
+       "`chain_priority`.",
+       into(parameters.criticality)},
+      {"overrun",
+       "Reaction when the callback misses its deadline, exceeds its budget, or is a timer that "
+       "still runs at its next release; by default `catch_up`. `catch_up`: one of the missed "
+       "releases is served at once. `skip`: missed releases are dropped, and the timer keeps "
+       "its phase. `abort`: the chain instance ends, and its messages are not delivered. "
+       "`demote`: the callback runs after all others until one execution stays in time. Every "
+       "overrun is counted.",
+       into(parameters.overrun, overrun_policies())}};
 }
 
 void ConfigurationReader::read_changes(const Value& value, CallbackParameterChanges& changes) {

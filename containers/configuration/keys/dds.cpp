@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "takt/base/logger.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/containers/configuration/configuration_reader.hpp"
 
@@ -21,9 +20,6 @@ void ConfigurationReader::read_dds(const Value& value) {
         "Only processes on the same domain discover each other. By default, the value of the "
         "environment variable `ROS_DOMAIN_ID`, else 0.",
         into_domain(dds.domain)},
-       {"loopback_only",
-        "An older form of `discovery`: `true` is `localhost`, `false` is `subnet`.",
-        into_loopback_only(dds.discovery)},
        {"discovery",
         "Which processes are discovered. `localhost`: those of this machine, ROS 2's included; "
         "`subnet`: also those that multicast reaches; `off`: none; `system`: as Cyclone's defaults "
@@ -105,7 +101,7 @@ SystemReader::Read ConfigurationReader::into_file(std::string& path, PemFile wan
     try {
       RegularFile(file).read(0, std::as_writable_bytes(std::span(begin)));
     } catch (const Error&) {
-      throw Error(fmt::format("'{}' is no readable file", path),
+      throw Error(fmt::format("'{}' is not a readable file", path),
                   fmt::format("name {}", wanted.kind));
     }
     if (begin.find(wanted.mark) == std::string::npos) {
@@ -128,19 +124,6 @@ SystemReader::Read ConfigurationReader::into_discovery(DiscoveryRange& discovery
                             {"off", DiscoveryRange::off},
                             {"system", DiscoveryRange::system},
                             {"lo", DiscoveryRange::lo}});
-  });
-}
-
-SystemReader::Read ConfigurationReader::into_loopback_only(DiscoveryRange& discovery) {
-  return without_default([this, &discovery]() -> Read {
-    return [this, &discovery](const Value& value) {
-      bool loopback_only = true;
-      into(loopback_only)(value);
-      if (!std::holds_alternative<bool>(value.content)) return;
-      discovery = loopback_only ? DiscoveryRange::localhost : DiscoveryRange::subnet;
-      log(LogLevel::warn, "{}: `loopback_only: {}` is an older form of `discovery: {}`",
-          errors_.where(value.line), loopback_only, loopback_only ? "localhost" : "subnet");
-    };
   });
 }
 

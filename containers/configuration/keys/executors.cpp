@@ -31,7 +31,7 @@ void try_to_make(const std::string& type, const ExecutorOptions& options) {
   } catch (const std::exception& error) {
     refuse(error.what());
   } catch (...) {
-    refuse("an object that is no std::exception");
+    refuse("an object that is not a std::exception");
   }
 }
 

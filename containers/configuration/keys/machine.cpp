@@ -78,7 +78,7 @@ void ConfigurationReader::read_speed(const Value& value) {
   int cpu = -1;
   const char* const end = value.name.data() + value.name.size();
   if (std::from_chars(value.name.data(), end, cpu).ptr != end || cpu < 0) {
-    errors_.add(value.line, fmt::format("'{}' is no CPU", value.name), "write its number");
+    errors_.add(value.line, fmt::format("'{}' is not a CPU", value.name), "write its number");
   }
   if (!(speed > 0 && speed < 1000)) {
     errors_.add(value.line, fmt::format("CPU {} has a speed of {}", value.name, speed),

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/analysis/method.hpp"
+#include "takt/base/counted.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
@@ -213,7 +214,7 @@ void print_summary(const AnalyzedFile& file) {
   } else if (bounded == 0) {
     rt::print("no chain has a bound: {}\n", chains.front().why_not);
   } else {
-    rt::print("of {} chains, {} have a bound, and {} are guaranteed\n", chains.size(), bounded,
+    rt::print("{}: {} with a bound, {} guaranteed\n", counted(chains.size(), "chain"), bounded,
               guaranteed);
   }
 }

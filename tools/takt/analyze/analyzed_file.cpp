@@ -12,13 +12,6 @@
 
 namespace takt::tools {
 
-bool AnalyzedFile::is_guaranteed() const {
-  for (std::size_t i = 0; i < model.chains.size(); ++i) {
-    if (!tools::is_guaranteed(model.chains[i], bounds.chains[i])) return false;
-  }
-  return true;
-}
-
 bool AnalyzedFile::is_all_guaranteed() const {
   for (std::size_t i = 0; i < model.chains.size(); ++i) {
     if (verdict(model.chains[i], bounds.chains[i]) != Verdict::guaranteed) return false;
@@ -140,12 +133,6 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   file.bounds = analyze(file.model);
   file.analysis_time = std::chrono::steady_clock::now() - begin;
   return file;
-}
-
-bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {
-  const Verdict found = verdict(chain, bound);
-  return found == Verdict::guaranteed || found == Verdict::unjudged ||
-         (found == Verdict::no_bound && chain.deadline == Nanoseconds::zero());
 }
 
 std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound) {

@@ -25,8 +25,6 @@ struct AnalyzedFile {
   ModelBounds bounds;
   Nanoseconds analysis_time{0};  // what `bounds` took
 
-  /// Whether each chain with a deadline meets it for sure.
-  bool is_guaranteed() const;
   /// Whether there are chains, and each has a deadline and meets it for sure.
   bool is_all_guaranteed() const;
   /// Whether a run has shown that a deadline is missed, or a bound wrong.
@@ -44,9 +42,7 @@ struct AnalyzeOptions {
 /// Throws Error for a bad file.
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options);
 
-/// Whether it meets its deadline for sure, or has none, and nothing contradicts that.
-bool is_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
-/// Why not, after the chain's name: "may take 12.000 ms, its deadline is 10.000 ms".
+/// Why a chain is not guaranteed, after its name: "may take 12.000 ms, its deadline is 10.000 ms".
 std::string why_not_guaranteed(const SystemModel::Chain& chain, const ModelBounds::Chain& bound);
 /// What the bounds of these callbacks' executors rest on: "declared 5, measured 2".
 std::string rests_on(const AnalyzedFile& file, const std::vector<std::size_t>& callbacks);

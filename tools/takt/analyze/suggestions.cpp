@@ -13,7 +13,11 @@
 namespace takt::tools {
 namespace {
 
-constexpr std::size_t kMostTried = 300, kMostShown = 3;
+// Limit: changes that `takt analyze` tries. At it: the rest is not tried. Seen: a line below the
+// suggestions.
+constexpr std::size_t kMostTried = 300;
+// Limit: changes that it shows. At it: the best are shown. Seen: nothing.
+constexpr std::size_t kMostShown = 3;
 
 /// How far the chains are from their deadlines: those that miss them, and the sum of bound ÷
 /// deadline. The smaller, the better.

@@ -58,7 +58,7 @@ json sweep(const std::string& path, const AnalyzeOptions& options, const std::st
            bool prints) {
   const std::size_t equals = range.find('='), dots = range.find("..", equals);
   if (equals == std::string::npos || dots == std::string::npos) {
-    throw Error(fmt::format("'{}' is no range of a key", range),
+    throw Error(fmt::format("'{}' is not a range of a key", range),
                 "write KEY=A..B, such as threads.control.runtime=1ms..9ms");
   }
   const std::string key = range.substr(0, equals);

@@ -92,7 +92,7 @@ void set_up(CLI::App* command) {
                    "A configuration file; its components are constructed, but do not run")
       ->required();
   command->add_option("--model", options->how.model,
-                      "A file of `takt run --model`, with measured execution times and arrivals");
+                      "A file of `takt model`, with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
                       "As for `takt run`: one executor of this type runs all components");
   command->add_option("--scheduler", options->how.overrides.scheduler, "As for `takt run`");

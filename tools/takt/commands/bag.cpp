@@ -13,6 +13,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "takt/base/counted.hpp"
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/components/player.hpp"
@@ -95,8 +96,8 @@ void record(const Options& options) {
   run(recorder, options.duration, [&] { return recorder->has_ended(); });
   const std::string failure = recorder->complete();
   if (options.prints()) {
-    rt::print("{}: {} messages of {} topics, {} dropped\n", file, recorder->recorded(),
-              recorder->topic_count(), recorder->dropped());
+    rt::print("{}: {} of {}, {} dropped\n", file, counted(recorder->recorded(), "message"),
+              counted(recorder->topic_count(), "topic"), recorder->dropped());
   }
   if (!options.json_path.empty()) {
     write_json({{"file", file},
@@ -128,7 +129,7 @@ void play(const Options& options) {
   const auto player = std::make_shared<Player>(node);
   const TypeDescriptionService describes(*player, *player);  // those registered
   run(player, 0ns, [&] { return player->has_ended(); });
-  if (options.prints()) rt::print("{} messages were played\n", player->played());
+  if (options.prints()) rt::print("played: {}\n", counted(player->played(), "message"));
   if (!options.json_path.empty()) {
     write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
   }

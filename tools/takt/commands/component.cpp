@@ -102,7 +102,7 @@ void list(const Options& options) {
 rcl_interfaces::msg::Parameter parameter(const std::string& text) {
   const std::size_t middle = text.find(":=");
   if (middle == std::string::npos || middle == 0) {
-    throw Error(fmt::format("'{}' is no parameter", text), "write name:=value");
+    throw Error(fmt::format("'{}' is not a parameter", text), "write name:=value");
   }
   document::Errors errors(text);
   document::Value parsed = document::parse_yaml(text.substr(middle + 2), errors);

@@ -7,7 +7,6 @@
 #include <cctype>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
 #include "takt/measuring/output.hpp"
@@ -105,7 +104,6 @@ std::string configuration_reference() {
   std::string page = kConfigurationPage;
   add_tables(page, "", describe_configuration());
   add_tables(page, "workload: ", describe_workload());
-  replace(page, "planned keys", fmt::format("`{}`", fmt::join(planned_keys(), "`, `")));
   if (const std::size_t left = page.find("{{"); left != std::string::npos) {
     throw Error(fmt::format("the placeholder '{}' is unknown",
                             page.substr(left, page.find("}}", left) - left + 2)),

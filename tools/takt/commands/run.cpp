@@ -16,7 +16,6 @@
 #include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
-#include "model/extraction.hpp"
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
 #include "run/processes.hpp"
@@ -36,11 +35,9 @@ struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
-                                               json, trace, model, recordings;
+                                               json, trace, recordings;
   std::vector<std::string> load;
   bool histograms = false;
-
-  bool traces() const { return !trace.empty() || !model.empty(); }
 };
 
 /// "-" where nothing was measured.
@@ -255,7 +252,7 @@ std::vector<SystemDescription> processes(const Options& options) {
 ContainerOverrides overrides(const Options& options) {
   return {.executor = options.name.empty() ? options.executor : "",
           .scheduler = options.scheduler,
-          .trace_events = options.traces() ? kTraceEvents : 0};
+          .trace_events = !options.trace.empty() ? kTraceEvents : 0};
 }
 
 /// What makes this program one process of the same system.
@@ -269,7 +266,6 @@ std::vector<std::string> words_of(const Options& options) {
   add("--composition", options.composition);
   add("--transport", options.transport);
   add("--trace", options.trace);
-  add("--model", options.model);
   return words;
 }
 
@@ -322,15 +318,13 @@ json executors_json(const json& run, bool has_several_processes) {
   return result;
 }
 
-/// The timeline and the model of the run.
+/// The timeline of the run.
 void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
   run["executors"] = executors_json(run, system.size() > 1);
   for (json& thread : run.at("trace")) {
     thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
   }
-  const Trace trace = make_trace(run);
-  if (!options.trace.empty()) write_trace(trace, options.trace);
-  if (!options.model.empty()) write_measured_model(extract_model({&trace, 1}), options.model);
+  write_trace(make_trace(run), options.trace);
 }
 
 /// A variable that somebody exported long ago changes what runs.
@@ -347,7 +341,6 @@ void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   check_writable(options.json);
   check_writable(options.trace);
-  check_writable(options.model);
   const std::vector<SystemDescription> system = processes(options);
   note_variables(options);
   if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
@@ -369,7 +362,7 @@ void run(const Options& options) {
   if (options.json != "-") {  // else they are in it
     for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
   }
-  if (options.traces()) write_traced(run, system, options);
+  if (!options.trace.empty()) write_traced(run, system, options);
   run.erase("trace");
   run.erase("executors");
   if (!options.json.empty() && !options.histograms) {
@@ -432,8 +425,6 @@ void set_up(CLI::App* command) {
   command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
   command->add_option("--trace", options->trace,
                       "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
-  command->add_option("--model", options->model,
-                      "Write a model of execution times and arrivals, for takt analyze --model");
   // Of a child of this command.
   command->add_option("--process", options->process)->group("");
   command->add_option("--connection", options->connection)->group("");

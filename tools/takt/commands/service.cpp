@@ -135,7 +135,7 @@ void call(const Options& options) {
   });
   const bool has_type = !options.words.empty() && is_type(options.words.front());
   if (options.words.size() == 2 && !has_type) {
-    throw Error(fmt::format("'{}' is no type of a service", options.words.front()),
+    throw Error(fmt::format("'{}' is not a type of a service", options.words.front()),
                 "write SERVICE [TYPE] [REQUEST], with a type like std_srvs/srv/Trigger");
   }
   const std::string type = has_type               ? options.words.front()

@@ -23,9 +23,17 @@ namespace {
 
 namespace wire = type_description_interfaces::msg;
 
-constexpr std::size_t kMostDefinitionBytes = 1 << 20, kMostName = 255;
+// Limit: bytes of an interface file. At it: the type is refused. Seen: the error.
+constexpr std::size_t kMostDefinitionBytes = 1 << 20;
+// Limit: characters of the name of a type. At it: the type is not known. Seen: the error.
+constexpr std::size_t kMostName = 255;
 // Of an interface with all that it refers to, each field's type as often as it occurs.
-constexpr std::size_t kMostLines = 100'000, kMostElements = std::size_t{1} << 26;
+// Limit: lines of an interface with all that it contains. At it: the type is refused. Seen: the
+// error.
+constexpr std::size_t kMostLines = 100'000;
+// Limit: elements of such an interface. At it: the type is refused. Seen: the error.
+constexpr std::size_t kMostElements = std::size_t{1} << 26;
+// Limit: levels of such an interface. At it: the type is refused. Seen: the error.
 constexpr std::size_t kMostDepth = 64;
 
 std::string without_comment(const std::string& text) {

@@ -54,7 +54,7 @@ class Reader {
  public:
   Reader(std::span<const std::byte> bytes, const ReadOptions& options)
       : body_(bytes.size() < kCdrHeader.size() + options.skipped
-                  ? throw Error("the bytes are no message")
+                  ? throw Error("the bytes are not a message")
                   : bytes.subspan(kCdrHeader.size())),
         offset_(options.skipped),
         most_(options.most) {}
@@ -190,7 +190,7 @@ class Writer {
     if (given != nullptr && list == nullptr) return wrong(*given, "a list is wanted");
     const std::size_t count = list != nullptr ? list->size() : 0;
     if (count > shape.capacity && shape.capacity != 0) {
-      return wrong(*given, fmt::format("there can be {} at the most", shape.capacity));
+      return wrong(*given, fmt::format("there can be at most {}", shape.capacity));
     }
     const std::size_t wanted = shape.is_array() ? shape.capacity : count;
     if (shape.is_sequence()) put(static_cast<std::uint32_t>(count));
@@ -251,7 +251,7 @@ class Writer {
       }
     }
     if (shape.string_capacity != 0 && value.size() > shape.string_capacity) {
-      wrong(*given, fmt::format("{} characters fit at the most", shape.string_capacity));
+      wrong(*given, fmt::format("at most {} characters fit", shape.string_capacity));
     }
     return value;
   }

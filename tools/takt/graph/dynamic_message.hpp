@@ -19,7 +19,7 @@ struct ReadOptions {
   std::size_t skipped = 0;      // bytes before the fields: the header of requests and replies
   std::size_t most = SIZE_MAX;  // array elements to decode; a text replaces the rest
 };
-/// Decodes the fields of a message. Throws Error if the bytes are no message of this type.
+/// Decodes the fields of a message. Throws Error if the bytes are not a message of this type.
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,
                                     const ReadOptions& options = {});
 /// Formats fields as indented YAML.

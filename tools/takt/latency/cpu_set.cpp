@@ -28,8 +28,9 @@ std::vector<int> parse_cpu_set(const std::string& text) {
   const std::vector<int>& available = available_cpus();
   if (text == "all") return available;
   const auto refuse = [&](std::string_view part) {
-    throw Error(fmt::format("CPU set '{}': '{}' is no CPU that this process may use", text, part),
-                fmt::format("use some of {}, such as 0-1 or 0,1", fmt::join(available, ",")));
+    throw Error(
+        fmt::format("CPU set '{}': '{}' is not a CPU that this process may use", text, part),
+        fmt::format("use some of {}, such as 0-1 or 0,1", fmt::join(available, ",")));
   };
   std::vector<int> cpus;
   for (std::string_view rest = text; !rest.empty();) {

@@ -31,7 +31,7 @@ TEST(CpuSet, IsAListOfCpusAndRangesInThisOrder) {
 TEST(CpuSet, RefusesWhatIsNoneAndSaysWhichThereAre) {
   for (const char* wrong : {"x", "1-", "-1", "1-0", "", ",", "100000", "0x1", "99999999999999"}) {
     EXPECT_THAT([&] { parse_cpu_set(wrong); },
-                ThrowsMessage<Error>(HasSubstr("is no CPU that this process may use")))
+                ThrowsMessage<Error>(HasSubstr("is not a CPU that this process may use")))
         << wrong;
   }
 }

@@ -17,6 +17,7 @@ using analysis::textbook::TaskSet;
 using document::Value;
 
 // Sums of such numbers are far from what the type holds.
+// Limit: numbers in a task set of `takt rta`. At it: a larger one is refused. Seen: the error.
 constexpr Time kMost = 1'000'000'000'000'000;
 
 /// The keys of a map, as "C T [J]" says them.
@@ -61,7 +62,7 @@ class TaskSetReader {
     const Keys keys(text + (of == "the task set" ? "" : " [name]"));
     const auto* const values = std::get_if<document::Map>(&map.content);
     if (values == nullptr) {
-      errors_.add(map.line, fmt::format("{} is no map", of),
+      errors_.add(map.line, fmt::format("{} is not a map", of),
                   fmt::format("write {{\"{}\": …}}", keys.all.front()));
       return;
     }
@@ -84,7 +85,7 @@ class TaskSetReader {
   void list(const Value& value, const Use& use) {
     const auto* const values = std::get_if<document::List>(&value.content);
     if (values == nullptr || values->empty()) {
-      errors_.add(value.line, fmt::format("'{}' is no list, or an empty one", value.name),
+      errors_.add(value.line, fmt::format("'{}' is not a list, or an empty one", value.name),
                   "write [ … ] with one entry at least");
       return;
     }
@@ -95,7 +96,7 @@ class TaskSetReader {
     const auto* const found = std::get_if<std::int64_t>(&value.content);
     if (found != nullptr && *found >= least && *found <= most) return *found;
     const std::string what =
-        std::holds_alternative<double>(value.content) ? "is no whole number" : "is not possible";
+        std::holds_alternative<double>(value.content) ? "is not a whole number" : "is not possible";
     errors_.add(value.line, fmt::format("'{}' {}", value.name, what),
                 fmt::format("give a whole number from {} to {}, in any unit of time that is the "
                             "same for all",

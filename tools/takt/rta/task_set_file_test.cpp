@@ -57,12 +57,13 @@ TEST(TaskSetFile, ReportsAllMistakesWithTheirLines) {
                      "{\"C\": 1.5, \"priority\": 1, \"deadline\": 3}]}"),
               ElementsAre(AllOf(HasSubstr("set.json:2: "), HasSubstr("'C' is not possible")),
                           AllOf(HasSubstr("set.json:2: "), HasSubstr("'T' is not possible")),
-                          AllOf(HasSubstr("set.json:3: "), HasSubstr("'C' is no whole number")),
+                          AllOf(HasSubstr("set.json:3: "), HasSubstr("'C' is not a whole number")),
                           AllOf(HasSubstr("set.json:3: "), HasSubstr("fp reads no 'deadline'")),
                           AllOf(HasSubstr("set.json:3: "), HasSubstr("'T' is missing"))));
   EXPECT_THAT(errors("fp", "{\"tasks\": \n[}"), ElementsAre(HasSubstr("set.json:2: ")));
-  EXPECT_THAT(errors("fp", "[]"), ElementsAre(HasSubstr("is no map")));
-  EXPECT_THAT(errors("fp", "{\"tasks\": []}"), ElementsAre(HasSubstr("no list, or an empty one")));
+  EXPECT_THAT(errors("fp", "[]"), ElementsAre(HasSubstr("is not a map")));
+  EXPECT_THAT(errors("fp", "{\"tasks\": []}"),
+              ElementsAre(HasSubstr("not a list, or an empty one")));
   EXPECT_THAT(errors("fp", "{}"), ElementsAre(HasSubstr("'tasks' is missing")));
   EXPECT_THAT(errors("fp", "{\"tasks\": [{\"C\": 1, \"T\": 2}]}"),
               ElementsAre(AllOf(HasSubstr("'priority' is missing"), HasSubstr("--help"))));

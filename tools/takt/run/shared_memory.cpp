@@ -79,7 +79,7 @@ json survey(const std::vector<SystemDescription>& processes, const ContainerOver
   } catch (const std::exception& error) {
     return {{"error", error.what()}};
   } catch (...) {
-    return {{"error", "a component threw an object that is no std::exception"}};
+    return {{"error", "a component threw an object that is not a std::exception"}};
   }
 }
 

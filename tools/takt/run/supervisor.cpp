@@ -34,7 +34,7 @@ using nlohmann::json;
 using namespace std::chrono_literals;
 
 // After a child was killed, which may have held a lock in shared memory: a child that deletes an
-// entity waits 3 s for it (transport/dds/bounded_end.hpp), and can end then.
+// entity waits 3 s for it (delete_within_bound in transport/shared_memory/), and can end then.
 constexpr auto kEndLimitAfterDeaths = 5s;
 
 }  // namespace

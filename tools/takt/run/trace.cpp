@@ -288,6 +288,7 @@ void write_trace(const Trace& trace, const std::string& path) {
   write_text(json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
 }
 
+// Limit: bytes of a trace that `takt model` reads. At it: the file is refused. Seen: the error.
 constexpr std::size_t kMostTraceBytes = std::size_t{1} << 30;
 
 Trace read_trace(const std::string& path) {
@@ -298,7 +299,7 @@ Trace read_trace(const std::string& path) {
     throw Error("no memory is left to read this trace",
                 "raise the limit (ulimit -v), or run for a shorter time", path);
   } catch (const std::exception& error) {  // of the JSON, or no such process or thread
-    throw Error(fmt::format("this is no trace of this version of Takt ({})", error.what()),
+    throw Error(fmt::format("this is not a trace of this version of Takt ({})", error.what()),
                 "give a file that `takt run --trace` wrote", path);
   }
 }

@@ -161,7 +161,7 @@ TEST(TraceFile, ThatIsNoneIsAnError) {
                            R"({"traceEvents": [{"ph": "X", "pid": 1}], "otherData": {}})"}) {
     std::ofstream(path_of_file()) << text;
     EXPECT_THAT([] { read_trace(path_of_file()); },
-                ThrowsMessage<Error>(HasSubstr("this is no trace of this version of Takt")));
+                ThrowsMessage<Error>(HasSubstr("this is not a trace of this version of Takt")));
   }
   json document = written(kCaused);
   for (json& event : document.at("traceEvents")) {
@@ -171,7 +171,7 @@ TEST(TraceFile, ThatIsNoneIsAnError) {
   }
   std::ofstream(path_of_file()) << document;
   EXPECT_THAT([] { read_trace(path_of_file()); },
-              ThrowsMessage<Error>(HasSubstr("this is no trace of this version of Takt")));
+              ThrowsMessage<Error>(HasSubstr("this is not a trace of this version of Takt")));
   std::filesystem::remove(path_of_file());
 }
 

@@ -17,6 +17,8 @@ namespace {
 using namespace std::chrono_literals;
 using nlohmann::json;
 
+// Limit: messages of a topic that `takt selftest` compares. At it: further messages are not sent.
+// Seen: the count in the result.
 constexpr std::size_t kMostSamples = 200'000;
 constexpr std::uint64_t kTicksBetweenSamples = 50;
 constexpr std::uint64_t kTicksBetweenMemory = 200;  // looking at it takes milliseconds

@@ -190,7 +190,7 @@ def test_playing():
 def test_what_is_wrong():
     (folder / "text").write_text("no recording")
     recording = str(folder / "zstd.mcap")
-    for words, message in {("info", str(folder / "text")): "no MCAP file",
+    for words, message in {("info", str(folder / "text")): "not an MCAP file",
                            ("info", "/nowhere"): "cannot be read",
                            ("play", recording, "--topics", "/ou"): "did you mean '/out'",
                            ("record",): "name topics, or record all with --all",

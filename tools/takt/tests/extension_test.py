@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """A new scheduler and a new executor are a file and a line each: all else finds them by itself.
 
-usage: extension_test.py EXTENSION TAKT PROGRAM...   (the library of examples/15_executor, and test
-programs that run for everything that is registered)
+usage: extension_test.py EXTENSION SCHEDULER TAKT PROGRAM...   (the libraries of examples/15_executor
+and 06_scheduler, and test programs that run for everything that is registered)
 """
 # SPDX-License-Identifier: Apache-2.0
 import os
@@ -13,7 +13,7 @@ import tempfile
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
 from checks import check, environment, finish  # noqa: E402
 
-extension, takt, *programs = map(os.path.abspath, sys.argv[1:])
+extension, scheduler, takt, *programs = map(os.path.abspath, sys.argv[1:])
 extended = {**environment, "LD_PRELOAD": extension}
 
 
@@ -46,5 +46,10 @@ for program in programs:
     status, output = run(program, f"--gtest_filter={both}", "--gtest_brief=1")
     check(f"{os.path.basename(program)} has cases for them, and they pass",
           status == 0 and "PASSED  ] 0 tests" not in output, output)
+
+extended["LD_PRELOAD"] = scheduler
+status, output = run(programs[-1], "--gtest_filter=*/events*__fair_share", "--gtest_brief=1")
+check("the suite accepts a scheduler that does not take turns, by its traits",
+      status == 0 and "PASSED  ] 0 tests" not in output, output)
 
 finish()

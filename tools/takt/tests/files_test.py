@@ -4,7 +4,7 @@
 usage: files_test.py TAKT COMPONENTS MESSAGES PLUGIN ROUNDS|SECONDSs [SEED]
        COMPONENTS: a library of components; MESSAGES: takt_messages.py; PLUGIN: that for idlc
 
-1. In the place of each file that a command reads, lies what is no file of any use.
+1. In the place of each file that a command reads, lies a file that it cannot use.
 2. In each round, the files of one kind are changed at random, and read by all commands of that kind.
    Round N of a seed is round 0 of the seed that is larger by N, so that one can be repeated alone.
 """
@@ -62,7 +62,7 @@ PARAMETERS = "/**:\n  ros__parameters: {use_sim_time: false}\n/a:\n  b:\n    ros
 # Without a node that has them, it is waited for: so this file is always of another.
 SHORT = ("--duration", "10ms")
 READERS = {  # the file is FILE
-    "system": [("check", "FILE"), ("check", "--deadlines", "FILE"), ("plan", "FILE"), ("analyze", "FILE"),
+    "system": [("check", "FILE"), ("plan", "FILE"), ("analyze", "FILE"),
                ("run", "FILE", *SHORT), ("compare", "FILE", *SHORT, "--executors", "file"),
                ("bench", "topologies", "FILE", *SHORT, "--repeat", "1")],
     "parts": [("check", "FILE"), ("plan", "FILE")],
@@ -135,7 +135,8 @@ def write_samples():
     here = {name: str(folder / name) for name in ("recorded.yaml", "trace.json", "model.yaml")}
     (prefix / "share/takt/components").mkdir(parents=True)
     os.chdir(folder)
-    run_well("run", here["recorded.yaml"], "--duration", "50ms", "--trace", here["trace.json"], "--model", here["model.yaml"])
+    run_well("run", here["recorded.yaml"], "--duration", "50ms", "--trace", here["trace.json"])
+    run_well("model", here["trace.json"], "-o", here["model.yaml"])
     samples["recording"] = [(folder / f"{name}.mcap").read_bytes() for name in ("none", "lz4", "zstd")]
     samples["trace"] = [(folder / "trace.json").read_bytes()]
     samples["model"] = [(folder / "model.yaml").read_bytes()]
@@ -186,7 +187,7 @@ def try_special_files(chance, most):
             path.symlink_to(special)
             every = [words for words in commands(kind, path) if "echo" not in words]  # it says first that it waits
             for words in chance.sample(every, min(len(every), most)):
-                # What is no file is no entry of the index, and an empty definition is one without fields.
+                # A missing file is not an entry of the index, and an empty definition is one without fields.
                 is_refused = kind != "index" and (special.name, kind) != ("empty", "definition")
                 tried(f"{special.name[:9]} as {kind}", words, names_of(kind, path), is_refused)
             if kind == "definition":

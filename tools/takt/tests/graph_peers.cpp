@@ -1,5 +1,6 @@
 // What ros2_commands_test.py looks at from outside: parameters of all types, actions, a service
-// that never answers, and a container as ROS 2's. SPDX-License-Identifier: Apache-2.0
+// that never answers, and a container as ROS 2's.
+// SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
 #include <map>

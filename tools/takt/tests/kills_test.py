@@ -15,7 +15,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import (check, children_of, environment, finish, is_keeper, roudi_of,  # noqa: E402
+from checks import (check, children_of, environment, eventually, finish, is_keeper, roudi_of,  # noqa: E402
                     roudi_runs, skip_without_shared_memory)
 
 SENDER = """
@@ -85,10 +85,7 @@ with tempfile.TemporaryDirectory() as folder:
             check("each run ends", False, log.read()[-4000:])
             for pid in containers_of(run.pid) + [run.pid]:
                 kill(pid)
-        limit = time.monotonic() + 30
-        while left_behind() and time.monotonic() < limit:
-            time.sleep(0.02)
-        if left_behind():
+        if not eventually(lambda: not left_behind()):
             check("a run leaves nothing behind", False, left_behind())
             break
 
@@ -97,9 +94,7 @@ with tempfile.TemporaryDirectory() as folder:
         file.write("      - {component: Witness, library: " + os.path.abspath(library) + "}\n")
     run = subprocess.Popen([takt, "run", system], env=dict(environment, WITNESS=folder),
                            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    limit = time.monotonic() + 60
-    while not os.path.exists(os.path.join(folder, "witness.ticks")) and time.monotonic() < limit:
-        time.sleep(0.02)  # it runs: before, nobody hangs
+    eventually(lambda: os.path.exists(os.path.join(folder, "witness.ticks")))  # before, nobody hangs
     os.kill(containers_of(run.pid)[0], signal.SIGSTOP)
     run.send_signal(signal.SIGINT)
     said = run.communicate(timeout=100)[1]

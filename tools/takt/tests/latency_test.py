@@ -140,7 +140,7 @@ def check_missing_rights():
 
 
 def check_refusals():
-    for words, said in ((("-a", "9999"), "is no CPU that this process may use"),
+    for words, said in ((("-a", "9999"), "is not a CPU that this process may use"),
                         (("--policy=fast",), "there is no thread policy"), (("-t", "0"), "-t")):
         wrong = subprocess.run([sys.argv[1], "latency", "-l", "1", *words], stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)

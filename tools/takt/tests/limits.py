@@ -64,7 +64,7 @@ def faults(status, output, errors, names, is_refused):
     try:
         said.decode()
     except UnicodeDecodeError:
-        yield "it writes what is no UTF-8"
+        yield "it writes text that is not UTF-8"
     is_error = status == 2 or status == 1 and not output  # 1: what takt analyze has found
     if is_error and not any(name.encode() in errors for name in names):
         yield "its error names none of " + ", ".join(names)

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, environment, eventually, finish  # noqa: E402
 
 takt, library = map(os.path.abspath, sys.argv[1:3])
 name = sys.argv[3]
@@ -53,8 +53,7 @@ class Container:
                                         text=True)
 
     def __enter__(self):
-        while run("component", "list", "robot").returncode != 0 and self.process.poll() is None:
-            pass  # it looks for three seconds
+        eventually(lambda: self.process.poll() is not None or run("component", "list", "robot").returncode == 0)
         return self
 
     def __exit__(self, *_):

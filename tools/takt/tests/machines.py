@@ -7,18 +7,9 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import skip  # noqa: E402
-
-
-def eventually(condition):
-    for _ in range(3000):
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
+from checks import eventually, skip  # noqa: E402
 
 
 def ip(*words):

@@ -70,7 +70,7 @@ def definition(random, types, parts):
 
 
 def special_files(folder):
-    """Name and path of what is no file of any use."""
+    """Name and path of a file that cannot be used."""
     folder = pathlib.Path(folder)
     os.mkfifo(folder / "fifo")
     (folder / "folder").mkdir()

@@ -77,10 +77,10 @@ for file in (one, two):
     output = ""
     for line in process.stderr:
         output += line
-        if file == two and "no std::exception" in line:
+        if file == two and "not a std::exception" in line:
             process.send_signal(signal.SIGINT)  # for the other process, which goes on
     result = process.wait()
     check(f"a callback that throws an int ends {os.path.basename(file)} with its reason",
-          result in (1, 2) and "no std::exception" in output and "terminate called" not in output,
+          result in (1, 2) and "not a std::exception" in output and "terminate called" not in output,
           result, output)
 finish()

@@ -76,7 +76,7 @@ with tempfile.TemporaryDirectory() as folder:
             ("no seed", [], "--seed"), ("a wrong seed", ["--seed", "-1"], "--seed: write an integer from 0"), ("a long seed", ["--seed", 19 * "1"], "18 digits"),
             ("a wrong executor", ["--seed", "1", "--executors", "event"], "no executor is called 'event'; did you mean 'events'?"),
             ("a wrong scheduler", ["--seed", "1", "--schedulers", "edf,fast"], "no scheduler is called 'fast'"),
-            ("a wrong CPU", ["--seed", "1", "--cpus", "9999"], "'9999' is no CPU that this process may use"),
+            ("a wrong CPU", ["--seed", "1", "--cpus", "9999"], "'9999' is not a CPU that this process may use"),
             ("a wrong file", ["--seed", "1", "-o", folder], "choose a writable file")]:
         status, output, errors = run("random", *words)
         check(what, status == 2 and output == "" and text in errors, status, output, errors)

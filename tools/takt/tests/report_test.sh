@@ -46,7 +46,8 @@ container:
     - {component: takt::Workload, name: imu, parameters: {publishers: {topic: [imu], period_us: [5000]}}}
     - {component: takt::Workload, name: planner, parameters: {subscriptions: {topic: [imu], work_us: [1000]}}}
 YAML
-"$takt" run "$work/robot.yaml" --duration 500ms --model "$work/robot.model.yaml" >/dev/null
+"$takt" run "$work/robot.yaml" --duration 500ms --trace "$work/trace.json" >/dev/null
+"$takt" model "$work/trace.json" -o "$work/robot.model.yaml" >/dev/null
 "$takt" analyze "$work/robot.yaml" --model "$work/robot.model.yaml" --report "$work/bounds.html" >/dev/null || true
 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
   "file://$work/bounds.html" >"$work/dom.html" 2>/dev/null

@@ -16,7 +16,7 @@ import tempfile
 import time
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import (check, environment, finish, roudi_of, roudi_runs,  # noqa: E402
+from checks import (check, environment, eventually, finish, roudi_of, roudi_runs,  # noqa: E402
                     skip_without_shared_memory)
 
 SYSTEM = """
@@ -91,13 +91,6 @@ server.recv(4096)
 """
 
 
-def eventually(condition):
-    limit = time.monotonic() + 60
-    while not condition() and time.monotonic() < limit:
-        time.sleep(0.02)
-    return condition()
-
-
 def left_behind():
     files = [file for pattern in ("/tmp/*roudi*", "/tmp/iceoryx_rt_*", "/dev/shm/iceoryx*")
              for file in glob.glob(pattern)]
@@ -152,8 +145,7 @@ configuration = os.path.join(folder.name, "roudi.toml")
 with open(configuration, "w") as file:
     file.write("[general]\nversion = 1\n[[segment]]\n[[segment.mempool]]\nsize = 128\ncount = 100\n")
 foreign = subprocess.Popen(["iox-roudi", "-m", "off", "-c", configuration], stdout=subprocess.PIPE, text=True)
-while "ready for clients" not in foreign.stdout.readline():
-    pass
+check("another RouDi starts", any("ready for clients" in line for line in foreign.stdout))
 selftest = subprocess.run([takt, "selftest", "--executors", "events", "--transports", "intra,shm", "--json", "-"],
                           env=environment, stdout=subprocess.PIPE, text=True, timeout=200)
 foreign.terminate()

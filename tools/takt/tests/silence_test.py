@@ -70,7 +70,7 @@ check("a misspelt parameter gets its suggestion", status != 0 and
 
 record = os.path.join(folder.name, "x.mcap")
 status, output, errors = run("bag", "record", "/never", "-o", record, "--duration", "0.2")
-check("a topic that never came is named", "nothing of /never, which nobody has published" in errors, status, errors)
+check("a topic that never came is named", "no message of /never, which has had no publisher" in errors, status, errors)
 
 # Two processes whose containers and nodes have the same names: one of them did what was asked of both.
 two = file("two.yaml", "dds: {}\ncontainer:\n  name: robot\n  components:" + WORKLOAD.replace("TOPIC", "scan"))

@@ -1,0 +1,135 @@
+// What an executor keeps of one callback.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_RECORD_HPP_
+#define TAKT_EXECUTORS_ENGINE_RECORD_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/entities/entity.hpp"
+#include "takt/executors/engine/record_state.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/sched/scheduler.hpp"
+
+namespace takt::detail {
+
+/// The effective parameters of a callback. They may change at a dispatch point.
+struct CallbackSettings {
+  CallbackInfo info;
+  OverrunPolicy overrun = OverrunPolicy::catch_up;
+
+  friend bool operator==(const CallbackSettings&, const CallbackSettings&) = default;
+};
+
+/// What the overrun handlers of a callback need; it outlives the record while they run. Names and
+/// handlers never change.
+struct Supervision {
+  /// A deadline that the watchdog reports when it passes: one for the waiting release, one for each
+  /// execution.
+  struct Watch {
+    /// Whether a miss has to be reported, here or by the watchdog, which then clears the deadline.
+    /// Only the worker uses it.
+    bool is_watched = false;
+    std::atomic<TimePoint> deadline{kNever};
+    std::atomic<std::uint64_t> chain_instance{0};  // the running one
+  };
+  explicit Supervision(std::size_t workers) : running(workers) {}
+
+  /// The waiting release begins to run. Called under the dispatch lock, which a new release takes
+  /// too.
+  Watch& begin(std::size_t worker) noexcept {
+    running[worker].is_watched = std::exchange(waiting.is_watched, false);
+    running[worker].deadline.store(waiting.deadline.exchange(kNever));
+    return running[worker];
+  }
+
+  std::string node, callback;
+  OverrunHandler on_deadline_miss, on_overrun;
+  Watch waiting;
+  std::vector<Watch> running;  // one for each worker
+};
+
+/// What each dispatch of a callback writes: one cache line, as another worker may have had it last,
+/// which nothing shares that publishers read. Serialised by the executor, but for the state.
+struct alignas(64) DispatchState : ReadyCallback {
+  RecordState state;
+  std::uint64_t executions = 0;  // counted where there are statistics
+};
+static_assert(sizeof(DispatchState) == 64);
+
+/// All that an executor keeps of one entity. A control thread creates it when the entity is added.
+/// Fields without a comment never change, or are serialised by the executor.
+struct CallbackRecord : DispatchState, Sink {
+  std::shared_ptr<Entity> entity;
+  std::shared_ptr<CallbackGroup> group;
+  std::shared_ptr<Exclusion> exclusion;  // shared by the group
+  CallbackSettings settings;
+  CallbackInfo demoted_info;  // as settings.info, but less urgent than all others
+  bool is_demoted = false;
+  bool takes_briefly = false;  // as its entity says
+  bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
+  std::shared_ptr<Supervision> supervision;
+  std::string node;
+  // Where statistics are full; the second one of what takes messages.
+  std::unique_ptr<CallbackTimes> times;
+  std::unique_ptr<MessageTimes> message_times;
+
+  // Dispatches write what follows, too: no publisher reads it.
+  alignas(64) CallbackCounts counts;
+  std::uint64_t discarded = 0;    // messages of aborted chain instances
+  std::uint64_t lost_before = 0;  // what the entity had lost when last traced
+
+  // Publishers read the mark, and the one that sets it writes the rest: a cache line that the
+  // worker does not write each time.
+  alignas(64) RecordState::Mark is_announced{false};
+  Arrival announced{};
+  CallbackRecord* inbox_next = nullptr;
+
+  void arrived(Arrival arrival) noexcept {
+    sequence = arrival.sequence;
+    ready_time = arrival.ready_time;
+  }
+  /// It is removed, and no execution is left: its removers go on.
+  [[gnu::cold, gnu::noinline]] void notify_over() noexcept;
+  CallbackId id() const noexcept { return settings.info.id; }
+  bool is_described_by(const CallbackInfo* of) const noexcept {
+    return of == &settings.info || of == &demoted_info;
+  }
+  /// The deadline of what became ready at that time.
+  TimePoint deadline_of(TimePoint ready) const noexcept {
+    const Nanoseconds relative = settings.info.deadline;
+    return relative == Nanoseconds::zero() ? kNever : later(ready, relative);
+  }
+  bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
+  bool is_reentrant() const noexcept { return exclusion->is_reentrant(); }
+
+ protected:
+  ~CallbackRecord() = default;
+};
+
+/// A callback whose input is taken and which has not run yet.
+struct Execution {
+  Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
+      : record(of), as_picked(picked), is_checked(checked) {}
+  CallbackRecord* record;
+  ReadyCallback as_picked;
+  bool is_checked;
+  Slot slot;
+  bool is_taken = false;
+};
+
+/// Whether this is the record's name: "node/callback", with or without the first slash of either.
+bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
+
+/// Whether each execution has limits to keep, or is measured as part of a chain.
+bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_RECORD_HPP_

@@ -1,0 +1,169 @@
+// The life of a record: one word that says where it is, and one count of what needs it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_
+#define TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+
+namespace takt::detail {
+
+/// Where a record is, and whether it is removed. Its transitions, all at a dispatch point:
+///
+/// - idle → ready        make_ready(): a worker finds it ready; it goes to the scheduler
+/// - idle → ready        drain(): another thread has announced it; it was in the inbox
+/// - ready → parked      park(): its group is busy
+/// - parked → ready      unpark(): its group is free, and it is the first
+/// - ready → running     begin(): a worker has picked it; one execution more
+/// - running → ready     settle(): there is more to take
+/// - running → idle      settle(): there is not
+/// - any → the same, removed   remove(): the update without it is installed
+///
+/// Any other transition ends the process. A record is `running` until it is settled: in a reentrant
+/// group when its input is taken, otherwise when its callback has returned. So a reentrant group's
+/// record may be idle, or ready again, while some executions of it have not ended.
+///
+/// It is `announced` from when another thread has announced it until that is answered, and in the
+/// inbox for the first part of that time. A thread that announces has made the level rise, and then
+/// looks at the mark; settling clears the mark, and then looks at the level. Both are sequentially
+/// consistent, so one of the two sees the other. The mark lies in a cache line that no dispatch
+/// writes, so an announcement to a busy callback costs one load; and as all else is written by the
+/// executor alone, a worker's own announcements cost no atomic operation.
+/// "Again": the worker has announced it while it was running.
+///
+/// A record that is removed is announced by nobody, and is skipped where it still is. Its remover
+/// waits until it `is_over`: no execution is left. Then one thread detaches it.
+///
+/// Thread safety: announce, references and the observers from any thread; what follows a removal
+/// from the threads that wait for it; all else is serialised by the executor.
+/// Real-time: nothing blocks but the two waits of control threads.
+class RecordState {
+ public:
+  enum State : std::uint32_t { idle, ready, parked, running };
+  /// Whether the record is announced. It is beside the state, in another cache line.
+  using Mark = std::atomic<bool>;
+
+  // ---- Any thread ----
+
+  /// True: the caller puts it into the inbox.
+  static bool announce(Mark& mark) noexcept { return !mark.load() && !mark.exchange(true); }
+  State state() const noexcept { return State(word_.load() & kStates); }
+  bool is_removed() const noexcept { return (word_.load() & kRemoved) != 0; }
+  bool is_executing() const noexcept { return word_.load() >= kExecution; }
+  /// It is removed, and no execution is left.
+  bool is_over() const noexcept {
+    const std::uint32_t word = word_.load();
+    return (word & kRemoved) != 0 && word < kExecution;
+  }
+  bool is_detached() const noexcept { return (word_.load() & kDetached) != 0; }
+
+  // ---- Serialised: at a dispatch point ----
+
+  /// False: it is in the inbox, or not idle: then what it was announced for will be seen.
+  bool make_ready(const Mark& mark) noexcept {
+    const std::uint32_t word = own();
+    const std::uint32_t state = word & (kStates | kRemoved);
+    if (state == idle && !mark.load(std::memory_order_relaxed)) {
+      write(word + ready);
+      return true;
+    }
+    if (state == running) write(word | kAgain);
+    return false;
+  }
+  /// It was in the inbox. False: it is not idle, and settling answers.
+  bool drain() noexcept {
+    const std::uint32_t word = own() | kDrained;
+    const bool is_idle = (word & kStates) == idle;
+    write(is_idle ? word + ready : word);
+    return is_idle;
+  }
+  /// The same for a timer, whose release time is read afterwards: a thread that changes it later
+  /// announces it again. It must be set now if it is idle; otherwise when it is settled.
+  static void set_again(Mark& mark) noexcept { mark.store(false); }
+  void park() noexcept { change(ready, parked); }
+  void unpark() noexcept { change(parked, ready); }
+  void begin() noexcept { write(expect(ready) - ready + running + kExecution); }
+  /// `more`: there was more when the input was taken. `level`: whether there is more now. `ended`:
+  /// of how many executions this is the end, 1 or 0. Returns true if it goes to the scheduler.
+  template <class Level>
+  bool settle(Mark& mark, bool more, std::uint32_t ended, Level&& level) noexcept {
+    std::uint32_t word = expect(running) - ended * kExecution;
+    if (!more && (word & kDrained) != 0) {
+      word -= kDrained;
+      mark.store(false);
+      more = level();
+    }
+    more = more || (word & kAgain) != 0;
+    write((word & ~(kStates | kAgain)) + (more ? ready : idle));
+    return more;
+  }
+  /// An execution of what was settled before, or is removed.
+  void end_execution() noexcept {
+    if (is_removed()) {
+      word_.fetch_sub(kExecution);  // threads that wait for its end write, too
+    } else {
+      write(own() - kExecution);
+    }
+  }
+  /// From here on nobody announces it: the mark stays.
+  void remove(Mark& mark) noexcept {
+    if (is_removed()) return;
+    const bool is_in_inbox = mark.exchange(true) && (own() & kDrained) == 0;
+    write(own() | kRemoved | (is_in_inbox ? kInInbox : 0));
+  }
+  /// A removed record was taken from the inbox.
+  void discard() noexcept { word_.fetch_sub(kInInbox); }
+  /// Nothing of the ready set has it any more.
+  bool has_left() const noexcept { return is_over() && (word_.load() & kInInbox) == 0; }
+
+  // ---- Threads that wait for its end ----
+
+  void notify_over() noexcept { word_.notify_all(); }
+  void wait_until_over() const noexcept {
+    for (std::uint32_t word = word_.load(); !is_over(); word = word_.load()) word_.wait(word);
+  }
+  /// True: the caller detaches its entity, and then calls the next function.
+  bool begin_to_detach() noexcept { return (word_.fetch_or(kDetaching) & kDetaching) == 0; }
+  void set_detached() noexcept {
+    word_.fetch_or(kDetached);
+    word_.notify_all();
+  }
+  void wait_until_detached() const noexcept {
+    for (std::uint32_t word = word_.load(); !is_detached(); word = word_.load()) word_.wait(word);
+  }
+
+  // ---- References: a record without any is freed by a control thread ----
+
+  void retain() noexcept { references_.fetch_add(1); }
+  /// The caller's last access.
+  void release() noexcept { references_.fetch_sub(1); }
+  bool is_unused() const noexcept { return references_.load() == 0; }
+
+ private:
+  static constexpr std::uint32_t kStates = 3, kAgain = 4, kDrained = 8, kRemoved = 16,
+                                 kInInbox = 32, kDetaching = 64, kDetached = 128;
+  static constexpr std::uint32_t kExecution = 256;  // the rest of the word counts executions
+
+  std::uint32_t own() const noexcept { return word_.load(std::memory_order_relaxed); }
+  std::uint32_t expect(State from) const noexcept {
+    const std::uint32_t word = own();
+    if ((word & (kStates | kRemoved)) != from) [[unlikely]]
+      refuse();
+    return word;
+  }
+  void change(State from, State to) noexcept { write(expect(from) - from + to); }
+  // Release: pairs with the loads of observers. What is taken next is taken by an atomic operation,
+  // so a thread that sees that it was taken sees that the callback executes.
+  void write(std::uint32_t word) noexcept { word_.store(word, std::memory_order_release); }
+  [[noreturn, gnu::cold, gnu::noinline]] static void refuse() noexcept { std::abort(); }
+
+  std::atomic<std::uint32_t> word_{idle};
+  // The executor's list of callbacks has one, the ready set one, and each thread that removes the
+  // record, or waits for that.
+  std::atomic<std::uint32_t> references_{1};
+};
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_RECORD_STATE_HPP_

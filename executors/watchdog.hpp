@@ -1,0 +1,76 @@
+// Reports a missed deadline when it is missed, not when the callback returns.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_WATCHDOG_HPP_
+#define TAKT_EXECUTORS_WATCHDOG_HPP_
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/pi_mutex.hpp"
+#include "takt/base/visibility.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
+#include "takt/sched/threads/realtime_thread.hpp"
+
+namespace TAKT_PUBLIC takt {
+
+/// A thread that sleeps until the first deadline of all executors that use it, and calls the
+/// handlers of callbacks that have not ended by then. It costs about one wake-up for each release
+/// of a callback with a deadline. Give its thread more urgency than those that it watches.
+/// Thread safety: every method from any thread, handlers included.
+/// Real-time: expect() costs a load, and a wake-up when the deadline is the first. Handlers run on
+/// the watchdog's thread, at the same time as the callback that is late.
+class Watchdog {
+ public:
+  /// An executor, whose callbacks are watched.
+  class Watched {
+   public:
+    /// Reports the deadlines that were missed by now, and returns the next one.
+    virtual TimePoint report_misses(TimePoint now) noexcept = 0;
+
+   protected:
+    ~Watched() = default;
+  };
+
+  /// Throws Error when the thread's attributes are refused and required.
+  explicit Watchdog(const ThreadAttributes& thread, Realtime realtime = Realtime::prefer,
+                    Clock& clock = Clock::steady());
+  ~Watchdog();
+
+  /// What its thread was granted.
+  const ThreadState& state() const noexcept { return thread_->state(); }
+
+  // For executors.
+
+  void add(Watched& watched);
+  /// When it returns, no handler of this executor runs, except one that has called it.
+  void remove(Watched& watched) noexcept;
+  /// An execution must have ended by this time.
+  void expect(TimePoint deadline) noexcept {
+    TimePoint wakes_at = wakes_at_.load();
+    while (deadline < wakes_at) {
+      if (wakes_at_.compare_exchange_weak(wakes_at, deadline)) return backend_->post();
+    }
+  }
+
+ private:
+  void run() noexcept;
+
+  Clock& clock_;
+  const std::unique_ptr<WaitBackend> backend_;
+  std::atomic<TimePoint> wakes_at_{kNever};
+  std::atomic<bool> stopping_{false}, has_ended_{false};
+  PiMutex mutex_;  // guards what follows; handlers run without it
+  std::vector<Watched*> watched_;
+  Watched* calling_ = nullptr;  // written by the thread alone
+  std::thread::id thread_id_;
+  std::condition_variable_any called_;
+  std::unique_ptr<RealtimeThread> thread_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_WATCHDOG_HPP_

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+"""Builds packages written for ROS 2, with what they need first: `takt ros2 build` runs it.
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import argparse
+import graphlib
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as xml
+
+HERE = pathlib.Path(__file__).parent  # in the prefix, not where a link leads
+LAYER = pathlib.Path(os.path.abspath(HERE.parents[2]))
+IGNORED = ("COLCON_IGNORE", "AMENT_IGNORE", "CATKIN_IGNORE")
+NEEDED_TO_BUILD = ("depend", "build_depend", "build_export_depend", "buildtool_depend",
+                   "buildtool_export_depend")
+
+
+class Wrong(Exception):
+    """What is wrong, where, what to do."""
+
+
+class Package:
+    def __init__(self, file):
+        self.folder = file.parent
+        try:
+            root = xml.parse(file).getroot()
+        except (OSError, xml.ParseError) as error:
+            raise Wrong(f"{file}: {error}") from None
+        self.name = (root.findtext("name") or "").strip()
+        if not re.fullmatch(r"[A-Za-z][\w-]*", self.name):
+            raise Wrong(f"{file}: '{self.name}' is no name of a package")
+        self.type = (root.findtext("export/build_type") or "ament_cmake").strip()
+        self.needs = [element.text.strip() for element in root
+                      if element.tag in NEEDED_TO_BUILD and element.text and applies(element)]
+
+
+def applies(element):
+    """Conditions compare variables; the only one in use asks for the version of ROS."""
+    match = re.fullmatch(r"\s*\$ROS_VERSION\s*==\s*\"?(\d)\"?\s*", element.get("condition", ""))
+    return match is None or match[1] == "2"
+
+
+def find_packages(folders):
+    packages = {}
+    for folder in folders:
+        if not folder.is_dir():
+            raise Wrong(f"{folder} is no folder")
+        before = len(packages)
+        for place, folders_inside, files in os.walk(folder):
+            if any(name in files for name in IGNORED):
+                folders_inside.clear()
+            elif "package.xml" in files:
+                folders_inside.clear()
+                package = Package(pathlib.Path(place, "package.xml"))
+                other = packages.setdefault(package.name, package)
+                if other.folder.resolve() != package.folder.resolve():
+                    raise Wrong(f"two packages are named {package.name}: {other.folder} and "
+                                f"{package.folder}; give one of them")
+        if len(packages) == before and not any(
+                folder.resolve() in (p.folder.resolve(), *p.folder.resolve().parents)
+                for p in packages.values()):
+            raise Wrong(f"{folder}: no package.xml is in it")
+    return packages
+
+
+def in_order(packages):
+    graph = {name: [need for need in package.needs if need in packages and need != name]
+             for name, package in packages.items()}
+    try:
+        return [packages[name] for name in graphlib.TopologicalSorter(graph).static_order()]
+    except graphlib.CycleError as error:
+        raise Wrong("these packages need each other in a circle: " + " -> ".join(error.args[1])) from None
+
+
+def list_of(kind):
+    text = (HERE / "absent.cmake").read_text()
+    return re.search(rf"set\(takt_ros2_absent_{kind}\s+([^)]*)\)", text)[1].split()
+
+
+def check_needs(packages):
+    """What can never be there is reported before anything is built; other needs CMake looks for."""
+    never = set(list_of("never"))
+    for package in packages.values():
+        if "catkin" in package.needs:
+            raise Wrong(f"{package.folder}: {package.name} is a package of ROS 1; take its branch for ROS 2")
+        if package.type not in ("ament_cmake", "cmake"):
+            continue
+        for need in package.needs:
+            if need in never and need not in packages:
+                print(f"note: {package.name} asks for {need}, which Takt's layer for rclcpp can never have",
+                      file=sys.stderr, flush=True)
+
+
+def run(package, what, command):
+    if subprocess.run(command, check=False).returncode != 0:
+        raise Wrong(f"{package.name}: {what} has failed; to repeat it: {' '.join(map(str, command))}")
+
+
+def build(package, options):
+    folder = options.build_base / package.name
+    prefixes = f"{LAYER};{options.install_base}"
+    if more := os.environ.get("CMAKE_PREFIX_PATH"):
+        prefixes += ";" + more.replace(":", ";")
+    run(package, "CMake", ["cmake", "-S", package.folder, "-B", folder, f"-DCMAKE_PREFIX_PATH={prefixes}",
+                           f"-DCMAKE_INSTALL_PREFIX={options.install_base}", "-DCMAKE_BUILD_TYPE=Release",
+                           *options.cmake_args])
+    jobs = str(options.jobs or os.cpu_count() or 1)
+    run(package, "the compiler", ["cmake", "--build", folder, "-j", jobs])
+    run(package, "installation", ["cmake", "--install", folder])
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        prog="takt ros2 build", description="Builds packages written for ROS 2, in the order of their package.xml.")
+    parser.add_argument("folders", metavar="DIR", nargs="+", type=pathlib.Path,
+                        help="a package, or a folder of packages")
+    parser.add_argument("--build-base", metavar="DIR", type=pathlib.Path, default="build",
+                        help="where they are built (default: build)")
+    parser.add_argument("--install-base", metavar="DIR", type=pathlib.Path, default="install",
+                        help="where they are installed, all together (default: install)")
+    parser.add_argument("-j", "--jobs", metavar="N", type=int, help="how many compilers run at once")
+    parser.add_argument("--list", action="store_true", help="print the order, and build nothing")
+    parser.add_argument("--cmake-args", metavar="ARG", nargs=argparse.REMAINDER, default=[],
+                        help="all arguments behind it are given to CMake")
+    options = parser.parse_args()
+    options.build_base = options.build_base.absolute()
+    options.install_base = options.install_base.absolute()
+    try:
+        packages = find_packages(options.folders)
+        order = in_order(packages)
+        check_needs(packages)
+        for number, package in enumerate(order, 1):
+            if package.type not in ("ament_cmake", "cmake"):
+                print(f"[{number}/{len(order)}] {package.name}: left out, as it is of type {package.type}", flush=True)
+                continue
+            print(f"[{number}/{len(order)}] {package.name}", flush=True)
+            if not options.list:
+                build(package, options)
+    except Wrong as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Packages written for ROS 2 build on Takt, unchanged; what cannot is refused in one sentence.
+
+usage: build_test.py TAKT PACKAGES
+SPDX-License-Identifier: Apache-2.0
+"""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt, packages = sys.argv[1], pathlib.Path(sys.argv[2])
+for variable in ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH"):
+    environment.pop(variable, None)
+
+
+def run(*command, **more):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, timeout=600,
+                          env=environment | more)
+    return done.returncode, done.stdout, done.stderr
+
+
+prefix = run(takt, "ros2", "prefix")[1].strip()
+check(f"the prefix is a folder: {prefix}", os.path.isdir(prefix))
+
+
+# What `colcon build` would do: in the order of their needs, each installed for the next.
+def test_packages(work):
+    status, output, errors = run(takt, "ros2", "build", packages, "--build-base", work / "build", "--install-base",
+                                 work / "install", "--cmake-args", "-DBUILD_TESTING=ON")
+    check("all packages build", status == 0, output, errors)
+    order = [output.find(f"] {name}") for name in ("sky_interfaces", "sky_library", "sky_nodes", "sky_components")]
+    check(f"in the order of their package.xml ({order})", order == sorted(order) and order[0] >= 0, output)
+    check("extras of a package are there for the next", "from sky_library, version 0.1.0" in output, output)
+    status, output, errors = run(work / "install/lib/sky_interfaces/print_sky")
+    check("messages are as in ROS 2", status == 0 and output ==
+          "two fit in\n1 m sky_interfaces/msg/Sky sky_interfaces::srv::Count\n"
+          "{height: 1000.00, kind: 1}\nstamp:\n  sec: 0\n  nanosec: 0\nframe_id: \"earth\"\n", output, errors)
+    status, output, errors = run(work / "install/lib/sky_nodes/measure")
+    check("a program finds the libraries of other packages without a setup file",
+          output == "the lowest cloud is at 1000 m\n", output, errors)
+    check("folders are installed", (work / "install/share/sky_nodes/launch/sky.launch.yaml").is_file())
+    status, output, errors = run(work / "install/lib/sky_components/watch")
+    check("a component is a program", status == 0 and "[watcher]: it has 3 clouds" in output + errors, output, errors)
+    status, output, errors = run(work / "install/lib/sky_components/load", work / "install/lib/libwatcher.so")
+    check("a program loads a component by itself", status == 0 and output.startswith("sky_components::Watcher\n")
+          and "[watcher]: it has 3 clouds" in output + errors and "refused, 2" in output, output, errors)
+    status, output, errors = run(takt, "component", "types", AMENT_PREFIX_PATH=str(work / "install"))
+    check("takt finds the component", "sky_components::Watcher" in output, output, errors)
+    status, output, errors = run("ctest", "--test-dir", work / "build/sky_library", "--no-tests=error")
+    check("tests of GoogleTest run", status == 0, output, errors)
+
+
+def configure(work, text, *options, **more):
+    """Of a package with this CMakeLists.txt: what CMake complains of, in one line."""
+    source = work / "bad"
+    source.mkdir(exist_ok=True)
+    (source / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.8)\nproject(bad LANGUAGES NONE)\n" + text)
+    status, _, errors = run("cmake", "-S", source, "-B", source / "build", "--fresh",
+                            f"-DCMAKE_PREFIX_PATH={prefix}", *options, **more)
+    return "" if status == 0 else " ".join(errors.split()) or "nothing"
+
+
+def test_refusals(work):
+    for text, message in (
+            ("find_package(ament_cmake REQUIRED)\nfind_package(tf2_ros REQUIRED)",
+             "bad needs the package tf2_ros, which is not part of Takt's layer for rclcpp: build its source"),
+            ("find_package(rclcpp REQUIRED)\nfind_package(rclpy REQUIRED)",
+             "bad needs the package rclpy, which Takt's layer for rclcpp can never have"),
+            ("find_package(ament_cmake REQUIRED)\nadd_custom_target(x)\nament_target_dependencies(x std_msgs)",
+             "std_msgs has not been found before; call find_package(std_msgs REQUIRED)"),
+            ("find_package(rosidl_default_generators REQUIRED)\n"
+             "rosidl_get_typesupport_target(t bad rosidl_typesupport_c)", "there are none in C or Python"),
+            ("find_package(ament_cmake REQUIRED)\nament_package()", "bad/package.xml; a package of ROS 2 has one")):
+        errors = configure(work, text)
+        check(f"'{message}'", message in errors, errors)
+
+
+# Of two packages of one name, CMake would take one from here and another from there.
+def test_real_ros2(work):
+    other = work / "jazzy" / "share" / "rclcpp" / "cmake"
+    other.mkdir(parents=True)
+    (other / "rclcppConfig.cmake").write_text("set(rclcpp_FOUND ON)\n")
+    root = work / "jazzy"
+    text = "find_package(ament_cmake REQUIRED)"
+    check("alone it configures", configure(work, text) == "", configure(work, text))
+    message = f"A ROS 2 stands in the search path too, in {root}: Takt's layer for rclcpp stands in {prefix}."
+    errors = configure(work, text, f"-DCMAKE_PREFIX_PATH={prefix};{root}")
+    check("a ROS 2 behind the layer is refused", message in errors, errors)
+    errors = configure(work, text, AMENT_PREFIX_PATH=f"{root}:/nowhere")
+    check("a ROS 2 in the environment is refused", message in errors, errors)
+    errors = configure(work, f"find_package(rclcpp REQUIRED PATHS {root} NO_DEFAULT_PATH)\n{text}")
+    check("a ROS 2 that was found before is refused", "rclcpp of a ROS 2 has been found before" in errors, errors)
+
+
+def test_folders(work):
+    for folder, message in ((work / "none", "is no folder"), (work / "jazzy", "no package.xml is in it")):
+        status, _, errors = run(takt, "ros2", "build", folder)
+        check(f"{folder.name}: {message}", status == 1 and message in errors, errors)
+    for name, need in (("one", "two"), ("two", "one")):
+        (work / "circle" / name).mkdir(parents=True)
+        (work / "circle" / name / "package.xml").write_text(
+            f"<package><name>{name}</name><depend>{need}</depend></package>")
+    status, _, errors = run(takt, "ros2", "build", work / "circle")
+    check("packages that need each other are named", status == 1 and "in a circle: " in errors, errors)
+    (work / "circle/two/package.xml").write_text("<package><name>one</name></package>")
+    status, _, errors = run(takt, "ros2", "build", work / "circle")
+    check("two packages of one name are named", status == 1 and "two packages are named one" in errors, errors)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    for test in (test_packages, test_refusals, test_real_ros2, test_folders):
+        test(pathlib.Path(folder).resolve())
+finish()

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <future>
+
+#include "takt/messages/example_interfaces/srv/add_two_ints.hpp"
+
+#include "rclcpp_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using example_interfaces::srv::AddTwoInts;
+using Executors = RclcppTest;
+
+TEST_F(Executors, ANodeBelongsToOneAtATime) {
+  const auto node = std::make_shared<Node>("node");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  executors::SingleThreadedExecutor other;
+  EXPECT_THROW(other.add_node(node), std::runtime_error);
+  EXPECT_THROW(spin_some(node), std::runtime_error);
+  executor.remove_node(node);
+  EXPECT_THROW(executor.remove_node(node), std::runtime_error);
+  spin_some(node);
+}
+
+TEST_F(Executors, SpinSomeLosesNothingBetweenCalls) {
+  const auto node = std::make_shared<Node>("node");
+  const auto client = node->create_client<AddTwoInts>("add");
+  const auto service = node->create_service<AddTwoInts>(
+      "add", [](const AddTwoInts::Request::SharedPtr request,
+                AddTwoInts::Response::SharedPtr response) { response->sum = request->a + 1; });
+  ASSERT_TRUE(client->wait_for_service(kLong));  // nobody spins
+  auto request = std::make_shared<AddTwoInts::Request>();
+  request->a = 41;
+  auto future = client->async_send_request(request);
+  const auto end = std::chrono::steady_clock::now() + kLong;
+  while (ok() && future.wait_for(0s) != std::future_status::ready &&
+         std::chrono::steady_clock::now() < end) {
+    spin_some(node);
+  }
+  ASSERT_EQ(future.wait_for(0s), std::future_status::ready);
+  EXPECT_EQ(future.get()->sum, 42);
+}
+
+TEST_F(Executors, AFutureIsSpunFor) {
+  const auto node = std::make_shared<Node>("node");
+  const auto service = node->create_service<AddTwoInts>(
+      "add",
+      [](std::shared_ptr<rmw_request_id_t>, const std::shared_ptr<AddTwoInts::Request> request,
+         std::shared_ptr<AddTwoInts::Response> response) { response->sum = request->a; });
+  const auto client = node->create_client<AddTwoInts>("add");
+  auto result = client->async_send_request(std::make_shared<AddTwoInts::Request>());
+  EXPECT_EQ(spin_until_future_complete(node, result, kLong), FutureReturnCode::SUCCESS);
+  std::promise<void> never;
+  EXPECT_EQ(spin_until_future_complete(node, never.get_future().share(), 1ms),
+            FutureReturnCode::TIMEOUT);
+  bool is_called = false;
+  auto called = client->async_send_request(
+      std::make_shared<AddTwoInts::Request>(), [&](Client<AddTwoInts>::SharedFuture future) {
+        is_called = future.wait_for(0s) == std::future_status::ready;
+      });
+  EXPECT_EQ(spin_until_future_complete(node, called.future, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_TRUE(is_called);
+}
+
+TEST_F(Executors, AnAnswerMayComeLater) {
+  const auto node = std::make_shared<Node>("node");
+  std::shared_ptr<rmw_request_id_t> asked;
+  const auto service = node->create_service<AddTwoInts>(
+      "add", [&](std::shared_ptr<rmw_request_id_t> header, std::shared_ptr<AddTwoInts::Request>) {
+        asked = header;
+      });
+  const auto client = node->create_client<AddTwoInts>("add");
+  auto future = client->async_send_request(std::make_shared<AddTwoInts::Request>());
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  ASSERT_TRUE(spin_until(executor, [&] { return asked != nullptr; }));
+  AddTwoInts::Response response;
+  response.sum = 3;
+  service->send_response(*asked, response);
+  ASSERT_EQ(executor.spin_until_future_complete(future, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_EQ(future.get()->sum, 3);
+  auto forgotten = client->async_send_request(std::make_shared<AddTwoInts::Request>());
+  EXPECT_TRUE(client->remove_pending_request(forgotten));
+  EXPECT_FALSE(client->remove_pending_request(forgotten));
+  EXPECT_EQ(client->prune_pending_requests(), 0u);
+}
+
+TEST_F(Executors, CancelFromACallbackEndsOneSpin) {
+  const auto node = std::make_shared<Node>("node");
+  executors::MultiThreadedExecutor executor(ExecutorOptions(), 2);
+  int calls = 0;
+  const auto timer = node->create_wall_timer(1ms, [&](TimerBase& self) {
+    EXPECT_THROW(executor.spin(), std::runtime_error);
+    ++calls;
+    self.cancel();
+    executor.cancel();
+  });
+  executor.add_node(node);
+  executor.spin();
+  EXPECT_EQ(calls, 1);
+  EXPECT_TRUE(timer->is_canceled());
+  timer->reset();
+  executor.spin();
+  EXPECT_EQ(calls, 2);
+}
+
+TEST_F(Executors, ASignalEndsWhateverWaits) {
+  const auto node = std::make_shared<Node>("node");
+  const auto timer = node->create_wall_timer(1ms, [] { std::raise(SIGINT); });
+  auto sleeper = std::async(std::launch::async, [] { return sleep_for(kLong); });
+  spin(node);
+  EXPECT_FALSE(sleeper.get());
+  EXPECT_FALSE(ok());
+  EXPECT_FALSE(shutdown());
+  const auto client = node->create_client<AddTwoInts>("nobody");
+  EXPECT_FALSE(client->wait_for_service());
+  EXPECT_THROW(std::make_shared<Node>("late"), exceptions::RCLInvalidArgument);
+}
+
+}  // namespace
+}  // namespace rclcpp

@@ -1,0 +1,58 @@
+// Clocks of three kinds; that of a node follows simulated time.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__CLOCK_HPP_
+#define RCLCPP__CLOCK_HPP_
+
+#include <functional>
+#include <memory>
+
+#include "takt/base/simulated_clock.hpp"
+
+#include "rclcpp/context.hpp"
+#include "rclcpp/macros.hpp"
+#include "rclcpp/time.hpp"
+
+namespace rclcpp {
+
+/// Thread safety: every method from any thread.
+/// Real-time: now; the rest sleeps.
+class Clock {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(Clock)
+
+  explicit Clock(rcl_clock_type_t type = RCL_SYSTEM_TIME);
+  /// Of RCL_ROS_TIME, which is this clock's while that simulates, else the system's.
+  explicit Clock(std::shared_ptr<takt::SimulatedClock> simulated);
+
+  Time now() const;
+  rcl_clock_type_t get_clock_type() const noexcept { return type_; }
+  bool ros_time_is_active() const;
+  /// Whether it has a time: a simulated clock has none until it was set.
+  bool started() const { return now().nanoseconds() != 0; }
+
+  /// False when the context was shut down, or simulated time began or ended meanwhile. Throws
+  /// std::runtime_error when the time is of another kind of clock.
+  bool sleep_until(Time until, Context::SharedPtr context = contexts::get_global_default_context());
+  bool sleep_for(Duration duration,
+                 Context::SharedPtr context = contexts::get_global_default_context());
+  bool wait_until_started(Context::SharedPtr context = contexts::get_global_default_context());
+  bool wait_until_started(const Duration& timeout,
+                          Context::SharedPtr context = contexts::get_global_default_context(),
+                          const Duration& wait_tick = Duration(0, 10'000'000));
+
+  // For this library.
+  const std::shared_ptr<takt::SimulatedClock>& simulated() const noexcept { return simulated_; }
+  void follow(std::shared_ptr<takt::SimulatedClock> simulated) {
+    simulated_ = std::move(simulated);
+  }
+  /// What timers of this clock wait by.
+  takt::Clock& takt_clock() const;
+
+ private:
+  const rcl_clock_type_t type_;
+  std::shared_ptr<takt::SimulatedClock> simulated_;  // nullptr: it follows none
+};
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__CLOCK_HPP_

@@ -1,0 +1,117 @@
+// What init and shutdown begin and end: arguments, and the participant of the nodes.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__CONTEXT_HPP_
+#define RCLCPP__CONTEXT_HPP_
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "takt/base/future.hpp"
+#include "takt/base/simulated_clock.hpp"
+#include "takt/transport/dds/participant.hpp"
+
+#include "rclcpp/init_options.hpp"
+#include "rclcpp/macros.hpp"
+
+namespace rclcpp {
+
+namespace detail {
+struct Arguments;
+class ContextTimeSource;
+}  // namespace detail
+
+class ContextAlreadyInitialized : public std::runtime_error {
+ public:
+  ContextAlreadyInitialized() : std::runtime_error("context is already initialized") {}
+};
+
+/// A callback of shutdown; its handle, with which it is removed.
+class ShutdownCallbackHandle {
+ public:
+  using ShutdownCallbackType = std::function<void()>;
+
+ private:
+  friend class Context;
+  std::weak_ptr<ShutdownCallbackType> callback_;
+};
+using OnShutdownCallbackHandle = ShutdownCallbackHandle;
+using PreShutdownCallbackHandle = ShutdownCallbackHandle;
+
+/// Thread safety: every method from any thread.
+/// Real-time: set-up only, but for is_valid.
+class Context : public std::enable_shared_from_this<Context> {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(Context)
+  using OnShutdownCallback = std::function<void()>;
+  using PreShutdownCallback = OnShutdownCallback;
+
+  Context();
+  virtual ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  /// Reads what follows `--ros-args`. Throws ContextAlreadyInitialized, UnknownROSArgsError or
+  /// RCLInvalidROSArgsError.
+  virtual void init(int argc, char const* const* argv, const InitOptions& options = InitOptions());
+  bool is_valid() const noexcept { return is_valid_.load(); }
+  const InitOptions& get_init_options() const { return options_; }
+  std::size_t get_domain_id() const { return options_.get_domain_id(); }
+  std::string shutdown_reason() const;
+  /// False when it is not valid (any more).
+  virtual bool shutdown(const std::string& reason);
+
+  virtual OnShutdownCallback on_shutdown(OnShutdownCallback callback);
+  virtual OnShutdownCallbackHandle add_on_shutdown_callback(OnShutdownCallback callback);
+  virtual bool remove_on_shutdown_callback(const OnShutdownCallbackHandle& handle);
+  virtual PreShutdownCallbackHandle add_pre_shutdown_callback(PreShutdownCallback callback);
+  virtual bool remove_pre_shutdown_callback(const PreShutdownCallbackHandle& handle);
+
+  /// Until the time is over or the context is shut down; whether it is still valid.
+  bool sleep_for(const std::chrono::nanoseconds& duration);
+  bool sleep_until(std::chrono::steady_clock::time_point time);
+
+  // For this library.
+
+  const detail::Arguments& arguments() const;
+  /// That of the context's nodes, which keep it; it goes with the last of them.
+  std::shared_ptr<takt::Participant> participant();
+  std::shared_ptr<takt::SimulatedClock::Source> time_source();
+  /// Woken by shutdown. Does not throw.
+  void add_waiter(takt::Wakeable& waiter);
+  void remove_waiter(takt::Wakeable& waiter) noexcept;
+
+ private:
+  using Callbacks = std::vector<std::shared_ptr<std::function<void()>>>;
+  static bool remove(Callbacks& callbacks, const ShutdownCallbackHandle& handle);
+  void call(const Callbacks& callbacks) const;
+
+  std::atomic<bool> is_valid_{false};
+  mutable std::mutex mutex_;  // guards all below, and is_valid_ for those that wait
+  std::condition_variable ended_;
+  InitOptions options_;
+  std::unique_ptr<detail::Arguments> arguments_;
+  std::string reason_;
+  Callbacks on_shutdown_, before_shutdown_;
+  std::vector<takt::Wakeable*> waiters_;
+  std::weak_ptr<takt::Participant> participant_;
+  std::weak_ptr<detail::ContextTimeSource> time_source_;
+};
+
+namespace contexts {
+class DefaultContext : public Context {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(DefaultContext)
+};
+DefaultContext::SharedPtr get_global_default_context();
+}  // namespace contexts
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__CONTEXT_HPP_

@@ -1,0 +1,138 @@
+// Makes publishers, subscriptions, services, clients and timers of whatever class of node.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__CREATE_PUBLISHER_HPP_
+#define RCLCPP__CREATE_PUBLISHER_HPP_
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "rclcpp/client.hpp"
+#include "rclcpp/node_interfaces/node_interfaces.hpp"
+#include "rclcpp/publisher.hpp"
+#include "rclcpp/service.hpp"
+#include "rclcpp/subscription.hpp"
+#include "rclcpp/timer.hpp"
+
+namespace rclcpp {
+
+namespace detail {
+/// From a node, or one of its interfaces.
+template <class N>
+node_interfaces::NodeBaseInterface& base_of(N&& node) {
+  if constexpr (requires { dereferenced(node).resolve_topic_or_service_name("", false); }) {
+    return dereferenced(node);
+  } else {
+    return *dereferenced(node).get_node_base_interface();
+  }
+}
+}  // namespace detail
+
+template <class M, class Allocator = std::allocator<void>, class P = Publisher<M, Allocator>,
+          class Parameters, class N>
+std::shared_ptr<P> create_publisher(Parameters&& node_parameters, N&& node,
+                                    const std::string& topic, const QoS& qos,
+                                    const PublisherOptionsWithAllocator<Allocator>& options = {}) {
+  const auto parameters =
+      node_interfaces::get_node_parameters_interface(std::forward<Parameters>(node_parameters));
+  return std::make_shared<P>(detail::base_of(node), topic, qos, options,
+                             detail::QosParameters(*parameters));
+}
+template <class M, class Allocator = std::allocator<void>, class P = Publisher<M, Allocator>,
+          class N>
+requires(!std::is_convertible_v<N, std::string>) std::shared_ptr<P> create_publisher(
+    N&& node, const std::string& topic, const QoS& qos,
+    const PublisherOptionsWithAllocator<Allocator>& options = {}) {
+  return create_publisher<M, Allocator, P>(node, node, topic, qos, options);
+}
+
+template <class M, class F, class Allocator = std::allocator<void>,
+          class T = Subscription<M, Allocator>, class Parameters, class N>
+std::shared_ptr<T> create_subscription(
+    Parameters&& node_parameters, N&& node, const std::string& topic, const QoS& qos, F&& callback,
+    const SubscriptionOptionsWithAllocator<Allocator>& options = {}) {
+  const auto parameters =
+      node_interfaces::get_node_parameters_interface(std::forward<Parameters>(node_parameters));
+  return std::make_shared<T>(detail::base_of(node), topic, qos, std::decay_t<F>(callback), options,
+                             detail::QosParameters(*parameters));
+}
+template <class M, class F, class Allocator = std::allocator<void>,
+          class T = Subscription<M, Allocator>, class N>
+requires(!std::is_convertible_v<N, std::string>) std::shared_ptr<T> create_subscription(
+    N&& node, const std::string& topic, const QoS& qos, F&& callback,
+    const SubscriptionOptionsWithAllocator<Allocator>& options = {}) {
+  return create_subscription<M, F, Allocator, T>(node, node, topic, qos, std::forward<F>(callback),
+                                                 options);
+}
+
+template <class S, class F, class Base, class Services>
+typename Service<S>::SharedPtr create_service(const std::shared_ptr<Base>& base, const Services&,
+                                              const std::string& name, F&& callback, const QoS& qos,
+                                              CallbackGroup::SharedPtr group) {
+  return Service<S>::template make<std::decay_t<F>>(*base, name, std::forward<F>(callback), qos,
+                                                    std::move(group));
+}
+template <class S, class F, class N>
+typename Service<S>::SharedPtr create_service(N& node, const std::string& name, F&& callback,
+                                              const QoS& qos = ServicesQoS(),
+                                              CallbackGroup::SharedPtr group = nullptr) {
+  return Service<S>::template make<std::decay_t<F>>(
+      detail::base_of(node), name, std::forward<F>(callback), qos, std::move(group));
+}
+
+template <class S, class Base, class Graph, class Services>
+typename Client<S>::SharedPtr create_client(const std::shared_ptr<Base>& base, const Graph&,
+                                            const Services&, const std::string& name,
+                                            const QoS& qos = ServicesQoS(),
+                                            CallbackGroup::SharedPtr group = nullptr) {
+  return std::make_shared<Client<S>>(*base, name, qos, std::move(group));
+}
+template <class S, class N>
+typename Client<S>::SharedPtr create_client(N& node, const std::string& name,
+                                            const QoS& qos = ServicesQoS(),
+                                            CallbackGroup::SharedPtr group = nullptr) {
+  return std::make_shared<Client<S>>(detail::base_of(node), name, qos, std::move(group));
+}
+
+template <class Rep, class Period, class F>
+typename WallTimer<std::decay_t<F>>::SharedPtr create_wall_timer(
+    std::chrono::duration<Rep, Period> period, F&& callback, CallbackGroup::SharedPtr group,
+    node_interfaces::NodeBaseInterface* node, node_interfaces::NodeTimersInterface*,
+    bool autostart = true) {
+  if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
+  return std::make_shared<WallTimer<std::decay_t<F>>>(
+      std::make_shared<Clock>(RCL_STEADY_TIME), *node->takt_node(), detail::timer_period(period),
+      node->next_timer_name(), std::forward<F>(callback), std::move(group), autostart);
+}
+template <class Rep, class Period, class F>
+typename GenericTimer<std::decay_t<F>>::SharedPtr create_timer(
+    Clock::SharedPtr clock, std::chrono::duration<Rep, Period> period, F&& callback,
+    CallbackGroup::SharedPtr group, node_interfaces::NodeBaseInterface* node,
+    node_interfaces::NodeTimersInterface*, bool autostart = true) {
+  if (clock == nullptr) throw std::invalid_argument("clock cannot be null");
+  if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
+  return std::make_shared<GenericTimer<std::decay_t<F>>>(
+      std::move(clock), *node->takt_node(), detail::timer_period(period), node->next_timer_name(),
+      std::forward<F>(callback), std::move(group), autostart);
+}
+template <class F>
+TimerBase::SharedPtr create_timer(node_interfaces::NodeBaseInterface::SharedPtr base,
+                                  node_interfaces::NodeTimersInterface::SharedPtr timers,
+                                  Clock::SharedPtr clock, Duration period, F&& callback,
+                                  CallbackGroup::SharedPtr group = nullptr, bool autostart = true) {
+  return create_timer(std::move(clock), period.to_chrono(), std::forward<F>(callback),
+                      std::move(group), base.get(), timers.get(), autostart);
+}
+template <class N, class F>
+TimerBase::SharedPtr create_timer(N node, Clock::SharedPtr clock, Duration period, F&& callback,
+                                  CallbackGroup::SharedPtr group = nullptr, bool autostart = true) {
+  return create_timer(std::move(clock), period.to_chrono(), std::forward<F>(callback),
+                      std::move(group), &detail::base_of(node),
+                      static_cast<node_interfaces::NodeTimersInterface*>(nullptr), autostart);
+}
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__CREATE_PUBLISHER_HPP_

@@ -1,0 +1,117 @@
+// Executors, over Takt's.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__EXECUTOR_HPP_
+#define RCLCPP__EXECUTOR_HPP_
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "takt/executors/executor.hpp"
+
+#include "rclcpp/client.hpp"
+#include "rclcpp/memory_strategy.hpp"
+#include "rclcpp/node.hpp"
+
+namespace rclcpp {
+
+struct ExecutorOptions {
+  Context::SharedPtr context = contexts::get_global_default_context();
+  memory_strategy::MemoryStrategy::SharedPtr memory_strategy;
+  std::size_t max_conditions = 0;
+};
+
+/// Keeps its nodes weakly. Throws std::runtime_error when a node belongs to an executor already, or
+/// when it is spun while it spins.
+/// Thread safety: every method from any thread. Real-time: as the executor of Takt.
+class Executor : takt::Wakeable {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(Executor)
+
+  explicit Executor(const ExecutorOptions& options = ExecutorOptions());
+  virtual ~Executor();
+
+  virtual void add_node(node_interfaces::NodeBaseInterface::SharedPtr node, bool notify = true);
+  virtual void add_node(std::shared_ptr<Node> node, bool notify = true);
+  virtual void remove_node(node_interfaces::NodeBaseInterface::SharedPtr node, bool notify = true);
+  virtual void remove_node(std::shared_ptr<Node> node, bool notify = true);
+  virtual void add_callback_group(CallbackGroup::SharedPtr group,
+                                  node_interfaces::NodeBaseInterface::SharedPtr node,
+                                  bool notify = true);
+  virtual void remove_callback_group(CallbackGroup::SharedPtr group, bool notify = true);
+  virtual std::vector<std::weak_ptr<CallbackGroup>> get_all_callback_groups();
+  virtual std::vector<std::weak_ptr<CallbackGroup>> get_manually_added_callback_groups();
+
+  virtual void spin();
+  virtual void spin_once(std::chrono::nanoseconds timeout = std::chrono::nanoseconds(-1));
+  virtual void spin_some(std::chrono::nanoseconds max_duration = std::chrono::nanoseconds(0));
+  virtual void spin_all(std::chrono::nanoseconds max_duration);
+  void spin_node_some(node_interfaces::NodeBaseInterface::SharedPtr node);
+  void spin_node_some(std::shared_ptr<Node> node);
+  template <class N>
+  void spin_node_once(const N& node,
+                      std::chrono::nanoseconds timeout = std::chrono::nanoseconds(-1)) {
+    const With with(*this, node_interfaces::get_node_base_interface(node));
+    spin_once(timeout);
+  }
+
+  template <class F, class Rep = std::int64_t, class Period = std::milli>
+  FutureReturnCode spin_until_future_complete(
+      const F& future,
+      std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
+    return spin_until(
+        [&] { return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready; },
+        std::chrono::duration_cast<std::chrono::nanoseconds>(timeout));
+  }
+
+  virtual void cancel();
+  bool is_spinning() { return is_spinning_.load(); }
+
+  // For this library.
+  takt::Executor& takt() noexcept { return *takt_; }
+
+ protected:
+  /// That of Takt with this name.
+  Executor(const ExecutorOptions& options, const std::string& name,
+           const takt::ExecutorOptions& how = {});
+
+ private:
+  class Spinning;
+  /// Has the node for as long as it lives.
+  class With {
+   public:
+    With(Executor& executor, node_interfaces::NodeBaseInterface::SharedPtr node)
+        : executor_(executor), node_(std::move(node)) {
+      executor_.add_node(node_, false);
+    }
+    ~With() { executor_.remove_node(node_, false); }
+    With(const With&) = delete;
+    With& operator=(const With&) = delete;
+
+   private:
+    Executor& executor_;
+    const node_interfaces::NodeBaseInterface::SharedPtr node_;
+  };
+
+  void wake() noexcept override { takt_->cancel(); }
+  bool may_go_on() const noexcept { return is_spinning_.load() && context_->is_valid(); }
+  FutureReturnCode spin_until(const std::function<bool()>& is_ready,
+                              std::chrono::nanoseconds timeout);
+
+  const Context::SharedPtr context_;
+  const std::unique_ptr<takt::Executor> takt_;
+  std::atomic<bool> is_spinning_{false};
+  std::mutex mutex_;  // guards all below
+  std::vector<std::weak_ptr<node_interfaces::NodeBaseInterface>> nodes_;
+  std::vector<
+      std::pair<CallbackGroup::SharedPtr, std::weak_ptr<node_interfaces::NodeBaseInterface>>>
+      groups_;
+};
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__EXECUTOR_HPP_

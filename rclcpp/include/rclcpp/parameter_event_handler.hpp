@@ -1,0 +1,84 @@
+// Callbacks for changes of parameters of any node.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__PARAMETER_EVENT_HANDLER_HPP_
+#define RCLCPP__PARAMETER_EVENT_HANDLER_HPP_
+
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "takt/messages/rcl_interfaces/msg/parameter_event.hpp"
+
+#include "rclcpp/create_publisher.hpp"
+
+namespace rclcpp {
+
+struct ParameterCallbackHandle {
+  RCLCPP_SMART_PTR_DEFINITIONS(ParameterCallbackHandle)
+  using ParameterCallbackType = std::function<void(const Parameter&)>;
+  std::string parameter_name, node_name;
+  ParameterCallbackType callback;
+};
+struct ParameterEventCallbackHandle {
+  RCLCPP_SMART_PTR_DEFINITIONS(ParameterEventCallbackHandle)
+  using ParameterEventCallbackType =
+      std::function<void(const rcl_interfaces::msg::ParameterEvent&)>;
+  ParameterEventCallbackType callback;
+};
+
+/// A callback is called for as long as its handle is kept: the one that was added last, first.
+/// Thread safety: every method from any thread. Real-time: no.
+class ParameterEventHandler {
+  using Event = rcl_interfaces::msg::ParameterEvent;
+
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(ParameterEventHandler)
+  using ParameterCallbackType = ParameterCallbackHandle::ParameterCallbackType;
+  using ParameterEventCallbackType = ParameterEventCallbackHandle::ParameterEventCallbackType;
+
+  template <class N>
+  explicit ParameterEventHandler(N node, const QoS& qos = ParameterEventsQoS())
+      : base_(node_interfaces::get_node_base_interface(node)),
+        callbacks_(std::make_shared<Callbacks>()),
+        subscription_(create_subscription<Event>(
+            node, "/parameter_events", qos,
+            [callbacks = callbacks_](const Event& event) { callbacks->call(event); })) {}
+
+  /// `node_name` empty: this node's parameter.
+  [[nodiscard]] ParameterCallbackHandle::SharedPtr add_parameter_callback(
+      const std::string& parameter_name, ParameterCallbackType callback,
+      const std::string& node_name = "");
+  void remove_parameter_callback(ParameterCallbackHandle::SharedPtr handle);
+  [[nodiscard]] ParameterEventCallbackHandle::SharedPtr add_parameter_event_callback(
+      ParameterEventCallbackType callback);
+  void remove_parameter_event_callback(ParameterEventCallbackHandle::SharedPtr handle);
+
+  /// False: the event is about another one.
+  static bool get_parameter_from_event(const Event& event, Parameter& parameter,
+                                       const std::string& parameter_name,
+                                       const std::string& node_name = "");
+  /// Throws std::runtime_error then.
+  static Parameter get_parameter_from_event(const Event& event, const std::string& parameter_name,
+                                            const std::string& node_name = "");
+  static std::vector<Parameter> get_parameters_from_event(const Event& event);
+
+ private:
+  struct Callbacks {
+    void call(const Event& event);
+    std::mutex mutex;  // guards all below
+    std::list<std::weak_ptr<ParameterCallbackHandle>> of_parameters;
+    std::list<std::weak_ptr<ParameterEventCallbackHandle>> of_events;
+  };
+
+  const node_interfaces::NodeBaseInterface::SharedPtr base_;
+  const std::shared_ptr<Callbacks> callbacks_;
+  const Subscription<Event>::SharedPtr subscription_;
+};
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__PARAMETER_EVENT_HANDLER_HPP_

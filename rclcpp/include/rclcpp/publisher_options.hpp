@@ -1,0 +1,39 @@
+// Options of publishers.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__PUBLISHER_OPTIONS_HPP_
+#define RCLCPP__PUBLISHER_OPTIONS_HPP_
+
+#include <memory>
+
+#include "rclcpp/callback_group.hpp"
+#include "rclcpp/event_handler.hpp"
+#include "rclcpp/qos_overriding_options.hpp"
+
+namespace rclcpp {
+
+/// Takt delivers inside a process by pointer whatever is said here.
+enum class IntraProcessSetting { Enable, Disable, NodeDefault };
+
+struct PublisherOptionsBase {
+  IntraProcessSetting use_intra_process_comm = IntraProcessSetting::NodeDefault;
+  PublisherEventCallbacks event_callbacks;
+  bool use_default_callbacks = true;
+  /// Whatever is required: see docs/reference/rclcpp.md.
+  rmw_unique_network_flow_endpoints_requirement_t require_unique_network_flow_endpoints =
+      RMW_UNIQUE_NETWORK_FLOW_ENDPOINTS_NOT_REQUIRED;
+  std::shared_ptr<CallbackGroup> callback_group;
+  QosOverridingOptions qos_overriding_options;
+};
+
+template <class Allocator>
+struct PublisherOptionsWithAllocator : PublisherOptionsBase {
+  static_assert(std::is_same_v<Allocator, std::allocator<void>>,
+                "Takt has no allocators of messages: see docs/reference/rclcpp.md");
+  std::shared_ptr<Allocator> allocator;
+  std::shared_ptr<Allocator> get_allocator() const { return std::make_shared<Allocator>(); }
+};
+using PublisherOptions = PublisherOptionsWithAllocator<std::allocator<void>>;
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__PUBLISHER_OPTIONS_HPP_

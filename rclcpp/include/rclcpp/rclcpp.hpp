@@ -1,0 +1,39 @@
+// All that programs for rclcpp include by this name.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__RCLCPP_HPP_
+#define RCLCPP__RCLCPP_HPP_
+
+// With what programs rely on getting by this header.
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "rcl/allocator.h"
+#include "rcl/error_handling.h"
+#include "rclcpp/executors.hpp"
+#include "rclcpp/guard_condition.hpp"
+#include "rclcpp/logging.hpp"
+#include "rclcpp/node.hpp"
+#include "rclcpp/parameter_client.hpp"
+#include "rclcpp/parameter_event_handler.hpp"
+#include "rclcpp/rate.hpp"
+#include "rclcpp/serialization.hpp"
+#include "rclcpp/utilities.hpp"
+#include "rclcpp/version.h"
+#include "rclcpp/visibility_control.hpp"
+#include "rclcpp/wait_set.hpp"
+#include "rosidl_runtime_cpp/traits.hpp"
+
+#endif  // RCLCPP__RCLCPP_HPP_

@@ -1,0 +1,137 @@
+// Services, over Takt's.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__SERVICE_HPP_
+#define RCLCPP__SERVICE_HPP_
+
+#include <atomic>
+#include <concepts>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "takt/entities/service.hpp"
+
+#include "rclcpp/macros.hpp"
+#include "rclcpp/node_interfaces/node_base_interface.hpp"
+#include "rclcpp/qos.hpp"
+
+namespace rclcpp {
+
+namespace detail {
+inline rmw_request_id_t to_rmw(takt::RequestId id) {
+  rmw_request_id_t request{};
+  std::memcpy(request.writer_guid, &id.client, sizeof id.client);
+  request.sequence_number = id.sequence;
+  return request;
+}
+inline takt::RequestId from_rmw(const rmw_request_id_t& request) {
+  takt::RequestId id;
+  std::memcpy(&id.client, request.writer_guid, sizeof id.client);
+  id.sequence = request.sequence_number;
+  return id;
+}
+}  // namespace detail
+
+/// Thread safety: every method from any thread. Real-time: as takt::Service; and each request and
+/// response is allocated, as callbacks own them.
+class ServiceBase {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(ServiceBase)
+  virtual ~ServiceBase() = default;
+  ServiceBase(const ServiceBase&) = delete;
+  ServiceBase& operator=(const ServiceBase&) = delete;
+
+  const char* get_service_name() { return name_.c_str(); }
+  // For this library.
+  const std::shared_ptr<takt::SubscriptionBase>& entity() const { return takt_; }
+
+ protected:
+  explicit ServiceBase(std::string name) : name_(std::move(name)) {}
+
+  std::shared_ptr<takt::SubscriptionBase> takt_;
+
+ private:
+  const std::string name_;
+};
+
+template <class S>
+class Service : public ServiceBase, public std::enable_shared_from_this<Service<S>> {
+  using Request = typename S::Request;
+  using Response = typename S::Response;
+  using Header = std::shared_ptr<rmw_request_id_t>;
+  using RequestPtr = std::shared_ptr<Request>;
+  using ResponsePtr = std::shared_ptr<Response>;
+  using Self = std::shared_ptr<Service>;
+
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(Service)
+
+  template <class F>
+  static SharedPtr make(node_interfaces::NodeBaseInterface& node, const std::string& name,
+                        F callback, const QoS& qos, std::shared_ptr<CallbackGroup> group) {
+    const std::string path = node.resolve_topic_or_service_name(name, true);
+    auto service = std::make_shared<Service>(path);
+    service->template start<F>(*node.takt_node(), path, std::move(callback), qos, std::move(group));
+    return service;
+  }
+  explicit Service(std::string path) : ServiceBase(std::move(path)) {}
+
+  void send_response(rmw_request_id_t& id, Response& response) {
+    typed()->send_response(detail::from_rmw(id), response);
+  }
+
+ private:
+  takt::Service<S>* typed() const { return static_cast<takt::Service<S>*>(takt_.get()); }
+
+  template <class F>
+  void start(takt::Node& node, const std::string& path, F callback, const QoS& qos,
+             std::shared_ptr<CallbackGroup> group) {
+    // std::bind ignores arguments that it has no placeholder for: so from few arguments to many.
+    constexpr bool kSimple = std::invocable<F&, RequestPtr, ResponsePtr>;
+    constexpr bool kDeferred = !kSimple && std::invocable<F&, Header, RequestPtr>;
+    constexpr bool kWithHeader =
+        !kSimple && !kDeferred && std::invocable<F&, Header, RequestPtr, ResponsePtr>;
+    constexpr bool kWithSelf =
+        !kSimple && !kDeferred && !kWithHeader && std::invocable<F&, Self, Header, RequestPtr>;
+    static_assert(kSimple || kDeferred || kWithHeader || kWithSelf ||
+                      std::invocable<F&, Self, Header, RequestPtr, ResponsePtr>,
+                  "a service cannot call this: see docs/reference/rclcpp.md for the forms "
+                  "that it can have");
+    auto serve = [weak = this->weak_from_this(), callback = std::move(callback)](
+                     const Request& asked, takt::RequestId id) mutable {
+      const auto self = weak.lock();
+      if (self == nullptr) return;  // it is being dropped
+      self->is_made_.wait(false);
+      auto request = std::make_shared<Request>(asked);
+      if constexpr (kDeferred) {
+        callback(std::make_shared<rmw_request_id_t>(detail::to_rmw(id)), std::move(request));
+      } else if constexpr (kWithSelf) {
+        callback(self, std::make_shared<rmw_request_id_t>(detail::to_rmw(id)), std::move(request));
+      } else {
+        auto response = std::make_shared<Response>();
+        if constexpr (kSimple) {
+          callback(std::move(request), response);
+        } else if constexpr (kWithHeader) {
+          callback(std::make_shared<rmw_request_id_t>(detail::to_rmw(id)), std::move(request),
+                   response);
+        } else {
+          callback(self, std::make_shared<rmw_request_id_t>(detail::to_rmw(id)), std::move(request),
+                   response);
+        }
+        self->typed()->send_response(id, *response);
+      }
+    };
+    takt_ = node.create_service<S>(path, std::move(serve), std::move(group),
+                                   {.depth = qos.to_takt(true).depth, .loans = 0});
+    is_made_.store(true);
+    is_made_.notify_all();
+  }
+
+  // A request may come before the one that makes the service has it.
+  std::atomic<bool> is_made_{false};
+};
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__SERVICE_HPP_

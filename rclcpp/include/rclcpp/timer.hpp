@@ -1,0 +1,123 @@
+// Timers, over Takt's.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP__TIMER_HPP_
+#define RCLCPP__TIMER_HPP_
+
+#include <chrono>
+#include <concepts>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+
+#include "takt/entities/timer.hpp"
+#include "takt/nodes/node.hpp"
+
+#include "rclcpp/clock.hpp"
+#include "rclcpp/macros.hpp"
+
+namespace rclcpp {
+
+/// When a timer was due, and when it was called.
+struct TimerInfo {
+  Time expected_call_time;
+  Time actual_call_time;
+};
+
+/// Thread safety: every method from any thread, also from the callback.
+/// Real-time: as takt::Timer.
+class TimerBase {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(TimerBase)
+  virtual ~TimerBase() = default;
+  TimerBase(const TimerBase&) = delete;
+  TimerBase& operator=(const TimerBase&) = delete;
+
+  void cancel() { timer_->cancel(); }
+  bool is_canceled() { return timer_->is_canceled(); }
+  void reset() { timer_->reset(); }
+  bool is_ready() { return !is_canceled() && timer_->due() <= timer_->clock().now(); }
+  /// The longest duration if it is cancelled.
+  std::chrono::nanoseconds time_until_trigger() {
+    if (is_canceled()) return std::chrono::nanoseconds::max();
+    return takt::between(timer_->clock().now(), timer_->due());
+  }
+  bool is_steady() { return clock_->get_clock_type() == RCL_STEADY_TIME; }
+  Clock::SharedPtr get_clock() const { return clock_; }
+  /// Without an executor: takes the release that is due; nullptr if there is none.
+  std::shared_ptr<void> call();
+  void execute_callback(const std::shared_ptr<void>& = nullptr) { run_(); }
+
+  // For this library.
+  const std::shared_ptr<takt::Timer>& entity() const { return timer_; }
+
+ protected:
+  TimerBase(Clock::SharedPtr clock) : clock_(std::move(clock)) {}
+
+  /// Makes Takt's timer. `call`: calls the user, with this.
+  void start(takt::Node& node, std::chrono::nanoseconds period, const std::string& name,
+             std::function<void(TimerBase&)> call, std::shared_ptr<takt::CallbackGroup> group,
+             bool autostart);
+
+ private:
+  class Self;
+  const Clock::SharedPtr clock_;
+  std::function<void()> run_;
+  std::shared_ptr<takt::Timer> timer_;
+};
+
+template <class F>
+class GenericTimer : public TimerBase {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(GenericTimer)
+  GenericTimer(Clock::SharedPtr clock, takt::Node& node, std::chrono::nanoseconds period,
+               const std::string& name, F callback, std::shared_ptr<takt::CallbackGroup> group,
+               bool autostart)
+      : TimerBase(std::move(clock)) {
+    start(
+        node, period, name,
+        [callback = std::move(callback)](TimerBase& self) mutable {
+          if constexpr (std::invocable<F&>) {
+            callback();
+          } else if constexpr (std::invocable<F&, TimerBase&>) {
+            callback(self);
+          } else {
+            static_assert(std::invocable<F&, const TimerInfo&>,
+                          "a timer's callback takes nothing, rclcpp::TimerBase& or "
+                          "const rclcpp::TimerInfo&: see docs/reference/rclcpp.md");
+            const Time now = self.get_clock()->now();
+            callback(TimerInfo{now, now});
+          }
+        },
+        std::move(group), autostart);
+  }
+};
+template <class F>
+class WallTimer : public GenericTimer<F> {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(WallTimer)
+  using GenericTimer<F>::GenericTimer;
+};
+
+namespace detail {
+/// As a timer can have it: positive. Throws std::invalid_argument when it is negative, or cannot
+/// be held.
+template <class Rep, class Period>
+std::chrono::nanoseconds timer_period(std::chrono::duration<Rep, Period> period) {
+  using Wide = std::chrono::duration<long double, std::nano>;
+  if (period < decltype(period)::zero()) {
+    throw std::invalid_argument("timer period cannot be negative");
+  }
+  if (Wide(period) > Wide(std::chrono::nanoseconds::max())) {
+    throw std::invalid_argument("timer period must be less than std::chrono::nanoseconds::max()");
+  }
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(period);
+  return ns > std::chrono::nanoseconds::zero() ? ns : std::chrono::nanoseconds(1);
+}
+}  // namespace detail
+
+}  // namespace rclcpp
+
+#endif  // RCLCPP__TIMER_HPP_

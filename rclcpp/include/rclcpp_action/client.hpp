@@ -1,0 +1,214 @@
+// Action clients, over Takt's.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP_ACTION__CLIENT_HPP_
+#define RCLCPP_ACTION__CLIENT_HPP_
+
+#include <atomic>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "takt/ros2/action_client.hpp"
+
+#include "rclcpp/create_publisher.hpp"
+#include "rclcpp_action/exceptions.hpp"
+#include "rclcpp_action/types.hpp"
+
+namespace rclcpp_action {
+
+template <class A>
+class Client;
+
+/// A goal that a server has accepted.
+/// Thread safety: every method from any thread. Real-time: nothing blocks.
+template <class A>
+class ClientGoalHandle {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(ClientGoalHandle)
+  struct WrappedResult {
+    GoalUUID goal_id;
+    ResultCode code;
+    typename A::Result::SharedPtr result;
+  };
+  using Feedback = typename A::Feedback;
+  using Result = typename A::Result;
+  using FeedbackCallback =
+      std::function<void(std::shared_ptr<ClientGoalHandle>, std::shared_ptr<const Feedback>)>;
+  using ResultCallback = std::function<void(const WrappedResult&)>;
+
+  explicit ClientGoalHandle(std::shared_ptr<takt::ClientGoalHandle> goal)
+      : takt_(std::move(goal)), future_(promise_.get_future().share()) {}
+
+  const GoalUUID& get_goal_id() const { return takt_->id().uuid; }
+  rclcpp::Time get_goal_stamp() const { return rclcpp::Time(takt_->stamp()); }
+  std::int8_t get_status() { return static_cast<std::int8_t>(takt_->state()); }
+  bool is_feedback_aware() { return true; }
+  bool is_result_aware() { return is_asked_.load(); }
+
+ private:
+  friend class Client<A>;
+  void end(const takt::GoalResult<A>& ended) {
+    promise_.set_value({get_goal_id(), static_cast<ResultCode>(ended.state),
+                        std::make_shared<Result>(ended.result)});
+  }
+
+  const std::shared_ptr<takt::ClientGoalHandle> takt_;
+  std::atomic<bool> is_asked_{false};  // for its result
+  std::promise<WrappedResult> promise_;
+  const std::shared_future<WrappedResult> future_;
+};
+
+class ClientBase {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(ClientBase)
+  virtual ~ClientBase() = default;
+  virtual bool action_server_is_ready() const = 0;
+  template <class Rep = std::int64_t, class Period = std::milli>
+  bool wait_for_action_server(
+      std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
+    return rclcpp::detail::wait_for(*context_,
+                                    std::chrono::duration_cast<std::chrono::nanoseconds>(timeout),
+                                    [this] { return action_server_is_ready(); });
+  }
+
+ protected:
+  explicit ClientBase(rclcpp::Context::SharedPtr context) : context_(std::move(context)) {}
+
+ private:
+  const rclcpp::Context::SharedPtr context_;
+};
+
+/// Thread safety and real-time: as takt::ActionClient; futures allocate.
+template <class A>
+class Client : public ClientBase {
+ public:
+  RCLCPP_SMART_PTR_ALIASES_ONLY(Client)
+  using Goal = typename A::Goal;
+  using GoalHandle = ClientGoalHandle<A>;
+  using WrappedResult = typename GoalHandle::WrappedResult;
+  using GoalResponseCallback = std::function<void(typename GoalHandle::SharedPtr)>;
+  using FeedbackCallback = typename GoalHandle::FeedbackCallback;
+  using ResultCallback = typename GoalHandle::ResultCallback;
+  using CancelRequest = action_msgs::srv::CancelGoal::Request;
+  using CancelResponse = action_msgs::srv::CancelGoal::Response;
+  using CancelCallback = std::function<void(typename CancelResponse::SharedPtr)>;
+
+  struct SendGoalOptions {
+    GoalResponseCallback goal_response_callback;
+    FeedbackCallback feedback_callback;
+    ResultCallback result_callback;
+  };
+
+  Client(rclcpp::node_interfaces::NodeBaseInterface& node, const std::string& name,
+         rclcpp::CallbackGroup::SharedPtr group)
+      : ClientBase(node.get_context()),
+        takt_(takt::create_action_client<A>(*node.takt_node(),
+                                            node.resolve_topic_or_service_name(name, true),
+                                            {.without_server = takt::Nanoseconds::max(),
+                                             .most_goals = 100,
+                                             .group = std::move(group)})) {}
+
+  bool action_server_is_ready() const override { return takt_->action_server_is_ready(); }
+
+  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it.
+  std::shared_future<typename GoalHandle::SharedPtr> async_send_goal(
+      const Goal& goal, const SendGoalOptions& options = {}) {
+    auto promise = std::make_shared<std::promise<typename GoalHandle::SharedPtr>>();
+    auto future = promise->get_future().share();
+    // Made when the server has accepted, and known to the callbacks from then on.
+    auto known = std::make_shared<std::weak_ptr<GoalHandle>>();
+    typename takt::ActionClient<A>::GoalCallbacks callbacks;
+    callbacks.response = [this, promise, known,
+                          options](const std::shared_ptr<takt::ClientGoalHandle>& accepted) {
+      typename GoalHandle::SharedPtr handle;
+      if (accepted != nullptr) {
+        handle = std::make_shared<GoalHandle>(accepted);
+        *known = handle;
+        if (options.result_callback) ask_result(handle, options.result_callback);
+      }
+      promise->set_value(handle);
+      if (options.goal_response_callback) options.goal_response_callback(handle);
+    };
+    if (options.feedback_callback) {
+      callbacks.feedback = [known, callback = options.feedback_callback](
+                               const std::shared_ptr<takt::ClientGoalHandle>&,
+                               const typename A::Feedback& feedback) {
+        if (auto handle = known->lock()) {
+          callback(std::move(handle), std::make_shared<const typename A::Feedback>(feedback));
+        }
+      };
+    }
+    takt_->async_send_goal(goal, std::move(callbacks));
+    return future;
+  }
+  std::shared_future<WrappedResult> async_get_result(typename GoalHandle::SharedPtr handle,
+                                                     ResultCallback callback = nullptr) {
+    check(handle);
+    ask_result(handle, std::move(callback));
+    return handle->future_;
+  }
+  std::shared_future<typename CancelResponse::SharedPtr> async_cancel_goal(
+      typename GoalHandle::SharedPtr handle, CancelCallback callback = nullptr) {
+    check(handle);
+    return cancelled(std::move(callback), [&](auto answer) {
+      takt_->async_cancel_goal(handle->takt_, std::move(answer));
+    });
+  }
+  std::shared_future<typename CancelResponse::SharedPtr> async_cancel_all_goals(
+      CancelCallback callback = nullptr) {
+    return cancelled(std::move(callback),
+                     [&](auto answer) { takt_->async_cancel_all_goals(std::move(answer)); });
+  }
+  void stop_callbacks(typename GoalHandle::SharedPtr) = delete;  // see docs/reference/rclcpp.md
+
+ private:
+  static void check(const typename GoalHandle::SharedPtr& handle) {
+    if (handle == nullptr) throw exceptions::UnknownGoalHandleError();
+  }
+  /// Once for each goal; a further callback waits for the same answer.
+  void ask_result(const typename GoalHandle::SharedPtr& handle, ResultCallback callback) {
+    if (handle->is_asked_.exchange(true)) {
+      if (callback) throw exceptions::UnknownGoalHandleError();
+      return;
+    }
+    takt_->async_get_result(handle->takt_, [handle, callback = std::move(callback)](
+                                               const std::shared_ptr<takt::ClientGoalHandle>&,
+                                               const takt::GoalResult<A>& result) {
+      handle->end(result);
+      if (callback) callback(handle->future_.get());
+    });
+  }
+  template <class F>
+  std::shared_future<typename CancelResponse::SharedPtr> cancelled(CancelCallback callback,
+                                                                   F&& send) {
+    auto promise = std::make_shared<std::promise<typename CancelResponse::SharedPtr>>();
+    auto future = promise->get_future().share();
+    send([promise, callback = std::move(callback)](const CancelResponse& answer) {
+      auto response = std::make_shared<CancelResponse>(answer);
+      promise->set_value(response);
+      if (callback) callback(std::move(response));
+    });
+    return future;
+  }
+
+  const std::shared_ptr<takt::ActionClient<A>> takt_;
+};
+
+template <class A, class N>
+typename Client<A>::SharedPtr create_client(N&& node, const std::string& name,
+                                            rclcpp::CallbackGroup::SharedPtr group = nullptr) {
+  return std::make_shared<Client<A>>(rclcpp::detail::base_of(node), name, std::move(group));
+}
+template <class A, class Base, class Graph, class Logging, class Waitables>
+typename Client<A>::SharedPtr create_client(std::shared_ptr<Base> base, Graph, Logging, Waitables,
+                                            const std::string& name,
+                                            rclcpp::CallbackGroup::SharedPtr group = nullptr) {
+  return create_client<A>(std::move(base), name, std::move(group));
+}
+
+}  // namespace rclcpp_action
+
+#endif  // RCLCPP_ACTION__CLIENT_HPP_

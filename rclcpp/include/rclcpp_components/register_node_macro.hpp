@@ -1,0 +1,38 @@
+// Makes a class of nodes a component, which containers and programs make by its name.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_
+#define RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_
+
+#include <memory>
+
+#include "takt/base/registry.hpp"
+#include "takt/base/version.hpp"
+#include "takt/containers/component.hpp"
+
+#include "rclcpp_components/node_factory_template.hpp"
+
+namespace rclcpp_components::detail {
+
+/// For Takt's containers: the node of Takt that is inside, which keeps the user's alive.
+std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
+                                              const takt::NodeOptions& options);
+
+template <class NodeT>
+bool register_node(const char* name) {
+  static const auto factory = std::make_shared<NodeFactoryTemplate<NodeT>>();
+  takt::register_component(
+      name, "", [](const takt::NodeOptions& options) { return component_of(*factory, options); },
+      TAKT_VERSION);
+  return register_factory(name, factory, &factory);
+}
+
+}  // namespace rclcpp_components::detail
+
+/// `NodeClass` as one writes it at global scope, where this stands.
+#define RCLCPP_COMPONENTS_REGISTER_NODE(NodeClass)                       \
+  namespace {                                                            \
+  [[maybe_unused]] const bool TAKT_UNIQUE(takt_rclcpp_component_) =      \
+      ::rclcpp_components::detail::register_node<NodeClass>(#NodeClass); \
+  }
+
+#endif  // RCLCPP_COMPONENTS__REGISTER_NODE_MACRO_HPP_

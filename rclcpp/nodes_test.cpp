@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include "takt/messages/example_interfaces/action/fibonacci.hpp"
+#include "takt/messages/lifecycle_msgs/msg/transition.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
+
+#include "rclcpp_action/rclcpp_action.hpp"
+#include "rclcpp_lifecycle/lifecycle_node.hpp"
+#include "rclcpp_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using example_interfaces::action::Fibonacci;
+using std_msgs::msg::String;
+using Nodes = RclcppTest;
+
+// An override must call the base class, or its publishers stay inactive.
+class Talker : public rclcpp_lifecycle::LifecycleNode {
+ public:
+  explicit Talker(bool calls_base) : LifecycleNode("talker"), calls_base_(calls_base) {}
+  CallbackReturn on_configure(const rclcpp_lifecycle::State& previous) override {
+    EXPECT_EQ(previous.label(), "unconfigured");
+    publisher = create_publisher<String>("topic", 10);
+    return CallbackReturn::SUCCESS;
+  }
+  CallbackReturn on_activate(const rclcpp_lifecycle::State& previous) override {
+    return calls_base_ ? LifecycleNode::on_activate(previous) : CallbackReturn::SUCCESS;
+  }
+  CallbackReturn on_cleanup(const rclcpp_lifecycle::State&) override {
+    throw std::runtime_error("a failure");
+  }
+  rclcpp_lifecycle::LifecyclePublisher<String>::SharedPtr publisher;
+
+ private:
+  const bool calls_base_;
+};
+
+TEST_F(Nodes, LifecyclePublishersFollowTheBaseClass) {
+  const auto talker = std::make_shared<Talker>(true);
+  EXPECT_EQ(talker->configure().label(), "inactive");
+  EXPECT_FALSE(talker->publisher->is_activated());
+  EXPECT_EQ(talker->trigger_transition(lifecycle_msgs::msg::Transition::TRANSITION_ACTIVATE).id(),
+            3);
+  EXPECT_TRUE(talker->publisher->is_activated());
+  EXPECT_EQ(talker->deactivate().label(), "inactive");
+  EXPECT_FALSE(talker->publisher->is_activated());
+  const auto other = std::make_shared<Talker>(false);
+  other->configure();
+  other->activate();
+  EXPECT_FALSE(other->publisher->is_activated());
+  Talker::CallbackReturn returned{};
+  EXPECT_EQ(other->configure(returned).label(), "active");  // which is no transition from here
+  EXPECT_EQ(returned, Talker::CallbackReturn::FAILURE);
+}
+
+TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
+  const auto node = std::make_shared<Node>("node");
+  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
+  std::thread worker;
+  const auto server = rclcpp_action::create_server<Fibonacci>(
+      node, "fibonacci",
+      [](const rclcpp_action::GoalUUID&, std::shared_ptr<const Fibonacci::Goal> goal) {
+        return goal->order > 0 ? rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE
+                               : rclcpp_action::GoalResponse::REJECT;
+      },
+      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+      [&](const std::shared_ptr<Handle> goal) {
+        worker = std::thread([goal] {
+          auto feedback = std::make_shared<Fibonacci::Feedback>();
+          feedback->sequence = {1};
+          goal->publish_feedback(feedback);
+          auto result = std::make_shared<Fibonacci::Result>();
+          result->sequence = {goal->get_goal()->order};
+          goal->succeed(result);
+        });
+      });
+  const auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  ASSERT_TRUE(client->wait_for_action_server(kLong));
+  auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
+  int feedbacks = 0;
+  options.feedback_callback = [&](auto, const auto& feedback) {
+    feedbacks += feedback->sequence[0];
+  };
+  Fibonacci::Goal goal;
+  auto rejected = client->async_send_goal(goal, options);
+  ASSERT_EQ(spin_until_future_complete(node, rejected, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_EQ(rejected.get(), nullptr);
+  goal.order = 7;
+  auto accepted = client->async_send_goal(goal, options);
+  ASSERT_EQ(spin_until_future_complete(node, accepted, kLong), FutureReturnCode::SUCCESS);
+  auto ended = client->async_get_result(accepted.get());
+  ASSERT_EQ(spin_until_future_complete(node, ended, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_EQ(ended.get().code, rclcpp_action::ResultCode::SUCCEEDED);
+  EXPECT_EQ(ended.get().result->sequence, std::vector<std::int32_t>{7});
+  EXPECT_EQ(feedbacks, 1);
+  EXPECT_THROW(client->async_get_result(nullptr),
+               rclcpp_action::exceptions::UnknownGoalHandleError);
+  worker.join();
+}
+
+TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
+  const auto server = std::make_shared<Node>("server");
+  server->declare_parameter("gain", 0.5);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(server);
+  std::thread spinner([&] { executor.spin(); });
+  const auto node = std::make_shared<Node>("node");
+  SyncParametersClient client(node, "server");
+  ASSERT_TRUE(client.wait_for_service(kLong));
+  std::vector<double> heard;
+  ParameterEventHandler events(node);
+  const auto handle = events.add_parameter_callback(
+      "gain", [&](const Parameter& parameter) { heard.push_back(parameter.as_double()); },
+      "server");
+  EXPECT_EQ(client.get_parameter<double>("gain"), 0.5);
+  EXPECT_EQ(client.get_parameter("none", 3), 3);
+  EXPECT_TRUE(client.has_parameter("gain"));
+  EXPECT_FALSE(client.set_parameters({Parameter("gain", "high")})[0].successful);
+  EXPECT_TRUE(client.set_parameters({Parameter("gain", 0.75)})[0].successful);
+  EXPECT_EQ(server->get_parameter("gain").as_double(), 0.75);
+  executors::SingleThreadedExecutor own;
+  own.add_node(node);
+  EXPECT_TRUE(spin_until(own, [&] { return !heard.empty(); }));
+  EXPECT_EQ(heard, std::vector<double>{0.75});
+  executor.cancel();
+  spinner.join();
+}
+
+// What a typical node of 90 lines does, in the habits of rclcpp.
+class Camera : public Node {
+ public:
+  explicit Camera(const NodeOptions& options) : Node("camera", options) {
+    declare_parameter<int>("width", 4);
+    publisher_ = create_publisher<String>("image", SensorDataQoS());
+    group_ = create_callback_group(CallbackGroupType::MutuallyExclusive);
+    timer_ = create_wall_timer(1ms, std::bind(&Camera::tick, this), group_);
+    SubscriptionOptions subscription_options;
+    subscription_options.callback_group = group_;
+    subscription_ = create_subscription<String>(
+        "image", SensorDataQoS(),
+        [this](String::ConstSharedPtr message) {
+          RCLCPP_DEBUG(get_logger(), "%zu", message->data.size());
+          received = message;
+        },
+        subscription_options);
+  }
+  String::ConstSharedPtr received;
+
+ private:
+  void tick() {
+    auto message = std::make_unique<String>();
+    message->data.resize(static_cast<std::size_t>(get_parameter("width").as_int()));
+    const builtin_interfaces::msg::Time stamp = now();
+    EXPECT_GT(stamp.sec, 0);
+    publisher_->publish(std::move(message));
+    timer_.reset();  // its own, in its callback
+  }
+  Publisher<String>::SharedPtr publisher_;
+  Subscription<String>::SharedPtr subscription_;
+  TimerBase::SharedPtr timer_;
+  CallbackGroup::SharedPtr group_;
+};
+
+TEST_F(Nodes, ANodeInTheHabitsOfRclcppRuns) {
+  const auto camera = std::make_shared<Camera>(NodeOptions());
+  executors::MultiThreadedExecutor executor;
+  executor.add_node(camera);
+  ASSERT_TRUE(spin_until(executor, [&] { return camera->received != nullptr; }));
+  EXPECT_EQ(camera->received->data.size(), 4u);
+}
+
+}  // namespace
+}  // namespace rclcpp

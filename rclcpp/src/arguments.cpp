@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "arguments.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <utility>
+
+#include "parameter_yaml.hpp"
+#include "rclcpp/exceptions/exceptions.hpp"
+#include "rclcpp/logger.hpp"
+
+namespace rclcpp::detail {
+namespace {
+
+[[noreturn]] void refuse(const std::string& argument, const std::string& why) {
+  throw exceptions::RCLInvalidROSArgsError("failed to parse ROS argument '" + argument +
+                                           "': " + why);
+}
+
+/// "left:=right"
+std::pair<std::string, std::string> split_rule(const std::string& rule) {
+  const auto at = rule.find(":=");
+  if (at == std::string::npos || at == 0) refuse(rule, "it must be FROM:=TO");
+  return {rule.substr(0, at), rule.substr(at + 2)};
+}
+
+RemapRule parse_remap(const std::string& text) {
+  auto [from, to] = split_rule(text);
+  RemapRule rule;
+  constexpr std::pair<std::string_view, RemapRule::Kind> kSchemes[] = {
+      {"rostopic://", RemapRule::Kind::topic}, {"rosservice://", RemapRule::Kind::service}};
+  // "node:from", unless the colon belongs to the scheme
+  if (const auto colon = from.find(':');
+      colon != std::string::npos && from.compare(colon, 3, "://") != 0) {
+    rule.node = from.substr(0, colon);
+    from.erase(0, colon + 1);
+  }
+  for (const auto& [scheme, kind] : kSchemes) {
+    if (!from.starts_with(scheme)) continue;
+    rule.kind = kind;
+    from.erase(0, scheme.size());
+  }
+  if (from == "__node" || from == "__name") rule.kind = RemapRule::Kind::node_name;
+  if (from == "__ns") rule.kind = RemapRule::Kind::name_space;
+  if (to.empty()) refuse(text, "there is no name after ':='");
+  rule.from = std::move(from);
+  rule.to = std::move(to);
+  return rule;
+}
+
+ParameterRule parse_parameter(const std::string& text) {
+  auto [name, value] = split_rule(text);
+  ParameterRule rule{.node = "/**", .name = {}, .value = {}};
+  if (const auto colon = name.find(':'); colon != std::string::npos) {
+    rule.node = name.substr(0, colon);
+    name.erase(0, colon + 1);
+  }
+  rule.name = std::move(name);
+  rule.value = parameter_from_yaml(value);
+  return rule;
+}
+
+void parse_level(const std::string& text, Arguments& arguments) {
+  const auto at = text.find(":=");
+  const std::string logger = at == std::string::npos ? "" : text.substr(0, at);
+  std::string level = at == std::string::npos ? text : text.substr(at + 2);
+  std::transform(level.begin(), level.end(), level.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::pair<std::string_view, Logger::Level> kLevels[] = {
+      {"debug", Logger::Level::Debug}, {"info", Logger::Level::Info},
+      {"warn", Logger::Level::Warn},   {"error", Logger::Level::Error},
+      {"fatal", Logger::Level::Fatal}, {"unset", Logger::Level::Unset}};
+  for (const auto& [name, value] : kLevels) {
+    if (name == level) {
+      arguments.levels[logger] = static_cast<int>(value);
+      return;
+    }
+  }
+  refuse(text, "it is no log level");
+}
+
+/// Whether it was one of the flags that take a value.
+bool parse_with_value(const std::string& flag, const std::string& value, Arguments& arguments) {
+  if (flag == "-r" || flag == "--remap") {
+    arguments.remaps.push_back(parse_remap(value));
+  } else if (flag == "-p" || flag == "--param") {
+    arguments.parameters.push_back(parse_parameter(value));
+  } else if (flag == "--params-file") {
+    const auto rules = parameters_from_file(value);
+    arguments.parameters.insert(arguments.parameters.end(), rules.begin(), rules.end());
+  } else if (flag == "--log-level") {
+    parse_level(value, arguments);
+  } else {
+    return flag == "--log-config-file" || flag == "--log-file-name" || flag == "-e" ||
+           flag == "--enclave";
+  }
+  return true;
+}
+
+bool parse_switch(const std::string& flag, Arguments& arguments) {
+  constexpr std::string_view kKnown[] = {"rosout-logs", "stdout-logs", "external-lib-logs"};
+  for (const std::string_view prefix : {"--enable-", "--disable-"}) {
+    if (!flag.starts_with(prefix)) continue;
+    const std::string name = flag.substr(prefix.size());
+    if (name == "rosout-logs") arguments.rosout = prefix == "--enable-";
+    return std::find(std::begin(kKnown), std::end(kKnown), name) != std::end(kKnown);
+  }
+  return false;
+}
+
+std::vector<std::string_view> tokens_of(std::string_view path) {
+  std::vector<std::string_view> tokens;
+  while (!path.empty()) {
+    const auto end = std::min(path.find('/'), path.size());
+    if (end != 0) tokens.push_back(path.substr(0, end));
+    path.remove_prefix(std::min(end + 1, path.size()));
+  }
+  return tokens;
+}
+
+bool match(const std::string_view* pattern, const std::string_view* pattern_end,
+           const std::string_view* name, const std::string_view* name_end) {
+  if (pattern == pattern_end) return name == name_end;
+  if (*pattern == "**") {
+    for (const auto* rest = name;; ++rest) {
+      if (match(pattern + 1, pattern_end, rest, name_end)) return true;
+      if (rest == name_end) return false;
+    }
+  }
+  return name != name_end && (*pattern == "*" || *pattern == *name) &&
+         match(pattern + 1, pattern_end, name + 1, name_end);
+}
+
+}  // namespace
+
+Arguments parse_arguments(const std::vector<std::string>& arguments) {
+  Arguments result;
+  std::vector<std::string> unknown;
+  bool is_ros = false;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    if (!is_ros || argument == "--ros-args") {
+      is_ros = is_ros || argument == "--ros-args";
+      if (!is_ros) result.rest.push_back(argument);
+    } else if (argument == "--") {
+      is_ros = false;
+    } else if (parse_switch(argument, result)) {
+      continue;
+    } else if (i + 1 < arguments.size() && argument.starts_with('-') &&
+               parse_with_value(argument, arguments[i + 1], result)) {
+      ++i;
+    } else {
+      unknown.push_back(argument);
+    }
+  }
+  if (!unknown.empty()) throw exceptions::UnknownROSArgsError(std::move(unknown));
+  return result;
+}
+
+const RemapRule* find_rule(const Arguments& own, const Arguments& all, RemapRule::Kind kind,
+                           std::string_view node) {
+  for (const auto* rules : {&own.remaps, &all.remaps}) {
+    for (const RemapRule& rule : *rules) {
+      if (rule.kind == kind && (rule.node.empty() || rule.node == node)) return &rule;
+    }
+  }
+  return nullptr;
+}
+
+std::string expand_name(const std::string& name, const std::string& node,
+                        const std::string& name_space) {
+  std::string expanded = name;
+  const std::string prefix = name_space == "/" ? "" : name_space;
+  for (const auto& [key, value] : {std::pair<std::string, std::string>{"{node}", node},
+                                   {"{ns}", prefix},
+                                   {"{namespace}", prefix}}) {
+    for (auto at = expanded.find(key); at != std::string::npos; at = expanded.find(key)) {
+      expanded.replace(at, key.size(), value);
+    }
+  }
+  if (expanded.starts_with('~')) {
+    expanded = prefix + "/" + node + expanded.substr(1);
+  } else if (!expanded.starts_with('/')) {
+    expanded = prefix + "/" + expanded;
+  }
+  return expanded;
+}
+
+std::string remap_name(const Arguments& own, const Arguments& all, const std::string& expanded,
+                       bool is_service, const std::string& node, const std::string& name_space) {
+  const auto other = is_service ? RemapRule::Kind::topic : RemapRule::Kind::service;
+  for (const auto* rules : {&own.remaps, &all.remaps}) {
+    for (const RemapRule& rule : *rules) {
+      if (rule.kind == other || rule.kind == RemapRule::Kind::node_name ||
+          rule.kind == RemapRule::Kind::name_space) {
+        continue;
+      }
+      if (!rule.node.empty() && rule.node != node) continue;
+      if (expand_name(rule.from, node, name_space) == expanded) {
+        return expand_name(rule.to, node, name_space);
+      }
+    }
+  }
+  return expanded;
+}
+
+bool means_node(const std::string& pattern, const std::string& full_name) {
+  const auto wanted = tokens_of(pattern), name = tokens_of(full_name);
+  return match(wanted.data(), wanted.data() + wanted.size(), name.data(),
+               name.data() + name.size());
+}
+
+}  // namespace rclcpp::detail

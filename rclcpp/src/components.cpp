@@ -1,0 +1,100 @@
+// The classes of nodes that libraries have registered.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+#include <system_error>
+#include <utility>
+
+#include <dlfcn.h>
+#include <link.h>
+
+#include "takt/base/error.hpp"
+
+#include "class_loader/class_loader.hpp"
+#include "rclcpp_components/register_node_macro.hpp"
+
+namespace rclcpp_components::detail {
+namespace {
+
+struct Factories {
+  std::mutex mutex;
+  std::vector<RegisteredFactory> all;
+};
+// Never destroyed: libraries are initialised and end in whichever order.
+Factories& factories() {
+  static Factories& known = *new Factories;
+  return known;
+}
+
+}  // namespace
+
+bool register_factory(const char* name, std::shared_ptr<NodeFactory> factory, const void* code) {
+  Dl_info library{};
+  dladdr(code, &library);
+  std::error_code none;
+  const std::string file =
+      std::filesystem::weakly_canonical(library.dli_fname != nullptr ? library.dli_fname : "", none)
+          .string();
+  const std::lock_guard lock(factories().mutex);
+  factories().all.push_back({name, file, std::move(factory)});
+  return true;
+}
+
+std::vector<RegisteredFactory> registered_factories() {
+  const std::lock_guard lock(factories().mutex);
+  return factories().all;
+}
+
+NodeInstanceWrapper make_node(const std::string& name, const rclcpp::NodeOptions& options) {
+  for (const RegisteredFactory& one : registered_factories()) {
+    if (one.name == name) return one.factory->create_node_instance(options);
+  }
+  throw takt::Error("no library that is loaded has registered the component " + name,
+                    "write RCLCPP_COMPONENTS_REGISTER_NODE(" + name +
+                        ") into its code, with the name as CMake has it");
+}
+
+std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
+                                              const takt::NodeOptions& options) {
+  struct Inside {
+    rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;  // goes last
+    NodeInstanceWrapper node;
+  };
+  const auto inside = std::make_shared<Inside>();
+  inside->node = factory.create_node_instance(rclcpp::NodeOptions(options));
+  inside->base = inside->node.get_node_base_interface();
+  return std::make_unique<takt::Component>(
+      takt::Component{std::shared_ptr<takt::Node>(inside, inside->base->takt_node().get())});
+}
+
+}  // namespace rclcpp_components::detail
+
+namespace class_loader {
+
+ClassLoader::ClassLoader(const std::string& library_path, bool /*ondemand_load_unload*/)
+    : path_(library_path) {
+  void* const library = dlopen(path_.empty() ? nullptr : path_.c_str(), RTLD_NOW);
+  if (library == nullptr)
+    throw LibraryLoadException("Could not load library: " + std::string(dlerror()));
+  link_map* map = nullptr;
+  if (!path_.empty() && dlinfo(library, RTLD_DI_LINKMAP, &map) == 0) {
+    std::error_code none;
+    file_ = std::filesystem::weakly_canonical(map->l_name, none).string();
+  }
+}
+
+std::vector<rclcpp_components::detail::RegisteredFactory> ClassLoader::factories() const {
+  auto all = rclcpp_components::detail::registered_factories();
+  std::erase_if(all, [&](const auto& one) { return !file_.empty() && one.library != file_; });
+  return all;
+}
+
+std::shared_ptr<rclcpp_components::NodeFactory> ClassLoader::create(const std::string& name) const {
+  for (const auto& one : factories()) {
+    if (one.name == name) return one.factory;
+  }
+  throw CreateClassException("the library '" + path_ + "' has registered no component " + name);
+}
+
+}  // namespace class_loader

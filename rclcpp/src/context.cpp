@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rclcpp/context.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "arguments.hpp"
+#include "context_time_source.hpp"
+#include "rclcpp/logging.hpp"
+#include "rclcpp/utilities.hpp"
+#include "signals.hpp"
+
+namespace rclcpp {
+
+std::size_t InitOptions::get_domain_id() const {
+  return domain_ ? *domain_ : static_cast<std::size_t>(takt::default_domain());
+}
+
+Context::Context() : arguments_(std::make_unique<detail::Arguments>()) {
+}
+Context::~Context() {
+  shutdown("context is destroyed");
+}
+
+void Context::init(int argc, char const* const* argv, const InitOptions& options) {
+  if (is_valid()) throw ContextAlreadyInitialized();
+  auto arguments = std::make_unique<detail::Arguments>(
+      detail::parse_arguments(std::vector<std::string>(argv, argv + argc)));
+  if (options.auto_initialize_logging()) {
+    for (const auto& [logger, level] : arguments->levels) {
+      get_logger(logger).set_level(static_cast<Logger::Level>(level));
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  options_ = options;
+  arguments_ = std::move(arguments);
+  reason_.clear();
+  is_valid_.store(true);
+  detail::shut_down_on_signal(*this);
+}
+
+std::string Context::shutdown_reason() const {
+  const std::lock_guard lock(mutex_);
+  return reason_;
+}
+
+void Context::call(const Callbacks& callbacks) const {
+  for (const auto& callback : callbacks) (*callback)();
+}
+
+bool Context::shutdown(const std::string& reason) {
+  Callbacks before, after;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_valid()) return false;
+    before = before_shutdown_;
+  }
+  call(before);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_valid_.exchange(false)) return false;  // another thread was faster
+    reason_ = reason;
+    after = on_shutdown_;
+    for (takt::Wakeable* waiter : waiters_) waiter->wake();
+    ended_.notify_all();
+  }
+  detail::forget_on_signal(*this);
+  call(after);
+  return true;
+}
+
+Context::OnShutdownCallback Context::on_shutdown(OnShutdownCallback callback) {
+  add_on_shutdown_callback(callback);
+  return callback;
+}
+OnShutdownCallbackHandle Context::add_on_shutdown_callback(OnShutdownCallback callback) {
+  OnShutdownCallbackHandle handle;
+  auto added = std::make_shared<std::function<void()>>(std::move(callback));
+  handle.callback_ = added;
+  const std::lock_guard lock(mutex_);
+  on_shutdown_.push_back(std::move(added));
+  return handle;
+}
+PreShutdownCallbackHandle Context::add_pre_shutdown_callback(PreShutdownCallback callback) {
+  PreShutdownCallbackHandle handle;
+  auto added = std::make_shared<std::function<void()>>(std::move(callback));
+  handle.callback_ = added;
+  const std::lock_guard lock(mutex_);
+  before_shutdown_.push_back(std::move(added));
+  return handle;
+}
+bool Context::remove(Callbacks& callbacks, const ShutdownCallbackHandle& handle) {
+  return std::erase(callbacks, handle.callback_.lock()) != 0;
+}
+bool Context::remove_on_shutdown_callback(const OnShutdownCallbackHandle& handle) {
+  const auto kept = handle.callback_.lock();  // goes after the lock
+  const std::lock_guard lock(mutex_);
+  return remove(on_shutdown_, handle);
+}
+bool Context::remove_pre_shutdown_callback(const PreShutdownCallbackHandle& handle) {
+  const auto kept = handle.callback_.lock();
+  const std::lock_guard lock(mutex_);
+  return remove(before_shutdown_, handle);
+}
+
+bool Context::sleep_for(const std::chrono::nanoseconds& duration) {
+  const takt::TimePoint end = takt::later(takt::Clock::steady().now(), duration);
+  std::unique_lock lock(mutex_);
+  ended_.wait_until(lock, end, [&] { return !is_valid(); });
+  return is_valid();
+}
+
+const detail::Arguments& Context::arguments() const {
+  return *arguments_;
+}
+std::shared_ptr<takt::Participant> Context::participant() {
+  const std::lock_guard lock(mutex_);
+  auto participant = participant_.lock();
+  if (participant == nullptr) {
+    takt::DdsOptions options;
+    options.domain = static_cast<int>(options_.get_domain_id());
+    participant = takt::Participant::create(options);
+    participant_ = participant;
+  }
+  return participant;
+}
+std::shared_ptr<takt::SimulatedClock::Source> Context::time_source() {
+  const std::lock_guard lock(mutex_);
+  auto source = time_source_.lock();
+  if (source == nullptr) {
+    source = std::make_shared<detail::ContextTimeSource>(*this);
+    time_source_ = source;
+  }
+  return source;
+}
+
+void Context::add_waiter(takt::Wakeable& waiter) {
+  const std::lock_guard lock(mutex_);
+  waiters_.push_back(&waiter);
+}
+void Context::remove_waiter(takt::Wakeable& waiter) noexcept {
+  const std::lock_guard lock(mutex_);
+  std::erase(waiters_, &waiter);
+}
+
+namespace contexts {
+DefaultContext::SharedPtr get_global_default_context() {
+  // Never destroyed: objects with static storage use it.
+  static const auto* context = new DefaultContext::SharedPtr(std::make_shared<DefaultContext>());
+  return *context;
+}
+}  // namespace contexts
+
+namespace {
+Context::SharedPtr or_default(Context::SharedPtr context) {
+  return context != nullptr ? std::move(context) : contexts::get_global_default_context();
+}
+}  // namespace
+
+void init(int argc, char const* const* argv, const InitOptions& options,
+          SignalHandlerOptions signals) {
+  contexts::get_global_default_context()->init(argc, argv, options);
+  install_signal_handlers(signals);
+}
+std::vector<std::string> init_and_remove_ros_arguments(int argc, char const* const* argv,
+                                                       const InitOptions& options) {
+  init(argc, argv, options);
+  return remove_ros_arguments(argc, argv);
+}
+std::vector<std::string> remove_ros_arguments(int argc, char const* const* argv) {
+  return detail::parse_arguments(std::vector<std::string>(argv, argv + argc)).rest;
+}
+bool ok(Context::SharedPtr context) {
+  return or_default(std::move(context))->is_valid();
+}
+bool shutdown(Context::SharedPtr context, const std::string& reason) {
+  const bool is_default = context == nullptr;
+  const bool was_valid = or_default(std::move(context))->shutdown(reason);
+  if (is_default) uninstall_signal_handlers();
+  return was_valid;
+}
+void on_shutdown(std::function<void()> callback, Context::SharedPtr context) {
+  or_default(std::move(context))->on_shutdown(std::move(callback));
+}
+bool sleep_for(const std::chrono::nanoseconds& duration, Context::SharedPtr context) {
+  return or_default(std::move(context))->sleep_for(duration);
+}
+
+}  // namespace rclcpp

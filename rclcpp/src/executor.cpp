@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rclcpp/executor.hpp"
+
+#include <algorithm>
+#include <ostream>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "rclcpp/executors.hpp"
+
+namespace rclcpp {
+
+using node_interfaces::NodeBaseInterface;
+
+std::string to_string(FutureReturnCode code) {
+  switch (code) {
+    case FutureReturnCode::SUCCESS:
+      return "SUCCESS (0)";
+    case FutureReturnCode::INTERRUPTED:
+      return "INTERRUPTED (1)";
+    default:
+      return "TIMEOUT (2)";
+  }
+}
+std::ostream& operator<<(std::ostream& stream, FutureReturnCode code) {
+  return stream << to_string(code);
+}
+
+namespace detail {
+bool wait_for(Context& context, std::chrono::nanoseconds timeout,
+              const std::function<bool()>& is_true) {
+  constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(5);
+  const auto end = takt::end_of(timeout, takt::Clock::steady().now());
+  for (;;) {
+    if (is_true()) return true;
+    const auto left = takt::between(takt::Clock::steady().now(), end);
+    if (left <= std::chrono::nanoseconds::zero()) return false;
+    if (!context.sleep_for(std::min(left, kStep))) return false;
+  }
+}
+}  // namespace detail
+
+/// A spin; the second at a time throws.
+class Executor::Spinning {
+ public:
+  Spinning(Executor& executor, const char* function) : executor_(executor) {
+    if (executor_.is_spinning_.exchange(true)) {
+      throw std::runtime_error(std::string(function) + " called while already spinning");
+    }
+  }
+  ~Spinning() { executor_.is_spinning_.store(false); }
+  Spinning(const Spinning&) = delete;
+  Spinning& operator=(const Spinning&) = delete;
+
+ private:
+  Executor& executor_;
+};
+
+Executor::Executor(const ExecutorOptions& options) : Executor(options, "single_threaded") {
+}
+Executor::Executor(const ExecutorOptions& options, const std::string& name,
+                   const takt::ExecutorOptions& how)
+    : context_(options.context), takt_(takt::executors().make(name, how)) {
+  context_->add_waiter(*this);
+}
+Executor::~Executor() {
+  context_->remove_waiter(*this);
+  const std::lock_guard lock(mutex_);
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (node == nullptr) continue;
+    takt_->remove_node(node->takt_node());
+    node->get_associated_with_executor_atomic().store(false);
+  }
+}
+
+void Executor::add_node(NodeBaseInterface::SharedPtr node, bool) {
+  if (node->get_associated_with_executor_atomic().exchange(true)) {
+    throw std::runtime_error(std::string("Node '") + node->get_fully_qualified_name() +
+                             "' has already been added to an executor.");
+  }
+  try {
+    takt_->add_node(node->takt_node());
+  } catch (...) {
+    node->get_associated_with_executor_atomic().store(false);
+    throw;
+  }
+  const std::lock_guard lock(mutex_);
+  std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  nodes_.push_back(node);
+}
+void Executor::add_node(std::shared_ptr<Node> node, bool notify) {
+  add_node(node->get_node_base_interface(), notify);
+}
+void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::erase_if(nodes_, [&](const auto& known) { return known.lock() == node; }) == 0) {
+      throw std::runtime_error("Node needs to be associated with this executor.");
+    }
+  }
+  takt_->remove_node(node->takt_node());
+  node->get_associated_with_executor_atomic().store(false);
+}
+void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
+  remove_node(node->get_node_base_interface(), notify);
+}
+
+void Executor::add_callback_group(CallbackGroup::SharedPtr group, NodeBaseInterface::SharedPtr node,
+                                  bool) {
+  try {
+    takt_->add_callback_group(group, node->takt_node());
+  } catch (const takt::Error& error) {
+    throw std::runtime_error("Callback group has already been added to an executor: " +
+                             std::string(error.what()));
+  }
+  const std::lock_guard lock(mutex_);
+  groups_.emplace_back(std::move(group), node);
+}
+void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
+  NodeBaseInterface::SharedPtr node;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(groups_.begin(), groups_.end(),
+                                    [&](const auto& known) { return known.first == group; });
+    if (found == groups_.end()) {
+      throw std::runtime_error("Callback group needs to be associated with executor.");
+    }
+    node = found->second.lock();
+    groups_.erase(found);
+  }
+  if (node != nullptr) takt_->remove_callback_group(group, node->takt_node());
+}
+std::vector<std::weak_ptr<CallbackGroup>> Executor::get_manually_added_callback_groups() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::weak_ptr<CallbackGroup>> groups;
+  for (const auto& [group, node] : groups_) groups.push_back(group);
+  return groups;
+}
+std::vector<std::weak_ptr<CallbackGroup>> Executor::get_all_callback_groups() {
+  auto groups = get_manually_added_callback_groups();
+  const std::lock_guard lock(mutex_);
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (node == nullptr) continue;
+    node->for_each_callback_group([&](CallbackGroup::SharedPtr group) {
+      if (group->automatically_add_to_executor()) groups.push_back(group);
+    });
+  }
+  return groups;
+}
+
+// Takt's cancel also ends the next spin, so one that is left from an earlier spin may end this one.
+void Executor::spin() {
+  const Spinning spinning(*this, "spin()");
+  while (may_go_on()) takt_->spin();
+}
+void Executor::spin_once(std::chrono::nanoseconds timeout) {
+  const Spinning spinning(*this, "spin_once()");
+  if (may_go_on()) takt_->spin_once(timeout);
+}
+void Executor::spin_some(std::chrono::nanoseconds max_duration) {
+  const Spinning spinning(*this, "spin_some()");
+  if (may_go_on()) takt_->spin_some(max_duration);
+}
+void Executor::spin_all(std::chrono::nanoseconds max_duration) {
+  if (max_duration < std::chrono::nanoseconds::zero()) {
+    throw std::invalid_argument("max_duration must be greater than or equal to 0");
+  }
+  const Spinning spinning(*this, "spin_all()");
+  if (may_go_on()) takt_->spin_all(max_duration);
+}
+void Executor::spin_node_some(NodeBaseInterface::SharedPtr node) {
+  const With with(*this, std::move(node));
+  spin_some();
+}
+void Executor::spin_node_some(std::shared_ptr<Node> node) {
+  spin_node_some(node->get_node_base_interface());
+}
+
+// What completes a std::future cannot wake the executor. Mostly it is one of its callbacks; for
+// others it asks now and then.
+FutureReturnCode Executor::spin_until(const std::function<bool()>& is_ready,
+                                      std::chrono::nanoseconds timeout) {
+  constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(10);
+  if (is_ready()) return FutureReturnCode::SUCCESS;
+  const Spinning spinning(*this, "spin_until_future_complete()");
+  const auto end = takt::end_of(timeout, takt::Clock::steady().now());
+  while (may_go_on()) {
+    const auto left = takt::between(takt::Clock::steady().now(), end);
+    takt_->spin_once(std::clamp(left, std::chrono::nanoseconds::zero(), kStep));
+    if (is_ready()) return FutureReturnCode::SUCCESS;
+    if (left <= std::chrono::nanoseconds::zero()) return FutureReturnCode::TIMEOUT;
+  }
+  return FutureReturnCode::INTERRUPTED;
+}
+
+void Executor::cancel() {
+  if (is_spinning_.exchange(false)) takt_->cancel();
+}
+
+namespace executors {
+namespace {
+std::size_t pool_size(std::size_t wanted) {
+  return wanted != 0 ? wanted : std::max<std::size_t>(std::thread::hardware_concurrency(), 2);
+}
+takt::ExecutorOptions pool(std::size_t threads) {
+  takt::ExecutorOptions options;
+  options.threads.resize(pool_size(threads));
+  return options;
+}
+}  // namespace
+
+MultiThreadedExecutor::MultiThreadedExecutor(const ExecutorOptions& options, std::size_t threads,
+                                             bool, std::chrono::nanoseconds)
+    : Executor(options, "multi_threaded", pool(threads)), threads_(pool_size(threads)) {
+}
+EventsCBGExecutor::EventsCBGExecutor(const ExecutorOptions& options, std::size_t threads,
+                                     std::chrono::nanoseconds)
+    : Executor(options, "events", pool(threads)), threads_(pool_size(threads)) {
+}
+}  // namespace executors
+
+void spin(NodeBaseInterface::SharedPtr node) {
+  ExecutorOptions options;
+  options.context = node->get_context();
+  executors::SingleThreadedExecutor executor(options);
+  executor.add_node(node);
+  executor.spin();
+  executor.remove_node(node);
+}
+void spin(std::shared_ptr<Node> node) {
+  spin(node->get_node_base_interface());
+}
+void spin_some(NodeBaseInterface::SharedPtr node) {
+  ExecutorOptions options;
+  options.context = node->get_context();
+  executors::SingleThreadedExecutor(options).spin_node_some(std::move(node));
+}
+void spin_some(std::shared_ptr<Node> node) {
+  spin_some(node->get_node_base_interface());
+}
+void spin_all(NodeBaseInterface::SharedPtr node, std::chrono::nanoseconds max_duration) {
+  ExecutorOptions options;
+  options.context = node->get_context();
+  executors::SingleThreadedExecutor executor(options);
+  executor.add_node(node);
+  executor.spin_all(max_duration);
+  executor.remove_node(node);
+}
+void spin_all(std::shared_ptr<Node> node, std::chrono::nanoseconds max_duration) {
+  spin_all(node->get_node_base_interface(), max_duration);
+}
+
+}  // namespace rclcpp

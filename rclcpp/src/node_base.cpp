@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "arguments.hpp"
+#include "rclcpp/exceptions/exceptions.hpp"
+#include "rclcpp/node_interfaces/node_base_interface.hpp"
+
+namespace rclcpp::node_interfaces {
+namespace {
+
+using detail::Arguments;
+using detail::RemapRule;
+
+bool is_name(std::string_view token) {
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  return !token.empty() && is_letter(token[0]) &&
+         std::all_of(token.begin(), token.end(),
+                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
+}
+/// "/a/b"; the root is "/".
+bool is_path(std::string_view path) {
+  if (!path.starts_with('/')) return false;
+  path.remove_prefix(1);
+  for (;;) {
+    const auto end = std::min(path.find('/'), path.size());
+    if (!is_name(path.substr(0, end))) return false;
+    if (end == path.size()) return true;
+    path.remove_prefix(end + 1);
+  }
+}
+
+std::string remapped(const Arguments& own, const Arguments& all, RemapRule::Kind kind,
+                     const std::string& node, const std::string& name) {
+  const RemapRule* rule = detail::find_rule(own, all, kind, node);
+  return rule != nullptr ? rule->to : name;
+}
+
+}  // namespace
+
+std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_code,
+                                                         const std::string& space_in_code,
+                                                         const MakeNode& make) const {
+  takt::NodeOptions how = options_.takt().value_or(takt::NodeOptions{});
+  if (!is_name(in_code)) {
+    throw exceptions::InvalidNodeNameError(
+        in_code.c_str(), "it must be of letters, digits and '_', not beginning with a digit");
+  }
+  std::string space =
+      remapped(*own_, global(), RemapRule::Kind::name_space, in_code, space_in_code);
+  if (!how.name_space.empty()) space = how.name_space;
+  if (!space.starts_with('/')) space.insert(0, "/");
+  if (space != "/" && !is_path(space)) {
+    throw exceptions::InvalidNamespaceError(space.c_str(),
+                                            "its parts must be names of letters, digits and '_'");
+  }
+  how.name_space = space == "/" ? "" : space;
+  if (how.name.empty()) {
+    how.name = remapped(*own_, global(), RemapRule::Kind::node_name, in_code, in_code);
+  }
+  how.parameters = parameter_overrides(how.name_space + "/" + how.name);
+  // The others are looked at when they are declared, see NodeParametersInterface.
+  std::erase_if(how.parameters, [](const auto& given) { return given.first != takt::kUseSimTime; });
+  if (how.participant == nullptr) how.participant = options_.context()->participant();
+  if (how.time_source == nullptr) how.time_source = options_.context()->time_source();
+  return make(in_code, how);
+}
+
+NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string& name_space,
+                                     const NodeOptions& options, const MakeNode& make)
+    : options_(options),
+      own_(std::make_unique<const Arguments>(detail::parse_arguments(options.arguments()))) {
+  if (!options_.context()->is_valid() && !options_.takt().has_value()) {
+    throw exceptions::RCLInvalidArgument(
+        RCL_RET_ERROR, "failed to create node '" + name + "': call rclcpp::init before");
+  }
+  node_ = make_node(name, name_space, make);
+  name_space_ = node_->name_space().empty() ? "/" : node_->name_space();
+}
+NodeBaseInterface::~NodeBaseInterface() = default;
+
+const Arguments& NodeBaseInterface::global() const {
+  static const Arguments kNone;
+  return options_.use_global_arguments() ? options_.context()->arguments() : kNone;
+}
+
+CallbackGroup::SharedPtr NodeBaseInterface::create_callback_group(
+    CallbackGroupType type, bool automatically_add_to_executor) {
+  return node_->create_callback_group("group_" + std::to_string(++groups_), type,
+                                      automatically_add_to_executor);
+}
+bool NodeBaseInterface::callback_group_in_node(CallbackGroup::SharedPtr group) {
+  const auto groups = node_->groups();
+  return std::find(groups.begin(), groups.end(), group) != groups.end();
+}
+void NodeBaseInterface::for_each_callback_group(
+    const std::function<void(CallbackGroup::SharedPtr)>& function) {
+  for (const auto& group : node_->groups()) function(group);
+}
+
+std::string NodeBaseInterface::resolve_topic_or_service_name(const std::string& name,
+                                                             bool is_service,
+                                                             bool only_expand) const {
+  std::string resolved = detail::expand_name(name, node_->name(), node_->name_space());
+  if (!only_expand) {
+    resolved = detail::remap_name(*own_, global(), resolved, is_service, node_->name(),
+                                  node_->name_space());
+  }
+  if (is_path(resolved)) return resolved;
+  constexpr const char* kWhy = "its parts must be names of letters, digits and '_'";
+  if (is_service) throw exceptions::InvalidServiceNameError(name.c_str(), kWhy);
+  throw exceptions::InvalidTopicNameError(name.c_str(), kWhy);
+}
+
+std::string NodeBaseInterface::next_timer_name() {
+  return "timer_" + std::to_string(++timers_);
+}
+
+takt::Parameters NodeBaseInterface::parameter_overrides(const std::string& node) const {
+  takt::Parameters overrides;
+  for (const Arguments* arguments : {&global(), own_.get()}) {
+    for (const detail::ParameterRule& rule : arguments->parameters) {
+      if (detail::means_node(rule.node, node)) {
+        overrides.insert_or_assign(rule.name, rule.value);
+      }
+    }
+  }
+  if (options_.takt().has_value()) {
+    for (const auto& [name, value] : options_.takt()->parameters) {
+      overrides.insert_or_assign(name, value);
+    }
+  }
+  for (const Parameter& parameter : options_.parameter_overrides()) {
+    overrides.insert_or_assign(parameter.get_name(), parameter.get_parameter_value().to_takt());
+  }
+  return overrides;
+}
+
+}  // namespace rclcpp::node_interfaces

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rclcpp/subscription.hpp"
+
+#include <algorithm>
+
+namespace rclcpp {
+
+MessageInfo::MessageInfo(const takt::MessageInfo& info) : info_{} {
+  const auto published = info.source_time.time_since_epoch();
+  info_.source_timestamp = std::chrono::nanoseconds(published).count();
+  info_.received_timestamp =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  info_.publication_sequence_number = info_.reception_sequence_number = info.sequence;
+  info_.publisher_gid.implementation_identifier = "takt";
+  std::memcpy(info_.publisher_gid.data, &info.writer, sizeof info.writer);
+  info_.from_intra_process = info.writer == 0;
+}
+
+std::size_t SubscriptionBase::get_publisher_count() const {
+  return static_cast<std::size_t>(
+      std::max<std::int64_t>(takt_->events()->status(takt::MatchedStatus{}).current_count, 0));
+}
+
+bool SubscriptionBase::take_serialized(SerializedMessage& message, MessageInfo& info) {
+  takt::Slot slot;
+  if (!takt_->take(slot)) return false;
+  const takt::HeldMessage held(slot.message);
+  const takt::MessageType& type = *takt_->endpoint().type;
+  if (type.encode == nullptr) refuse("take_serialized for a subscription of encoded messages");
+  takt::ByteBuffer bytes;
+  type.encode(held->payload(), bytes);
+  message = SerializedMessage(bytes.bytes());
+  info = MessageInfo(takt::MessageInfo(slot));
+  return true;
+}
+
+}  // namespace rclcpp

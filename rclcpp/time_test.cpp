@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <future>
+
+#include "takt/messages/rcl_interfaces/msg/log.hpp"
+#include "takt/messages/rosgraph_msgs/msg/clock.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
+
+#include "rclcpp_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using std_msgs::msg::String;
+using SimulatedTime = RclcppTest;
+
+// Time goes on while nobody spins, as /clock has a thread of its own.
+TEST_F(SimulatedTime, FollowsTheTopicClock) {
+  const auto simulator = std::make_shared<Node>("simulator");
+  const auto publisher = simulator->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 10);
+  const auto node =
+      std::make_shared<Node>("node", NodeOptions().append_parameter_override("use_sim_time", true));
+  EXPECT_TRUE(node->get_clock()->ros_time_is_active());
+  EXPECT_EQ(node->now().nanoseconds(), 0);
+  EXPECT_FALSE(simulator->get_clock()->ros_time_is_active());
+  auto sleeper = std::async(
+      std::launch::async, [&] { return node->get_clock()->sleep_until(Time(5, 0, RCL_ROS_TIME)); });
+  int calls = 0;
+  const auto timer = node->create_timer(1s, [&] { ++calls; });
+  rosgraph_msgs::msg::Clock clock;
+  clock.clock.sec = 5;
+  const auto end = std::chrono::steady_clock::now() + kLong;
+  while (sleeper.wait_for(1ms) != std::future_status::ready) {
+    ASSERT_LT(std::chrono::steady_clock::now(), end);
+    publisher->publish(clock);
+  }
+  EXPECT_TRUE(sleeper.get());
+  EXPECT_EQ(node->now().seconds(), 5);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  clock.clock.sec = 7;
+  publisher->publish(clock);
+  EXPECT_TRUE(spin_until(executor, [&] { return calls != 0; }));
+  EXPECT_EQ(calls, 1);  // the missed release is left out
+}
+
+TEST_F(SimulatedTime, ASleepEndsWithTheContext) {
+  const auto node =
+      std::make_shared<Node>("node", NodeOptions().append_parameter_override("use_sim_time", true));
+  auto sleeper = std::async(std::launch::async, [&] {
+    try {
+      return node->get_clock()->sleep_for(Duration(1, 0));
+    } catch (const std::runtime_error&) {  // it began after the shutdown
+      return false;
+    }
+  });
+  shutdown();
+  EXPECT_FALSE(sleeper.get());
+}
+
+using Departures = RclcppTest;
+
+// Programs drop nodes, and parts of them, in callbacks and while another thread spins.
+TEST_F(Departures, ANodeMayGoWhileItIsSpun) {
+  executors::MultiThreadedExecutor executor(ExecutorOptions(), 2);
+  std::thread spinner([&] { executor.spin(); });
+  for (int i = 0; i < 20; ++i) {
+    auto node = std::make_shared<Node>("node", NodeOptions().start_parameter_services(false));
+    std::promise<void> called;
+    std::once_flag once;
+    auto timer =
+        node->create_wall_timer(1ms, [&] { std::call_once(once, [&] { called.set_value(); }); });
+    executor.add_node(node);
+    ASSERT_EQ(called.get_future().wait_for(kLong), std::future_status::ready);
+    timer.reset();
+    node.reset();
+  }
+  executor.cancel();
+  spinner.join();
+}
+
+TEST_F(Departures, ParametersOverrideTheQoSOfATopic) {
+  const auto node = std::make_shared<Node>(
+      "node",
+      NodeOptions()
+          .append_parameter_override("qos_overrides./topic.publisher.depth", 3)
+          .append_parameter_override("qos_overrides./topic.publisher.reliability", "best_effort"));
+  PublisherOptions options;
+  options.qos_overriding_options = QosOverridingOptions::with_default_policies();
+  const auto publisher = node->create_publisher<String>("topic", 10, options);
+  EXPECT_EQ(publisher->get_actual_qos().depth(), 3u);
+  EXPECT_EQ(publisher->get_actual_qos().reliability(), ReliabilityPolicy::BestEffort);
+  const auto second = node->create_publisher<String>("topic", 10, options);  // of the same topic
+  EXPECT_EQ(second->get_actual_qos().depth(), 3u);
+  EXPECT_EQ(node->get_parameter("qos_overrides./topic.publisher.history").as_string(), "keep_last");
+}
+
+TEST_F(Departures, LinesOfALoggerGoToRosout) {
+  const auto node = std::make_shared<Node>("node", "/space");
+  std::vector<std::string> lines;
+  const auto subscription = node->create_subscription<rcl_interfaces::msg::Log>(
+      "/rosout", RosoutQoS(),
+      [&](const rcl_interfaces::msg::Log& line) { lines.push_back(line.name + ": " + line.msg); });
+  RCLCPP_INFO(node->get_logger().get_child("part"), "%d lines", 1);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  EXPECT_TRUE(spin_until(executor, [&] { return !lines.empty(); }));
+  EXPECT_EQ(lines, std::vector<std::string>{"space.node.part: 1 lines"});
+}
+
+}  // namespace
+}  // namespace rclcpp

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/messages/std_msgs/msg/string.hpp"
+
+#include "rclcpp_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using std_msgs::msg::String;
+using Topics = RclcppTest;
+
+String text(const std::string& data) {
+  return String().set__data(data);
+}
+
+// The trap of most ports: std::bind has no operator() with fixed arguments.
+class Listener : public Node {
+ public:
+  Listener() : Node("listener") {
+    using std::placeholders::_1;
+    using std::placeholders::_2;
+    look_ = create_subscription<String>("topic", 10, std::bind(&Listener::look, this, _1));
+    share_ = create_subscription<String>("topic", SensorDataQoS(),
+                                         std::bind(&Listener::share, this, _1));
+    own_ = create_subscription<String>("topic", QoS(KeepLast(5)).reliable(),
+                                       std::bind(&Listener::own, this, _1));
+    change_ = create_subscription<String>("topic", 10, std::bind(&Listener::change, this, _1));
+    inform_ = create_subscription<String>("topic", 10, std::bind(&Listener::inform, this, _1, _2));
+  }
+  std::vector<std::string> heard;
+
+ private:
+  void look(const String& message) const {
+    const_cast<Listener*>(this)->heard.push_back("look " + message.data);
+  }
+  void share(const String::ConstSharedPtr& message) { heard.push_back("share " + message->data); }
+  void own(String::UniquePtr message) { heard.push_back("own " + message->data); }
+  void change(String::SharedPtr message) {
+    message->data += "!";
+    heard.push_back("change " + message->data);
+  }
+  void inform(String::ConstSharedPtr message, const MessageInfo& info) {
+    heard.push_back("inform " + message->data +
+                    (info.get_rmw_message_info().from_intra_process ? "" : " from outside"));
+  }
+  Subscription<String>::SharedPtr look_, share_, own_, change_, inform_;
+};
+
+TEST_F(Topics, MemberFunctionsOfEveryFormAreBound) {
+  const auto listener = std::make_shared<Listener>();
+  const auto publisher = listener->create_publisher<String>("topic", 10);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(listener);
+  publisher->publish(text("a"));
+  ASSERT_TRUE(spin_until(executor, [&] { return listener->heard.size() == 5; }));
+  const std::set<std::string> heard(listener->heard.begin(), listener->heard.end());
+  EXPECT_EQ(heard, (std::set<std::string>{"look a", "share a", "own a", "change a!", "inform a"}));
+}
+
+TEST_F(Topics, ALoneOwnerGetsThePublishedMessageItself) {
+  const auto node = std::make_shared<Node>("node", NodeOptions().use_intra_process_comms(true));
+  const String* received = nullptr;
+  const auto subscription = node->create_subscription<String>(
+      "topic", 10, [&](String::UniquePtr message) { received = message.get(); });
+  const auto publisher = node->create_publisher<String>("topic", 10);
+  auto message = std::make_unique<String>();
+  const String* const sent = message.get();
+  publisher->publish(std::move(message));
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  ASSERT_TRUE(spin_until(executor, [&] { return received != nullptr; }));
+  EXPECT_EQ(received, sent);
+}
+
+TEST_F(Topics, NamesAreExpandedAndRemapped) {
+  const auto node = std::make_shared<Node>(
+      "camera", "/front",
+      NodeOptions().arguments({"--ros-args", "-r", "image:=picture", "-r", "__node:=eye"}));
+  EXPECT_STREQ(node->get_fully_qualified_name(), "/front/eye");
+  EXPECT_STREQ(node->create_publisher<String>("image", 1)->get_topic_name(), "/front/picture");
+  EXPECT_STREQ(node->create_publisher<String>("~/image", 1)->get_topic_name(), "/front/eye/image");
+  EXPECT_STREQ(node->create_publisher<String>("/{node}", 1)->get_topic_name(), "/eye");
+  EXPECT_STREQ(node->create_sub_node("left")->create_publisher<String>("raw", 1)->get_topic_name(),
+               "/front/left/raw");
+  EXPECT_THROW(node->create_publisher<String>("no name", 1), exceptions::InvalidTopicNameError);
+  EXPECT_THROW(std::make_shared<Node>("no name"), exceptions::InvalidNodeNameError);
+}
+
+TEST_F(Topics, MessagesAreTakenWithoutAnExecutor) {
+  const auto node = std::make_shared<Node>("node");
+  SubscriptionOptions options;
+  options.callback_group = node->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
+  const auto subscription = node->create_subscription<String>(
+      "topic", 10, [](const String&) { FAIL(); }, options);
+  const auto publisher = node->create_publisher<String>("topic", 10);
+  WaitSet wait_set({{subscription}});
+  EXPECT_EQ(wait_set.wait(0s).kind(), WaitResultKind::Timeout);
+  publisher->publish(text("a"));
+  const auto result = wait_set.wait(kLong);
+  ASSERT_EQ(result.kind(), WaitResultKind::Ready);
+  EXPECT_NE(result.get_wait_set().get_rcl_wait_set().subscriptions[0], nullptr);
+  String message;
+  MessageInfo info;
+  ASSERT_TRUE(subscription->take(message, info));
+  EXPECT_EQ(message.data, "a");
+  EXPECT_FALSE(subscription->take(message, info));
+}
+
+TEST_F(Topics, SerializedMessagesComeAndGo) {
+  const auto node = std::make_shared<Node>("node");
+  std::string received;
+  const auto subscription =
+      node->create_subscription<String>("topic", 10, [&](std::shared_ptr<SerializedMessage> bytes) {
+        String message;
+        Serialization<String>().deserialize_message(bytes.get(), &message);
+        received = message.data;
+      });
+  SerializedMessage bytes;
+  const String message = text("a");
+  Serialization<String>().serialize_message(&message, &bytes);
+  node->create_publisher<String>("topic", 10)->publish(bytes);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  ASSERT_TRUE(spin_until(executor, [&] { return !received.empty(); }));
+  EXPECT_EQ(received, "a");
+}
+
+}  // namespace
+}  // namespace rclcpp

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rclcpp_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using Values = RclcppTest;
+
+TEST_F(Values, TimesOfTwoKindsOfClocksDoNotMix) {
+  const Time ros(1, 500, RCL_ROS_TIME), system(2, 0);
+  EXPECT_THROW((void)(ros < system), std::runtime_error);
+  EXPECT_THROW((void)(ros - system), std::runtime_error);
+  EXPECT_EQ((system - Time(1, 0)).seconds(), 1.0);
+  EXPECT_THROW((void)(Time(INT64_MAX) + Duration(1, 0)), std::overflow_error);
+  EXPECT_THROW(Time(-1, 0), std::runtime_error);
+  const builtin_interfaces::msg::Time message = ros;
+  EXPECT_EQ(Time(message), ros);
+  EXPECT_EQ(Node("node").now().get_clock_type(), RCL_ROS_TIME);
+  EXPECT_EQ(Duration(1500ms), Duration::from_seconds(1.5));
+}
+
+TEST_F(Values, AnOverrideMustHaveTheTypeOfItsParameter) {
+  const auto node = std::make_shared<Node>(
+      "node", NodeOptions()
+                  .arguments({"--ros-args", "-p", "count:=5", "-p", "gain:=1", "-p", "text:='1'"})
+                  .append_parameter_override("count", 7));
+  EXPECT_EQ(node->declare_parameter("count", 1), 7);
+  EXPECT_THROW(node->declare_parameter("gain", 0.5), exceptions::InvalidParameterTypeException);
+  EXPECT_EQ(node->declare_parameter("text", "0"), "1");
+  EXPECT_THROW(node->declare_parameter("count", 1), exceptions::ParameterAlreadyDeclaredException);
+  EXPECT_THROW(node->declare_parameter("use_sim_time", true),
+               exceptions::ParameterAlreadyDeclaredException);
+  EXPECT_THROW(node->declare_parameter<double>("none"),
+               exceptions::UninitializedStaticallyTypedParameterException);
+  EXPECT_EQ(node->get_parameter("count").as_int(), 7);
+  EXPECT_THROW(node->get_parameter("count").as_double(), exceptions::InvalidParameterTypeException);
+  EXPECT_THROW(node->get_parameter("other"), exceptions::ParameterNotDeclaredException);
+  int value = 3;
+  EXPECT_FALSE(node->get_parameter("other", value));
+  EXPECT_EQ(value, 3);
+  EXPECT_EQ(node->get_parameter_or("other", 4), 4);
+  EXPECT_THROW(node->set_parameter(Parameter("other", 1)),
+               exceptions::ParameterNotDeclaredException);
+}
+
+TEST_F(Values, ACallbackIsKeptByItsHandle) {
+  const auto node = std::make_shared<Node>("node");
+  node->declare_parameter("count", 1);
+  auto handle = node->add_on_set_parameters_callback([](const std::vector<Parameter>& parameters) {
+    rcl_interfaces::msg::SetParametersResult result;
+    result.successful = parameters[0].as_int() < 10;
+    result.reason = "too many";
+    return result;
+  });
+  EXPECT_EQ(node->set_parameter(Parameter("count", 10)).reason, "too many");
+  EXPECT_TRUE(node->set_parameter(Parameter("count", 9)).successful);
+  handle.reset();
+  EXPECT_TRUE(node->set_parameter(Parameter("count", 10)).successful);
+  EXPECT_FALSE(node->set_parameter(Parameter("count", "ten")).successful);
+}
+
+TEST_F(Values, UnknownArgumentsAreRefused) {
+  EXPECT_THROW(Node("node", NodeOptions().arguments({"--ros-args", "--what"})),
+               exceptions::UnknownROSArgsError);
+  const char* const arguments[] = {"program", "--own", "--ros-args", "-r", "a:=b", "--", "x"};
+  EXPECT_EQ(remove_ros_arguments(7, arguments),
+            (std::vector<std::string>{"program", "--own", "x"}));
+}
+
+TEST_F(Values, LoggersTakeTheLevelsOfTheirParents) {
+  const Logger logger = get_logger("values_test"), child = logger.get_child("child");
+  EXPECT_STREQ(child.get_name(), "values_test.child");
+  int evaluated = 0;
+  const auto count = [&] { return ++evaluated; };
+  RCLCPP_DEBUG(child, "%d", count());
+  EXPECT_EQ(evaluated, 0);
+  get_logger("values_test").set_level(Logger::Level::Debug);
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3; ++i) {
+    RCLCPP_DEBUG_ONCE(child, "%d", count());
+    RCLCPP_INFO_STREAM_THROTTLE(child, *std::make_shared<Clock>(), 1'000'000, "x" << count());
+    RCLCPP_WARN_SKIPFIRST(child, "%s %d", "not first", i);
+  }
+  const std::string written = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(evaluated, 2);
+  EXPECT_NE(written.find("[INFO] ["), std::string::npos);
+  EXPECT_NE(written.find("] [values_test.child]: x2\n"), std::string::npos) << written;
+  EXPECT_EQ(written.find("not first 0"), std::string::npos);
+}
+
+TEST_F(Values, AQoSIsMadeInEveryHabit) {
+  EXPECT_EQ(QoS(10).depth(), 10u);
+  EXPECT_EQ(SensorDataQoS().reliability(), ReliabilityPolicy::BestEffort);
+  EXPECT_EQ(QoS(KeepLast(1)).transient_local().durability(), DurabilityPolicy::TransientLocal);
+  const QoS from_c(QoSInitialization::from_rmw(rmw_qos_profile_sensor_data),
+                   rmw_qos_profile_sensor_data);
+  EXPECT_EQ(from_c, SensorDataQoS());
+  const QoS kept = QoS(3).deadline(100ms).lifespan(Duration(2, 0));
+  EXPECT_EQ(QoS::from_takt(kept.to_takt(true)).deadline(), Duration(100ms));
+}
+
+}  // namespace
+}  // namespace rclcpp

@@ -1,0 +1,24 @@
+#!/usr/bin/env python3
+"""A test program that hangs says which test it was, and where its threads are.
+
+usage: watchdog_test.py HANGING
+SPDX-License-Identifier: Apache-2.0
+"""
+import os
+import shutil
+import subprocess
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+done = subprocess.run([sys.argv[1], "--gtest_brief=1"], env={**environment, "TAKT_TEST_SECONDS": "1"},
+                      capture_output=True, text=True, timeout=100)
+said = done.stderr
+check("it ends by a signal", done.returncode < 0 or "Sanitizer" in said, done.returncode, said)
+check("and names its test", "\nhangs in Hanging.JoinsAThreadThatDoesNotEnd\n" in said, said)
+check("with the stacks of both threads", said.count("\nthread ") == 2, said)
+if shutil.which("addr2line", path="/usr/bin"):
+    check("by functions", "Hanging_JoinsAThreadThatDoesNotEnd_Test::TestBody()" in said
+          and "waits_for_ever()" in said, said)
+finish()
