@@ -49,7 +49,7 @@ function(takt_module)
     endif()
     takt_test(${ARG_NAME}_test ${tests})
   endif()
-  if(long_tests)
+  if(long_tests AND TAKT_BUILD_TESTS)
     takt_test(${ARG_NAME}_long_test ${long_tests})
     set_tests_properties(${ARG_NAME}_long_test PROPERTIES LABELS long COST 60)  # begins first
   endif()

@@ -64,7 +64,7 @@ bool ReadySet::has_another() noexcept {
   if (keeps_history_) return has_waiting() || has_announcements();
   for (;;) {
     if (!is_wait_set() || waiting_ == 0) poll();
-    ReadyCallback* const first = scheduler_->pop();
+    ReadyCallback* const first = pop();
     if (first == nullptr) return false;
     Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
     if (exclusion.is_free()) {
@@ -82,7 +82,7 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
   restore_deferred();
   ReadyCallback* first = nullptr;
   ReadyCallback** end = &first;
-  while (ReadyCallback* callback = scheduler_ != nullptr ? scheduler_->pop() : nullptr) {
+  while (ReadyCallback* callback = scheduler_ != nullptr ? pop() : nullptr) {
     callback->next = nullptr;
     *end = callback;
     end = &callback->next;
@@ -102,7 +102,6 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     }
   };
   if (update.scheduler != nullptr) scheduler_.swap(update.scheduler);
-  waiting_ = 0;
   for_each_remaining(first, [this](CallbackRecord& record) { hand_back(&record); });
   for (auto& [exclusion, scheduler, parked] : update.parking) {
     if (scheduler != nullptr) scheduler = exclusion->set_parking(std::move(scheduler));

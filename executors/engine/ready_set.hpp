@@ -170,6 +170,7 @@ class ReadySet {
   static void set_urgency(CallbackRecord& record) noexcept;
   void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
+  ReadyCallback* pop() noexcept;
   void unpark(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more, std::uint32_t ended) noexcept;
   [[gnu::cold, gnu::noinline]] void end_removed(CallbackRecord& record) noexcept;
@@ -216,6 +217,12 @@ inline void ReadySet::hand_back(ReadyCallback* callback) noexcept {
   scheduler_->push(*callback);
 }
 
+inline ReadyCallback* ReadySet::pop() noexcept {
+  ReadyCallback* const first = scheduler_->pop();
+  if (first != nullptr) --waiting_;
+  return first;
+}
+
 inline void ReadySet::push(CallbackRecord& record) noexcept {
   record.window = window_ + windows_ahead_;
   if (record.is_checked) [[unlikely]]
@@ -255,9 +262,8 @@ inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
   } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
     poll();
   }
-  ReadyCallback* first = scheduler_->pop();
+  ReadyCallback* first = pop();
   if (first == nullptr) return nullptr;
-  --waiting_;
   window_ = std::max(window_, first->window);
   return static_cast<CallbackRecord*>(first);
 }
