@@ -70,7 +70,7 @@ for executor in executors:
         compare("loaded, " + executor, loaded(executor))
 refused = subprocess.run([takt, "component", "load", "nobody", "pipeline::Sink"], env=environment,
                          capture_output=True, text=True)
-check("a container that is not there", refused.returncode == 2
+check("a container that is not there", refused.returncode == 1
       and "container 'nobody' was not found" in refused.stderr,
       refused.returncode, refused.stderr)
 finish()

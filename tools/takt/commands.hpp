@@ -7,8 +7,6 @@
 
 namespace takt::tools {
 
-/// Exit statuses of the program.
-inline constexpr int kBadUsage = 2;
 /// Message for an exception that has no what().
 inline constexpr const char* kNoStdException =
     "a callback threw an object that is not a std::exception";

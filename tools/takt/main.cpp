@@ -17,6 +17,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 
 namespace takt::tools {
 namespace {
@@ -91,17 +92,21 @@ int run(int argc, char** argv) {
     return tools::kBadUsage;
   } catch (const Error& error) {
     rt::to_stderr("takt: {}\n", error.what());
-    return tools::kBadUsage;
+    const bool is_usage = dynamic_cast<const tools::UsageError*>(&error) != nullptr;
+    return is_usage ? tools::kBadUsage : tools::status_of_error();
+  } catch (const tools::Interrupted& interruption) {
+    rt::to_stderr("takt: {}\n", interruption.what());
+    return 128 + interruption.signal;
   } catch (const std::bad_alloc&) {
     throw;  // to where nothing is allocated
   } catch (const std::system_error& error) {
     const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
     rt::to_stderr("takt: {}{}\n", error.what(),
                   is_thread ? ": no thread could be started; raise the limit (ulimit -u, -v)" : "");
-    return 1;
+    return tools::kFailed;
   } catch (const std::exception& error) {
     rt::to_stderr("takt: {}\n", error.what());
-    return 1;
+    return tools::kFailed;
   }
 }
 
@@ -123,7 +128,7 @@ int run_in_net(int argc, char** argv) noexcept {
   } catch (...) {
     std::fprintf(stderr, "takt: %s\n", takt::tools::kNoStdException);
   }
-  return 1;
+  return takt::tools::kFailed;
 }
 
 }  // namespace

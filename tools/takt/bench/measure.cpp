@@ -57,7 +57,7 @@ Figures ddsperf_goodput(std::int64_t message_bytes, double seconds, const EndSig
       },
       signals.fd());
   if (const int signal = signals.take(); signal != 0) {
-    throw Interrupted(name_of_signal(signal) + " came");
+    throw Interrupted(signal, "");
   }
   if (mb_s.empty()) throw Error("ddsperf received nothing");
   const double wall_s = rt::us(Clock::steady().now() - start) / 1e6;

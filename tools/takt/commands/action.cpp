@@ -17,6 +17,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "graph/dynamic_client.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
@@ -252,7 +253,7 @@ class GoalRun {
     if (serve([this] { return server_is_ready(); }, options_.timeout,
               [this] { return is_interrupted(); }))
       return;
-    if (signal_ != 0) throw CLI::RuntimeError(128 + signal_);
+    if (signal_ != 0) throw Interrupted(signal_, " before a server did");
     const auto actions = actions_of(observer_.participant()->graph());
     const auto found = actions.find(name_);
     if (found == actions.end()) no_action(name_, actions);
@@ -308,7 +309,7 @@ class GoalRun {
       if (options_.feedback) document["feedback"] = feedbacks_;
       write_json(document, options_.json_path);
     }
-    if (state != GoalState::succeeded) throw CLI::RuntimeError(1);
+    if (state != GoalState::succeeded) throw CLI::RuntimeError(kFailed);
   }
 
   void cancel() {
@@ -327,7 +328,7 @@ class GoalRun {
                   "its server refused, or the goal has just ended");
     }
     print("Goal canceled.\n");
-    throw CLI::RuntimeError(128 + signal_);
+    throw Interrupted(signal_, " before the result");
   }
 
   [[noreturn]] void no_response(const char* request) const {

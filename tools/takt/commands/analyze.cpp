@@ -9,6 +9,7 @@
 #include "analyze/analyzed_file.hpp"
 #include "analyze/sweep.hpp"
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "report.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -82,7 +83,7 @@ void run(const Options& options) {
   }
   if (!options.json.empty()) write_json(document, options.json);
   const bool passes = options.allows_unbounded ? !file.is_contradicted() : file.is_all_guaranteed();
-  if (!passes) throw CLI::RuntimeError(1);
+  if (!passes) throw CLI::RuntimeError(kFailed);
 }
 
 void set_up(CLI::App* command) {

@@ -18,13 +18,15 @@
 #include "takt/base/logger.hpp"
 #include "takt/components/player.hpp"
 #include "takt/components/recorder.hpp"
-#include "takt/executors/spin.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/type_description.hpp"
 #include "takt/ros2/type_description_service.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "graph/type_finder.hpp"
+#include "run/end_signals.hpp"
 #include "run/result_json.hpp"
 #include "time_option.hpp"
 
@@ -48,13 +50,20 @@ struct Options : ObserverOptions {
 };
 
 /// Runs the node until a signal, the end of the duration (0: none), or `is_over`, which is looked
-/// at ten times a second.
+/// at ten times a second. Returns the signal, or 0.
 template <class IsOver>
-void run(const std::shared_ptr<Node>& node, Nanoseconds duration, IsOver is_over) {
+int run(const std::shared_ptr<Node>& node, const EndSignals& signals, Nanoseconds duration,
+        IsOver is_over) {
   Logger::instance().set_level(LogLevel::warn);  // the command itself says what it has done
   const auto executor = executors().make("single_threaded", {.name = "bag"});
-  const auto signals = cancel_on_signals(*executor);
   const auto control = std::make_shared<Node>("control");
+  int signal = 0;
+  const auto take = control->create_file_descriptor(
+      "signals", signals.fd(), FileDescriptorEvents::readable, [&](FileDescriptorEvents) {
+        if ((signal = signals.take()) == 0) return;
+        signals.let_through();  // a second one ends the process
+        executor->cancel();
+      });
   const auto look = control->create_timer("look", 100ms, [&] {
     if (is_over()) executor->cancel();
   });
@@ -65,6 +74,7 @@ void run(const std::shared_ptr<Node>& node, Nanoseconds duration, IsOver is_over
   executor->add_node(node);
   executor->add_node(control);
   executor->spin();
+  return signal;
 }
 
 // ---- record ----
@@ -77,6 +87,7 @@ void record(const Options& options) {
   if (options.topics.empty() && !options.all) {
     throw Error("nothing to record", "name topics, or record all with --all");
   }
+  const EndSignals signals;  // before any thread
   const std::string file = options.file.empty() ? default_file() : options.file;
   const Observer observer(options);
   NodeOptions node;
@@ -86,14 +97,16 @@ void record(const Options& options) {
                      {"discover_ms", kForeverMs},
                      {"compression", options.compression}};
   TypeFinder finder(observer);
-  const auto recorder = std::make_shared<Recorder>(node, [&](const std::string& type) {
+  const auto define = [&](const std::string& type) {
     const MessageType* known = finder.find_here(type);
     return known != nullptr ? message_definition(*known) : "";
-  });
+  };
+  const auto recorder = as_usage([&] { return std::make_shared<Recorder>(node, define); });
   if (options.prints()) {
     rt::to_stderr("recording to {}; Ctrl-C ends it\n", file);
   }
-  run(recorder, options.duration, [&] { return recorder->has_ended(); });
+  const int signal =
+      run(recorder, signals, options.duration, [&] { return recorder->has_ended(); });
   const std::string failure = recorder->complete();
   if (options.prints()) {
     rt::print("{}: {} of {}, {} dropped\n", file, counted(recorder->recorded(), "message"),
@@ -107,6 +120,7 @@ void record(const Options& options) {
                options.json_path);
   }
   if (!failure.empty()) throw Error(failure, "see --compression, or record fewer topics", file);
+  check_complete(signal, /*ends_by_itself=*/options.duration != 0ns);
 }
 
 // ---- play ----
@@ -116,6 +130,7 @@ std::int64_t milliseconds(double seconds) {
 }
 
 void play(const Options& options) {
+  const EndSignals signals;
   const Observer observer(options);
   NodeOptions node;
   node.participant = observer.participant();
@@ -126,13 +141,14 @@ void play(const Options& options) {
                      {"clock", options.clock},
                      {"start_offset_ms", milliseconds(options.start_offset_s)},
                      {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay_s), 1)}};
-  const auto player = std::make_shared<Player>(node);
+  const auto player = as_usage([&] { return std::make_shared<Player>(node); });
   const TypeDescriptionService describes(*player, *player);  // those registered
-  run(player, 0ns, [&] { return player->has_ended(); });
+  const int signal = run(player, signals, 0ns, [&] { return player->has_ended(); });
   if (options.prints()) rt::print("played: {}\n", counted(player->played(), "message"));
   if (!options.json_path.empty()) {
     write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
   }
+  check_complete(signal, /*ends_by_itself=*/!options.loop);
 }
 
 // ---- info ----

@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 #include <numeric>
-#include <stdexcept>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,6 +20,7 @@
 #include "bench/measure.hpp"
 #include "commands.hpp"
 #include "embedded.hpp"
+#include "exit_status.hpp"
 #include "report.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
@@ -46,7 +47,7 @@ json over_runs(const std::string& metric, const std::vector<double>& values) {
 struct Course {
   const EndSignals& signals;
   std::size_t done = 0, total = 0;
-  std::string interrupted;  // why it stopped early; empty: it did not
+  std::optional<Interrupted> interrupted;  // why it stopped early, if so
 };
 
 /// The measurements of one variant in all its runs.
@@ -80,8 +81,8 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
       }
     }
   } catch (const Interrupted& interruption) {
-    course.interrupted = fmt::format("{} when {} of {} runs were complete", interruption.what(),
-                                     course.done, course.total);
+    course.interrupted.emplace(interruption.signal, fmt::format(" when {} of {} runs were complete",
+                                                                course.done, course.total));
   }
   if (shows_progress) rt::clear_line();
   return measured;
@@ -204,6 +205,7 @@ void bench(const BenchOptions& options) {
                               : experiment.name == options.name;
     if (is_meant) chosen.push_back(&experiment);
   }
+  begin_work();
   const EndSignals signals;
   Course course{.signals = signals};
   for (const Experiment* experiment : chosen) {
@@ -217,20 +219,20 @@ void bench(const BenchOptions& options) {
   for (const Experiment* experiment : chosen) {
     document["experiments"].push_back(run(*experiment, options, course));
     if (options.json != "-" && course.done != 0) print(document["experiments"].back());
-    if (!course.interrupted.empty()) break;
+    if (course.interrupted) break;
   }
-  if (options.name == "all" && !options.report.empty() && course.interrupted.empty()) {
+  if (options.name == "all" && !options.report.empty() && !course.interrupted) {
     try {
       document["jitter"] = jitter(options, signals);
       document["timeline"] = timeline(signals);
     } catch (const Interrupted& interruption) {
-      course.interrupted =
-          fmt::format("{} after the last run, before jitter and timeline", interruption.what());
+      course.interrupted.emplace(interruption.signal,
+                                 " after the last run, before jitter and timeline");
     }
   }
   signals.let_through();
-  if (course.done != 0 || course.interrupted.empty()) write(document, options);
-  if (!course.interrupted.empty()) throw std::runtime_error(course.interrupted);
+  if (course.done != 0 || !course.interrupted) write(document, options);
+  if (course.interrupted) throw Interrupted(*course.interrupted);
 }
 
 void set_up(CLI::App* command) {

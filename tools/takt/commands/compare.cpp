@@ -15,6 +15,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "report.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
@@ -263,15 +264,15 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
   return words;
 }
 
-/// Runs all rows in turn for each repeat. Returns the runs, and the reason if some are missing
-/// (empty otherwise).
-std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Options& options) {
+/// Runs all rows in turn for each repeat. Returns the runs, and why some are missing, if so.
+std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& rows,
+                                                    const Options& options) {
   const EndSignals signals;
   json runs = json::array();
   const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
   const bool shows_progress = isatty(STDERR_FILENO) != 0;
   const Nanoseconds asked = parse_run_time(options.duration);
-  std::string interrupted;
+  std::optional<Interrupted> interrupted;
   try {
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
@@ -287,8 +288,8 @@ std::pair<json, std::string> measure(std::vector<Comparison>& rows, const Option
       }
     }
   } catch (const Interrupted& interruption) {
-    interrupted =
-        fmt::format("{} when {} of {} runs were complete", interruption.what(), runs.size(), total);
+    interrupted.emplace(interruption.signal,
+                        fmt::format(" when {} of {} runs were complete", runs.size(), total));
   }
   if (shows_progress) rt::clear_line();
   signals.let_through();
@@ -327,13 +328,14 @@ void compare(const Options& options) {
       }
     }
   }
+  begin_work();
   auto [runs, interrupted] = measure(rows, options);
-  if (runs.empty()) throw std::runtime_error(interrupted);
+  if (runs.empty()) throw Interrupted(*interrupted);
   if (options.json != "-") print(rows, options.repeat);
   const json document = result_document(std::move(runs));
   if (!options.json.empty()) write_json(document, options.json);
   if (!options.report.empty()) write_report(document, options.report);
-  if (!interrupted.empty()) throw std::runtime_error(interrupted);
+  if (interrupted) throw Interrupted(*interrupted);
 }
 
 void set_up(CLI::App* command) {

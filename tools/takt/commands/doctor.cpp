@@ -21,6 +21,7 @@
 
 #include "commands.hpp"
 #include "doctor/rights.hpp"
+#include "exit_status.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::doctor_command {
@@ -370,7 +371,7 @@ void doctor(const std::string& json_file) {
     return finding.verdict == Verdict::bad;
   });
   if (!json_file.empty()) write(findings, json_file);
-  if (is_bad) throw CLI::RuntimeError(1);
+  if (is_bad) throw CLI::RuntimeError(kFailed);
 }
 
 void set_up(CLI::App* command) {

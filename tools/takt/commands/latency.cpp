@@ -23,6 +23,7 @@
 #include "takt/sched/threads/memory_lock.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "latency/cpu_set.hpp"
 #include "latency/output.hpp"
 #include "run/result_json.hpp"
@@ -50,13 +51,13 @@ struct Options {
 };
 
 std::atomic<bool> stop{false};  // by a signal, or a latency above -b
-std::atomic<bool> is_signalled{false};
+std::atomic<int> came{0};       // the first signal
 detail::SignalEcho echo;
 
 // The first one ends the measurement, the second one the process.
 void on_signal(int number) {
   if (echo.is_echo(number)) return;
-  if (is_signalled.exchange(true)) return detail::end_by_signal(number);
+  if (came.exchange(number) != 0) return detail::end_by_signal(number);
   stop.store(true);
 }
 
@@ -176,6 +177,7 @@ void latency(const Options& options) {
   if (!options.duration.empty()) {
     cycles = std::max<std::int64_t>(parse_run_time(options.duration) / cyclic.interval, 1);
   }
+  begin_work();
   Outcome outcome{.threads = options.threads, .load = options.load};
   // Before the measurement, which may take hours.
   const auto note = [&](const std::string& refused) {
@@ -196,6 +198,7 @@ void latency(const Options& options) {
   }
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, on_signal);
   measure(rows, cycles, options, outcome);
+  if (cycles != 0 && came != 0) outcome.return_code = 128 + came;
   if (has_text) {
     const bool has_histogram = options.bins() != 0 && options.histogram_file.empty();
     if (!options.quiet || !has_histogram) print_summary(rows, cyclic, stdout);  // as cyclictest
@@ -217,6 +220,7 @@ void latency(const Options& options) {
     }
   }
   if (!options.json.empty()) write_json(to_json(rows, cyclic, outcome), options.json);
+  check_complete(came, /*ends_by_itself=*/cycles != 0);
 }
 
 /// cyclictest's -t, -a, -S and -d.

@@ -14,6 +14,7 @@
 #include "takt/ros2/parameter_services.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
 #include "graph/parameter_file.hpp"
@@ -359,7 +360,7 @@ void load(const Options& options) {
     }
   }
   write(rows, options);
-  if (is_failed) throw CLI::RuntimeError(1);
+  if (is_failed) throw CLI::RuntimeError(kFailed);
 }
 
 void set_up(CLI::App* command) {

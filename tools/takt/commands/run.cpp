@@ -16,6 +16,7 @@
 #include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
 #include "run/processes.hpp"
@@ -353,6 +354,8 @@ void run(const Options& options) {
                             .words = words_of(options)});
   const auto failed = run.at("failed").get<std::vector<std::string>>();
   run.erase("failed");
+  const int signal = run.at("signal");
+  run.erase("signal");
   run["file"] = options.name.empty() ? options.file : "--name " + options.name;
   run["executor"] = options.executor.empty() ? "file" : options.executor;
   run["scheduler"] = options.scheduler.empty() ? "file" : options.scheduler;
@@ -383,6 +386,7 @@ void run(const Options& options) {
     print_processes(run);
   }
   if (!failed.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(failed, "\n")));
+  check_complete(signal, /*ends_by_itself=*/!options.duration.empty());
 }
 
 void set_up(CLI::App* command) {

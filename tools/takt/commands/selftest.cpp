@@ -16,6 +16,7 @@
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
 #include "run/trace.hpp"
@@ -173,6 +174,7 @@ void selftest(const Options& options) {
                 "run it again for more");
   }
   check_writable(options.json);
+  begin_work();
   const auto [findings, notes, failed] = measure(options);
   if (!options.json.empty()) {
     json rows = json::array();

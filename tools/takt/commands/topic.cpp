@@ -59,7 +59,7 @@ void pub(const Options& options) {
           if (++count == most) observer.stop();
         });
     observer.add(timer);
-    observer.run(options.duration);
+    observer.run(options.duration, /*ends_by_itself=*/most != 0);
   }
   std::this_thread::sleep_for(
       std::chrono::milliseconds(100));  // so that messages in transit arrive

@@ -14,6 +14,8 @@
 #include "takt/base/error.hpp"
 #include "takt/messages/message_types.hpp"
 
+#include "exit_status.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -22,7 +24,9 @@ std::shared_ptr<Participant> join(const ObserverOptions& observer) {
   DdsOptions options{.domain = observer.domain.number()};
   options.ros_graph = observer.form;
   options.shared_memory = SharedMemory::off;  // an observer must not use up the system's chunks
-  return Participant::create(options);
+  auto participant = Participant::create(options);
+  begin_work();
+  return participant;
 }
 
 }  // namespace
@@ -83,14 +87,20 @@ Graph Observer::whole_graph(const std::function<bool(const Graph&)>& is_there) c
   return graph(is_there);
 }
 
-void Observer::run(Nanoseconds duration, Nanoseconds pause) {
+void Observer::run(Nanoseconds duration, bool ends_by_itself, Nanoseconds pause) {
   sigset_t signals;
   sigemptyset(&signals);
   for (const int signal : {SIGINT, SIGTERM}) sigaddset(&signals, signal);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   const int fd = signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+  int came = 0;
   const auto signal = node_->create_file_descriptor("signal", fd, FileDescriptorEvents::readable,
-                                                    [this](FileDescriptorEvents) { stop(); });
+                                                    [&](FileDescriptorEvents) {
+                                                      signalfd_siginfo info{};
+                                                      if (read(fd, &info, sizeof info) <= 0) return;
+                                                      came = static_cast<int>(info.ssi_signo);
+                                                      stop();
+                                                    });
   add(signal);
   std::shared_ptr<Timer> end;
   if (duration != Nanoseconds::zero()) {
@@ -104,6 +114,7 @@ void Observer::run(Nanoseconds duration, Nanoseconds pause) {
     }
     if (has_messages && !is_stopped_) std::this_thread::sleep_for(pause);
   }
+  check_complete(came, ends_by_itself || duration != Nanoseconds::zero());
 }
 
 std::string type_of(const std::vector<GraphEndpoint>& some,

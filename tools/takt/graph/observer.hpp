@@ -48,8 +48,9 @@ class Observer {
   void add(const std::shared_ptr<Entity>& entity) { wait_set_.add(entity); }
   /// Between two batches of messages, so that the observer causes few wake-ups.
   static constexpr Nanoseconds kPause = std::chrono::milliseconds(100);
-  /// Runs for this time (0: no limit), until Ctrl-C, or until stop(). Serves messages in batches.
-  void run(Nanoseconds duration, Nanoseconds pause = kPause);
+  /// Runs for this time (0: no limit), until a signal, or until stop(). Serves messages in batches.
+  /// Throws Interrupted if it would have ended without the signal.
+  void run(Nanoseconds duration, bool ends_by_itself, Nanoseconds pause = kPause);
   void stop() noexcept { is_stopped_ = true; }
 
  private:

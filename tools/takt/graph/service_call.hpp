@@ -19,6 +19,8 @@
 #include "takt/base/error.hpp"
 #include "takt/executors/executor.hpp"
 
+#include "exit_status.hpp"
+
 namespace takt::tools {
 
 /// The full name of a node's service `/name`; the node's leading slash may be missing.
@@ -36,6 +38,7 @@ class Caller {
     DdsOptions options{.domain = domain};
     options.shared_memory = SharedMemory::off;  // joining it costs more than a few requests
     participant_ = Participant::create(options);
+    begin_work();
     node_ = std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
                                    NodeOptions{.participant = participant_});
     executor_->add_node(node_);

@@ -16,6 +16,7 @@
 #include "takt/messages/message_types.hpp"
 #include "takt/messages/type_description_interfaces/srv/get_type_description.hpp"
 
+#include "exit_status.hpp"
 #include "graph/definitions.hpp"
 
 namespace takt::tools {
@@ -64,7 +65,7 @@ std::vector<Announced> announced_types(const Graph& graph) {
     if (known.starts_with(package)) interfaces.insert(interface_of(known));
   }
   const std::vector<std::string> of_package(interfaces.begin(), interfaces.end());
-  throw Error(
+  throw UsageError(
       fmt::format("takt does not know the type {}", name),
       !package.empty() && !of_package.empty()
           ? suggest(name, of_package)

@@ -18,6 +18,7 @@
 #include "takt/containers/process_usage.hpp"
 #include "takt/measuring/rounds.hpp"
 
+#include "exit_status.hpp"
 #include "run/child.hpp"
 #include "run/container_json.hpp"
 #include "run/deliveries.hpp"
@@ -63,13 +64,14 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
   guard.begins();
   Container container(system, overrides);
+  begin_work();  // what the file says could be made
   if (guard.signal() == 0) container.start([] { kill(getpid(), SIGUSR1); });
   // Does what load_node does, without the request, which would add to the measurement.
   for (ComponentDescription& component : later) {
     if (guard.signal() == 0) container.load(std::move(component));
   }
   if (const int signal = guard.signal(); signal != 0 && signal != SIGUSR1) {
-    throw std::runtime_error(name_of_signal(signal) + " arrived before the run had started");
+    throw Interrupted(signal, " before the run had started");
   }
   int end = guard.has_begun();
   container.release();
@@ -81,6 +83,7 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   container.stop();
   json result = process_json(container.result());
   add_topics(result["topics"] = json::array(), system.name, endpoints_json(container));
+  result["signal"] = end == SIGUSR1 ? 0 : end;
   return result;
 }
 
@@ -136,6 +139,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   Supervisor supervisor(processes, options.words, signals);
   const std::vector<json> made = supervisor.hear();
   check_names(made);
+  begin_work();
   supervisor.ask_to_match(count_matches(made));
   supervisor.ask("start");
   supervisor.release();
@@ -175,6 +179,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   if (!all_is_served(states, is_countable)) {
     all.at("notes").push_back("messages were still in transit between processes at the end");
   }
+  all["signal"] = supervisor.signal();
   return all;
 }
 

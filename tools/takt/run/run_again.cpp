@@ -91,7 +91,7 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   close(pipe_ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
-  if (signal != 0) throw Interrupted(name_of_signal(signal) + " came");
+  if (signal != 0) throw Interrupted(signal, "");
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     throw Error(fmt::format("a run ended with status {}",
                             WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),

@@ -3,21 +3,15 @@
 #ifndef TAKT_TOOLS_TAKT_RUN_AGAIN_HPP_
 #define TAKT_TOOLS_TAKT_RUN_AGAIN_HPP_
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "exit_status.hpp"
 #include "run/end_signals.hpp"
 
 namespace takt::tools {
-
-/// Thrown when a signal ended a run before it was complete.
-class Interrupted : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Becomes this program with another command line, `takt WORDS…`. For a child, after fork.
 [[noreturn]] void become_takt(std::vector<std::string> words);

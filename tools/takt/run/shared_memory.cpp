@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "exit_status.hpp"
 #include "json_text.hpp"
 
 namespace takt::tools {
@@ -128,9 +129,12 @@ std::unique_ptr<RoudiProcess> start_roudi(const std::vector<SystemDescription>& 
         return process.dds && process.dds->shared_memory == SharedMemory::require;
       });
   if (!is_required) return nullptr;
+  begin_work();
   return std::make_unique<RoudiProcess>([&] {
     const json said = survey_apart(processes, overrides);
-    if (said.contains("error")) throw Error(said.at("error").get<std::string>());
+    if (said.contains("error")) {
+      throw ConfigurationError(std::vector<std::string>{said.at("error")});
+    }
     std::vector<ChunkPool> pools;
     for (const json& pool : said.at("pools")) pools.push_back({pool.at(0), pool.at(1)});
     return pools;

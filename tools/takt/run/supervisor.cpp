@@ -23,6 +23,7 @@
 
 #include "takt/measuring/output.hpp"
 
+#include "exit_status.hpp"
 #include "run/channel.hpp"
 #include "run/progress.hpp"
 #include "run/run_again.hpp"
@@ -271,8 +272,7 @@ json Supervisor::hear(Child& child) {
 void Supervisor::wait_for(const Child& child) {
   if (const int signal = signals_.take(); signal != 0) {
     hurry();
-    throw std::runtime_error(fmt::format("{} arrived while waiting for process '{}'",
-                                         name_of_signal(signal), child.name));
+    throw Interrupted(signal, fmt::format(" while waiting for process '{}'", child.name));
   }
   if (Clock::steady().now() > limit_) {
     kill(child.pid, SIGKILL);

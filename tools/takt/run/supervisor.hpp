@@ -40,6 +40,8 @@ class Supervisor {
   /// may wait forever for a lock in shared memory that a killed process held.
   void bound_end(bool uses_shared_memory);
 
+  /// The signal that has ended watch(); 0: none.
+  int signal() const noexcept { return signal_; }
   /// Runs for this time, until a signal arrives, or until no child is left. Restarts a child that
   /// ends if its description demands it; the others continue, however long its constructors take.
   void watch(Nanoseconds duration);

@@ -79,9 +79,9 @@ def test_what_is_there():
         check("service list",
               services.get("/sink/get_parameters") == "rcl_interfaces/srv/GetParameters", services)
         test_words_of_ros2()
-        wrong = run("node", "info", "/nobody", status=2)
+        wrong = run("node", "info", "/nobody", status=1)
         check("who is not there", "/front/lidar" in wrong.stderr, wrong.stderr)
-        wrong = run("topic", "hz", "/front/scam", status=2)
+        wrong = run("topic", "hz", "/front/scam", status=1)
         check("what is not there", "did you mean '/front/scan'" in wrong.stderr, wrong.stderr)
 
 
@@ -114,7 +114,7 @@ def test_words_of_ros2():
     check("without values", as_json("service", "call", name, of) == {"values": []})
     for words, message in {("type", "/front/scam"): "did you mean '/front/scan'",
                            ("delay", "/front/scan"): "have no header"}.items():
-        wrong = run("topic", *words, status=2)
+        wrong = run("topic", *words, status=1)
         check(f"topic {words[0]}", message in wrong.stderr, wrong.stderr)
 
 
@@ -152,7 +152,7 @@ def test_messages_are_sent_and_shown():
     wrong = run("topic", "pub", "/x", "visualization_msgs/msg/Markers", "{}", status=2)
     check("all of ROS 2's types are known", "visualization_msgs/msg/Marker" in
           wrong.stderr.replace("visualization_msgs/msg/Markers", ""), wrong.stderr)
-    wrong = run("topic", "pub", "/x", "std_msgs/msg/String", "--max-wait-time-secs", "300ms", status=2)
+    wrong = run("topic", "pub", "/x", "std_msgs/msg/String", "--max-wait-time-secs", "300ms", status=1)
     check("a topic without subscription is reported", "waiting for 1 subscription(s) of '/x'" in wrong.stderr
           and "'/x' has 0 subscriptions after 300ms, not 1" in wrong.stderr, wrong.stderr)
     for words in (["hz", "/x", "--duration", "4 s"], ["pub", "/x", "a/msg/B", "--max-wait-time-secs", "0"]):

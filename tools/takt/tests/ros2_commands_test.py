@@ -115,7 +115,7 @@ def test_values_are_set():
                 ("count", "{a: 1}", "count"), ("flags", "[1, true]", "flags"),
                 ("bytes", "[256]", "give a byte array"),
                 ("fixed", "off", "fixed"), ("no_such", "1", "no_such")]:
-            wrong = run("param", "set", "/other", name, text, status=2)
+            wrong = run("param", "set", "/other", name, text, status=1)
             check(f"{name} {text}: the reason", reason in wrong.stderr and not wrong.stdout,
                   wrong.stderr)
         check("unchanged", value("count") == 7, value("count"))
@@ -130,7 +130,7 @@ def test_values_are_deleted():
         check("and says so", done.stdout == "Deleted parameter successfully\n", done.stdout)
         check("it is gone", "any" not in run("param", "list", "/other").stdout.split())
         for name in ("count", "fixed", "no_such"):
-            wrong = run("param", "delete", "/other", name, status=2)
+            wrong = run("param", "delete", "/other", name, status=1)
             check(f"{name}: the reason", "deleting parameter failed: " in wrong.stderr and name in wrong.stderr,
                   wrong.stderr)
 
@@ -181,18 +181,18 @@ def test_a_dump_is_loaded():
 
 def test_who_has_no_parameters():
     with parameters(), System("silent", [("Mute", "/", "mute")], serves="false"):
-        wrong = run("param", "get", "/front/lidra", "count", status=2)
+        wrong = run("param", "get", "/front/lidra", "count", status=1)
         check("an unknown node", "did you mean '/front/lidar'" in wrong.stderr, wrong.stderr)
-        wrong = run("param", "get", "/front/lidar", "cout", status=2)
+        wrong = run("param", "get", "/front/lidar", "cout", status=1)
         check("an unknown parameter", "did you mean 'count'" in wrong.stderr, wrong.stderr)
-        wrong = run("param", "describe", "/front/lidar", "count", "cout", status=2)
+        wrong = run("param", "describe", "/front/lidar", "count", "cout", status=1)
         check("one of two", "no parameter 'cout'" in wrong.stderr, wrong.stderr)
 
         seen(lambda rows: any(row["service"] == "/mute/list_parameters" for row in rows), "service",
              "list")
-        wrong = run("param", "list", "/mute", "--timeout", "0.5", status=2)
+        wrong = run("param", "list", "/mute", "--timeout", "0.5", status=1)
         check("no answer", "no response from node '/mute' within 500ms" in wrong.stderr, wrong.stderr)
-        wrong = run("param", "list", "--timeout", "1", status=2)
+        wrong = run("param", "list", "--timeout", "1", status=1)
         check("the others are shown", "/front/lidar:\n" in wrong.stdout and "/other:\n" in wrong.stdout
               and "no response from node '/mute' within 1s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
@@ -202,10 +202,10 @@ def test_who_has_no_parameters():
 def test_one_that_does_not_answer():
     with System("robot", [("Stateful", "/", "stateful")]), System("silent", [("Mute", "/", "mute")], serves="false"):
         seen(lambda rows: any(row["service"] == "/mute/change_state" for row in rows), "service", "list")
-        wrong = run("component", "list", status=2)
+        wrong = run("component", "list", status=1)
         check("the other containers are listed", "/stateful" in wrong.stdout and "silent" in wrong.stdout
               and "no response from container 'mute' within 5s" in wrong.stderr, wrong.stdout, wrong.stderr)
-        wrong = run("lifecycle", "list", status=2)
+        wrong = run("lifecycle", "list", status=1)
         check("the other lifecycle nodes are listed", "/stateful" in wrong.stdout and "configure" in wrong.stdout
               and "no response from lifecycle node 'mute' within 5s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
@@ -241,7 +241,7 @@ def test_actions():
         check("action info", text == "Action: /fibonacci\nAction clients: 0\nAction servers: 1\n"
               f"    /counter [{ACTION[1]}]\n", text)
         check("action type", run("action", "type", "/fibonacci").stdout == ACTION[1] + "\n")
-        wrong = run("action", "info", "/fibonaci", status=2)
+        wrong = run("action", "info", "/fibonaci", status=1)
         check("no such action", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
 
         text = goal("{order: 5}", "--feedback").stdout
@@ -258,15 +258,15 @@ def test_actions():
               and row["feedback"] == [row["result"]] and len(row["goal_id"]) == 32, row)
         text = goal("{order: 10}", status=1).stdout
         check("aborted", text.endswith("Goal finished with status: ABORTED\n"), text)
-        wrong = goal("{order: 13}", status=2)
+        wrong = goal("{order: 13}", status=1)
         check("rejected", "action '/fibonacci' rejected the goal" in wrong.stderr, wrong.stderr)
         wrong = goal("{oder: 1}", status=2)
         check("a field that is none", "did you mean 'order'" in wrong.stderr, wrong.stderr)
         wrong = goal("{order: [", status=2)
         check("no YAML", "the message" in wrong.stderr, wrong.stderr)
-        wrong = run("action", "send_goal", "/fibonacci", ACTION[1] + "s", "{}", status=2)
+        wrong = run("action", "send_goal", "/fibonacci", ACTION[1] + "s", "{}", status=1)
         check("a type that is none", "does not know the type" in wrong.stderr, wrong.stderr)
-        wrong = run("action", "send_goal", "/fibonaci", ACTION[1], "{}", "--timeout", "0.5", status=2)
+        wrong = run("action", "send_goal", "/fibonaci", ACTION[1], "{}", "--timeout", "0.5", status=1)
         check("no such server", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
 
 
@@ -297,14 +297,14 @@ def test_a_goal_is_canceled():
         long_goal = LongGoal(12)
         long_goal.process.send_signal(signal.SIGINT)
         status, out, error = long_goal.end()
-        check("a server may refuse", status == 2 and
+        check("a server may refuse", status == 1 and
               "did not cancel the goal" in error, status, out, error)
         long_goal = LongGoal(12)
         server.__exit__()
         status, out, error = long_goal.end()
         # It aborts its goals; whether it still says so before it is gone is decided by the network.
         check("the server goes", status == 1 and out.endswith("Goal finished with status: ABORTED\n") or
-              status == 2 and "the server of action '/fibonacci' has gone" in error, status, out, error)
+              status == 1 and "the server of action '/fibonacci' has gone" in error, status, out, error)
 
 
 def test_help():
@@ -353,14 +353,14 @@ def test_a_component_is_loaded_into_a_container_of_ros2():
         loaded = run(*load, "demo_nodes_cpp", "demo_nodes_cpp::Talker")
         check("with its package", loaded.stdout == "1 demo_nodes_cpp/demo_nodes_cpp::Talker\n",
               loaded.stdout)
-        wrong = run(*load, "demo_nodes_cpp::Talker", status=2)
+        wrong = run(*load, "demo_nodes_cpp::Talker", status=1)
         check("not without, which would end the container",
               "PACKAGE demo_nodes_cpp::Talker" in wrong.stderr, wrong.stderr)
-        wrong = run(*load, "demo_nodes_cpp", "demo_nodes_cpp::Talker", "--executor", "fast", status=2)
+        wrong = run(*load, "demo_nodes_cpp", "demo_nodes_cpp::Talker", "--executor", "fast", status=1)
         check("and without what it does not know", "leave out --executor" in wrong.stderr, wrong.stderr)
         loaded = run("component", "load", "robot", "any_package", "takt::Workload", "--name", "load")
         check("a container of Takt needs no package", loaded.stdout.endswith("/load\n"), loaded.stdout)
-        wrong = run(*load, "any_package", "Crash", status=2)
+        wrong = run(*load, "any_package", "Crash", status=1)
         check("a container that ends is not waited for", "has gone without a response" in wrong.stderr,
               wrong.stderr)
 

@@ -65,7 +65,7 @@ if os.geteuid() == 0:
         fcntl.flock(file, fcntl.LOCK_EX)
         run = start(0, "--duration", "1s")
         said = run.communicate(timeout=60)[0]
-        check("a lock file of another user is an error", run.returncode == 2
+        check("a lock file of another user is an error", run.returncode == 1
               and f"{lock} is not ours: it belongs to user 65534" in said, run.returncode, said)
     os.remove(lock)
 
@@ -74,7 +74,7 @@ with open("/tmp/.takt_roudi_%d.start" % os.geteuid(), "w") as file:
     fcntl.flock(file, fcntl.LOCK_EX)
     run = start(0, "--duration", "1s")
     said = run.communicate(timeout=60)[0]
-    check("a process of our own that hangs with the lock is one, too", run.returncode == 2
+    check("a process of our own that hangs with the lock is one, too", run.returncode == 1
           and "another run holds the lock" in said, run.returncode, said)
 
 # Serves until the first question, and ends instead of an answer.
@@ -165,6 +165,6 @@ environment["PATH"] = folder.name + ":" + environment["PATH"]
 run = start(0)
 said = run.communicate(timeout=100)[0]
 check("a RouDi that dies while it is asked is an error",
-      run.returncode == 2 and "RouDi does not start" in said, run.returncode, said)
+      run.returncode == 1 and "RouDi does not start" in said, run.returncode, said)
 check("and leaves nothing behind", not left_behind(), left_behind())
 finish()

@@ -140,7 +140,7 @@ run.send(signal.SIGINT)
 run.wait("log", "waiting for")
 run.open("slow")
 status = run.end()
-check("one that returns in time is destroyed, and all others are", status == 1
+check("one that returns in time is destroyed, and all others are", status == 128 + signal.SIGINT
       and run.read("sound.gone") and run.read("slow.gone"), status, run.read("log"))
 
 run = Run("dds: {parameter_services: false}\ncontainer:\n  name: one\n  load: index\n  components:\n"
@@ -164,7 +164,7 @@ run.wait("slow.entered", 1)
 run.wait("sound.made", 1)
 run.send(signal.SIGTERM)
 status = run.end()
-check("of several processes the sound ones end by themselves", status == 1
+check("of several processes the sound ones end by themselves", status == 128 + signal.SIGTERM
       and run.read("sound.gone"), status, run.read("log"))
 check("the other one is killed, and named", "killing process 'slow_process'" in run.read("log"),
       run.read("log"))
@@ -182,7 +182,7 @@ for what, first, second in (("a second SIGINT", INT, INT), ("SIGTERM right after
         time.sleep(0.6 if second == first else 0)
         run.send(second)
     status = run.end()
-    check(f"{what} ends all processes though a callback hangs", status == (-KILL if first == KILL else 1)
+    check(f"{what} ends all processes though a callback hangs", status == (-KILL if first == KILL else 128 + second)
           and wait_for_ends(children) and len(children) == 2, status, run.read("log"))
     check("the sound one by its destructors", run.read("sound.gone"), run.read("log"))
 
@@ -272,7 +272,7 @@ for words in (("compare", "FILE", "--executors", "events,single_threaded", *MANY
     said = run.read("log")
     result = json.loads(run.read("result.json") or "{}")
     rows = result.get("runs") or result.get("experiments")
-    check(f"Ctrl-C in takt {words[0]} writes what was measured so far", status == 1 and rows
+    check(f"Ctrl-C in takt {words[0]} writes what was measured so far", status == 128 + signal.SIGINT and rows
           and "SIGINT came when " in said, status, said, rows)
     check("and ends the run that was under way by its destructors",
           len(run.read("sound.gone")) == len(run.read("sound.made")),

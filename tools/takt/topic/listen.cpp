@@ -93,7 +93,7 @@ void echo(const Options& options) {
       });
   TypeFinder finder(observer);
   if (!options.raw) type = &finder.require(listener.type());
-  observer.run(options.duration);
+  observer.run(options.duration, /*ends_by_itself=*/options.count != 0);
   if (file.is_open() && !file.flush()) throw not_written("messages", options.json_path);
 }
 
@@ -142,7 +142,7 @@ void watch(Observer& observer, const Options& options, Show show,
     rt::flush_output();
   });
   observer.add(timer);
-  observer.run(options.duration, pause);
+  observer.run(options.duration, /*ends_by_itself=*/false, pause);
   if (!options.json_path.empty()) write_json(last, options.json_path);
 }
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "exit_status.hpp"
+
+#include <csignal>
+
+#include <fmt/format.h>
+
+#include "run/end_signals.hpp"
+
+namespace takt::tools {
+namespace {
+
+bool works = false;
+
+struct Row {
+  int status;
+  const char* means;
+  const char* examples;
+};
+constexpr Row kTable[] = {
+    {0, "It did what it was asked to do.",
+     "Also when SIGINT (Ctrl-C) or SIGTERM ended in order what has no end of its own: `run`, "
+     "`bag record`, `topic echo`. Also `--help` and `--version`."},
+    {kFailed, "It ran, and something failed.",
+     "A callback threw; a process of the run is missing at the end; rights were refused; a node "
+     "did not answer, or was not found; a goal was rejected; a recording lacks messages, as the "
+     "disk was full; output could not be written; `analyze` found a chain without a guarantee, "
+     "`doctor` a `BAD` setting, `selftest` a `WRONG` figure."},
+    {kBadUsage, "Its words or its files are wrong; it has done nothing.",
+     "An unknown option; an invalid file; a file that cannot be opened."},
+    {128 + SIGINT, "SIGINT ended it before it was complete.",
+     "A signal during the start, a second signal, or one to a command that ends by itself: "
+     "`run --duration`, `compare`, `action send_goal`."},
+    {128 + SIGTERM, "The same for SIGTERM.", "129 for SIGHUP, which closing a terminal sends."},
+};
+
+}  // namespace
+
+void begin_work() noexcept {
+  works = true;
+}
+
+int status_of_error() noexcept {
+  return works ? kFailed : kBadUsage;
+}
+
+Interrupted::Interrupted(int signal_number, const std::string& when)
+    : runtime_error(name_of_signal(signal_number) + " came" + when), signal(signal_number) {
+}
+
+void check_complete(int signal, bool ends_by_itself) {
+  if (signal != 0 && ends_by_itself) throw Interrupted(signal, " before the end");
+}
+
+std::string exit_status_page() {
+  std::string page =
+      "# Exit statuses\n\n"
+      "Each status says the same in every command. `takt help exit-status` prints this page.\n\n"
+      "| status | what it says | for example |\n|---|---|---|\n";
+  for (const Row& row : kTable) {
+    page += fmt::format("| {} | {} | {} |\n", row.status, row.means, row.examples);
+  }
+  return page;
+}
+
+}  // namespace takt::tools
