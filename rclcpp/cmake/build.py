@@ -8,6 +8,7 @@ import graphlib
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import xml.etree.ElementTree as xml
@@ -20,7 +21,13 @@ NEEDED_TO_BUILD = ("depend", "build_depend", "build_export_depend", "buildtool_d
 
 
 class Wrong(Exception):
-    """What is wrong, where, what to do."""
+    """What is wrong with the words or files, where, what to do."""
+    status = 2
+
+
+class Failed(Wrong):
+    """A package does not build."""
+    status = 1
 
 
 class Package:
@@ -97,7 +104,7 @@ def check_needs(packages):
 
 def run(package, what, command):
     if subprocess.run(command, check=False).returncode != 0:
-        raise Wrong(f"{package.name}: {what} has failed; to repeat it: {' '.join(map(str, command))}")
+        raise Failed(f"{package.name}: {what} has failed; to repeat it: {' '.join(map(str, command))}")
 
 
 def build(package, options):
@@ -114,6 +121,7 @@ def build(package, options):
 
 
 def main():
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell sees what has ended it
     parser = argparse.ArgumentParser(
         prog="takt ros2 build", description="Builds packages written for ROS 2, in the order of their package.xml.")
     parser.add_argument("folders", metavar="DIR", nargs="+", type=pathlib.Path,
@@ -142,7 +150,7 @@ def main():
                 build(package, options)
     except Wrong as error:
         print(f"error: {error}", file=sys.stderr)
-        return 1
+        return error.status
     return 0
 
 

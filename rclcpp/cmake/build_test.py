@@ -100,16 +100,19 @@ def test_real_ros2(work):
 def test_folders(work):
     for folder, message in ((work / "none", "is no folder"), (work / "jazzy", "no package.xml is in it")):
         status, _, errors = run(takt, "ros2", "build", folder)
-        check(f"{folder.name}: {message}", status == 1 and message in errors, errors)
+        check(f"{folder.name}: {message}", status == 2 and message in errors, errors)
     for name, need in (("one", "two"), ("two", "one")):
         (work / "circle" / name).mkdir(parents=True)
         (work / "circle" / name / "package.xml").write_text(
             f"<package><name>{name}</name><depend>{need}</depend></package>")
     status, _, errors = run(takt, "ros2", "build", work / "circle")
-    check("packages that need each other are named", status == 1 and "in a circle: " in errors, errors)
+    check("packages that need each other are named", status == 2 and "in a circle: " in errors, errors)
     (work / "circle/two/package.xml").write_text("<package><name>one</name></package>")
     status, _, errors = run(takt, "ros2", "build", work / "circle")
-    check("two packages of one name are named", status == 1 and "two packages are named one" in errors, errors)
+    check("two packages of one name are named", status == 2 and "two packages are named one" in errors, errors)
+    (work / "circle/one/CMakeLists.txt").write_text("message(FATAL_ERROR broken)\n")
+    status, _, errors = run(takt, "ros2", "build", work / "circle/one")
+    check("a package that does not build is named", status == 1 and "one: CMake has failed" in errors, errors)
 
 
 with tempfile.TemporaryDirectory() as folder:

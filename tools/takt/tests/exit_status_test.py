@@ -56,6 +56,7 @@ COMMANDS = {
     "plan": (["good.yaml"], None, ["wrong.yaml"]),
     "random": (["--seed", "1"], None, ["--seed", "a"]),
     "reference": (["config"], None, ["nothing"]),
+    "ros2": (["prefix"], None, ["build", "nowhere"]),
     "rta": ([], None, ["np_fp", "nowhere.json"]),
     "run": (["good.yaml", "--duration", "10ms"], None, ["wrong.yaml"]),
     "selftest": (None, None, ["--duration", "1h"]),
