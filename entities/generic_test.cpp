@@ -97,7 +97,7 @@ TEST_F(GenericTest, WhatIsNoMessageIsDroppedAndCounted) {
   EXPECT_FALSE(called);
   EXPECT_EQ(subscription->lost(), 1u);
   EXPECT_THAT([&] { publisher->publish(bytes.bytes().subspan(4)); },
-              ThrowsMessage<Error>(HasSubstr("no message")));
+              ThrowsMessage<Error>(HasSubstr("that are not a message")));
 }
 
 TEST_F(GenericTest, AnotherTypesNameIsRefused) {

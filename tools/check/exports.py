@@ -21,6 +21,10 @@ OTHERS = {
     "takt::detail::name_of_bounded": "TAKT_MESSAGE calls it",
     "takt::detail::refuse_call": "templates of clients call it",
     "takt::detail::warn_of_ended_calls": "templates of clients call it",
+    "takt::detail::yaml_integer": "to_yaml of every message calls it",
+    "takt::detail::yaml_unsigned": "to_yaml of every message calls it",
+    "takt::detail::yaml_real": "to_yaml of every message calls it",
+    "takt::detail::yaml_text": "to_yaml of every message calls it",
     "takt::detail::refuse_type": "templates of parameters call it",
     "takt::detail::refuse_narrow": "templates of parameters call it",
 }
