@@ -73,6 +73,8 @@ class Oracle {
   const std::vector<std::unique_ptr<Job>>& jobs() const { return finished_; }
 
  private:
+  static constexpr Time kNever = analysis::kUnbounded;
+
   struct Message {
     Time ready;
     std::uint64_t sequence;
@@ -101,8 +103,6 @@ class Oracle {
     Waiting waiting;
     std::vector<std::size_t> busy;  // groups
     std::uint64_t window = 0;
-    std::size_t timekeeper = SIZE_MAX;
-    Time timekeeper_deadline = 0;
     // Of logical execution time: the next end of a period, what is sent then, and of what was taken
     // at the last one, what has not begun.
     Time next_period = 0;
@@ -112,13 +112,12 @@ class Oracle {
   struct Worker {
     std::size_t part = 0;
     bool awake = false, sleeping = false;
+    Time waits_for = kNever;  // the release
     Time wake_time = 0, remaining = 0, awake_since = 0;
     std::unique_ptr<Job> job;
     Time budget = 0, deadline = 0;  // of a reservation
     bool throttled = false;
   };
-
-  static constexpr Time kNever = analysis::kUnbounded;
 
   const analysis::Callback& at(std::size_t callback) const { return system_.callbacks[callback]; }
   static bool is_free(const Part& part, std::size_t group) {
@@ -243,12 +242,7 @@ class Oracle {
       block(worker, part.next_period);
       return false;
     }
-    const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
-    if (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline) {
-      part.timekeeper = index;
-      part.timekeeper_deadline = release;
-      deadline = release;
-    }
+    if (nobody_waits_for_first(part)) deadline = worker.waits_for = part.timers.begin()->first;
     if (part.inbox.empty() && deadline > now_) {
       block(worker, deadline);
       return false;
@@ -261,11 +255,16 @@ class Oracle {
     worker.sleeping = true;
     worker.wake_time = analysis::plus(deadline, system_.overheads.wake);
   }
+  // Whether no worker waits for the first release, or for an earlier one.
+  bool nobody_waits_for_first(const Part& part) const {
+    return !part.timers.empty() && std::none_of(workers_.begin(), workers_.end(), [&](auto& other) {
+      return &parts_[other.part] == &part && other.waits_for <= part.timers.begin()->first;
+    });
+  }
   void end_sleep(std::size_t index) {
     Worker& worker = workers_[index];
-    Part& part = parts_[worker.part];
     worker.sleeping = false;
-    if (part.timekeeper == index) part.timekeeper = SIZE_MAX;
+    worker.waits_for = kNever;
   }
   void wake(std::size_t part) {
     const auto sleeper = std::find_if(workers_.begin(), workers_.end(), [&](const Worker& worker) {
@@ -277,10 +276,7 @@ class Oracle {
   }
   void pass_on(Part& part) {
     if (!is_shared(part)) return;
-    const Time release = part.timers.empty() ? kNever : part.timers.begin()->first;
-    const bool needs_timekeeper =
-        release != kNever && (part.timekeeper == SIZE_MAX || release < part.timekeeper_deadline);
-    if (!part.waiting.is_empty() || !part.inbox.empty() || needs_timekeeper) {
+    if (!part.waiting.is_empty() || !part.inbox.empty() || nobody_waits_for_first(part)) {
       wake(static_cast<std::size_t>(&part - parts_.data()));
     }
   }
@@ -392,15 +388,17 @@ class Oracle {
     const std::uint64_t sequence = ++sequence_;
     const Time arrival = sent.is_inside ? sent.from->arrival : now_;
     state.messages.push_back({now_, sequence, sent.from, arrival, std::move(sent.joined)});
-    bool is_new = true;
-    if (is_from_here && !part.executor->is_wait_set) {
+    const bool is_from_this_worker = is_from_here && !is_shared(part);
+    if (is_from_this_worker && !part.executor->is_wait_set) {
       if (!state.held && !state.queued) hold(part, to, now_, sequence);
-    } else {
-      is_new = announce(part, to, now_, sequence);
+      return;
     }
-    const bool wakes = is_from_here ? is_shared(part) && is_free(part, at(to).group)
-                                    : is_new && !has_periods(part);
-    if (wakes) wake(at(to).executor);
+    // Another worker is of no use for what waits for this callback's group.
+    const bool wakes =
+        is_from_here ? at(sent.from->callback).group != at(to).group : !has_periods(part);
+    if (announce(part, to, now_, sequence) && wakes && !is_from_this_worker) {
+      wake(at(to).executor);
+    }
   }
 
   // ---- What is ready ----
