@@ -89,7 +89,7 @@ status, said, runs = run("    restart: {policy: always, delay: 1ms, most: 2}\n",
 check("but not for ever", "it was restarted 2 times already" in said and status == 1, status, said)
 
 status, said, runs = run("", lambda process, _: process.send_signal(signal.SIGINT), "60s")
-check("one Ctrl-C ends all cleanly", status == 0 and len(runs[0]["processes"]) == 3, status, said)
+check("one Ctrl-C ends all cleanly", status == 130 and len(runs[0]["processes"]) == 3, status, said)
 
 
 # Ends of topics that never find each other are named, and fail the run where the file says so.
