@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "takt/executors/engine/spin_always.hpp"
+
 namespace takt {
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)

@@ -1,4 +1,4 @@
-// The lock around the dispatch of an executor with several workers.
+// The lock around the dispatch of an executor.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_
 #define TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_
@@ -14,15 +14,23 @@ namespace TAKT_INTERNAL detail {
 /// Thread safety and real-time: as PiMutex.
 class DispatchLock {
  public:
+  /// `is_shared`: there are several workers. An only one needs no lock, and none is taken.
+  explicit DispatchLock(bool is_shared) noexcept : is_shared_(is_shared) {}
+
+  bool is_shared() const noexcept { return is_shared_; }
   void lock() noexcept {
-    if (!mutex_.try_lock()) [[unlikely]]
+    if (is_shared_ && !mutex_.try_lock()) [[unlikely]]
       wait();
   }
-  void unlock() noexcept { mutex_.unlock(); }
+  void unlock() noexcept {
+    if (is_shared_) [[unlikely]]
+      mutex_.unlock();
+  }
 
  private:
   void wait() noexcept;
 
+  const bool is_shared_;
   PiMutex mutex_;
 };
 

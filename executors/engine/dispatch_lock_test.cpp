@@ -14,7 +14,7 @@ namespace takt::detail {
 namespace {
 
 TEST(DispatchLock, AWorkerWaitsForTheOneThatIsInside) {
-  DispatchLock lock;
+  DispatchLock lock(true);
   lock.lock();
   std::atomic<bool> begins{false};
   bool is_inside = true;
@@ -32,7 +32,7 @@ TEST(DispatchLock, AWorkerWaitsForTheOneThatIsInside) {
 // Short sections end while others look, those with a yield while they wait in the kernel.
 TEST(DispatchLock, ExcludesWhetherOthersLookOrSleep) {
   constexpr int kWorkers = 3, kRounds = 20'000;
-  DispatchLock lock;
+  DispatchLock lock(true);
   int count = 0;
   {
     std::vector<std::jthread> workers;

@@ -3,431 +3,256 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
+#include <thread>
 
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
-#include "takt/nodes/chain.hpp"
-#include "takt/nodes/chain_join.hpp"
+#include "takt/executors/engine/spin_always.hpp"
+#include "takt/sched/threads/memory_lock.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
+#include "takt/sched/threads/thread_attributes.hpp"
 
 namespace takt {
-thread_local constinit DispatchingExecutor* DispatchingExecutor::worker_of_ = nullptr;
-thread_local constinit DispatchingExecutor::Spin* DispatchingExecutor::spin_of_ = nullptr;
-thread_local constinit TraceRing* DispatchingExecutor::trace_of_ = nullptr;
-thread_local constinit std::size_t DispatchingExecutor::place_ = 0;
-thread_local constinit bool DispatchingExecutor::runs_again_ = false;
+
+using detail::Worker;
+
+namespace {
+
+// With what the traits and the clock say.
+ExecutorOptions effective(ExecutorOptions options, const ExecutorTraits& traits) {
+  if (options.scheduler.empty()) options.scheduler = traits.scheduler;
+  if (options.clock->as_manual() != nullptr)
+    options.spin = options.early_wake = Nanoseconds::zero();
+  return options;
+}
+
+// With names, one for each worker.
+std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
+                                          const ExecutorTraits& traits) {
+  std::vector<ThreadAttributes> threads = options.threads;
+  if (threads.empty()) {
+    threads.resize(traits.pool ? std::max(2u, std::thread::hardware_concurrency()) : 1);
+  }
+  if (threads.size() > traits.max_threads) {
+    throw Error(fmt::format("executor '{}' was given {} threads", options.name, threads.size()),
+                fmt::format("this type takes at most {}", traits.max_threads));
+  }
+  for (std::size_t i = 0; i < threads.size(); ++i) {
+    std::string& name = threads[i].name;
+    if (name.empty()) name = i == 0 ? options.name : fmt::format("{}-{}", options.name, i);
+    threads[i].check();
+  }
+  check_spin(options, threads);
+  return threads;
+}
+
+std::unique_ptr<detail::ServingRule> rule_for(const ExecutorOptions& options,
+                                              const ExecutorTraits& traits) {
+  if (options.per != Isolation::node) {
+    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
+                "leave out `per`, or choose 'isolated'");
+  }
+  const TriggerOptions& trigger = options.trigger;
+  if (!trigger.own && trigger.kind == TriggerOptions::Kind::any &&
+      trigger.let_period == Nanoseconds::zero()) {
+    return nullptr;
+  }
+  if (traits.triggered) return detail::make_serving_rule(options);
+  throw Error(
+      fmt::format("executor '{}' is of a type that no trigger and no period governs", options.name),
+      "leave out `trigger` and `let`, or choose 'triggered'");
+}
+
+}  // namespace
+
+DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
+                                         const ExecutorTraits& traits)
+    : options_(effective(options, traits)),
+      freezes_(traits.frozen),
+      rule_(rule_for(options_, traits)),
+      observation_(options_, rule_.get()),
+      dispatcher_(options_, traits.readiness, threads_for(options, traits), rule_.get(),
+                  observation_),
+      callbacks_(options_, dispatcher_) {
+}
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
 class DispatchingExecutor::Spin {
  public:
-  /// `has_workers`: the calling thread is the only worker. A pool sets it when all its threads
-  /// exist.
-  explicit Spin(DispatchingExecutor& executor, bool has_workers = true) : executor_(executor) {
+  /// Without a handler, the calling thread is the only worker. With one there is a pool, and
+  /// has_workers_ is set when all its threads exist.
+  explicit Spin(DispatchingExecutor& executor, const ExceptionHandler* handler = nullptr)
+      : worker(executor.workers().all().front()), executor_(executor) {
     Logger::instance().start();  // not in the first callback that logs
-    const std::lock_guard lock(executor_.control_mutex_);
-    if (executor_.spinning_.load()) {
-      throw Error("executor '" + executor_.options_.name + "' is spinning already",
-                  "in a callback, make it a coroutine and co_await what it waits for");
-    }
-    if (executor_.backend_ == nullptr) executor_.choose_wait_backend();
-    executor_.backend_->prepare();
-    if (executor_.has_changes_) executor_.publish_update();
-    executor_.spinning_.store(true);
-    executor_.was_spun_ = true;
-    outer_ = std::exchange(worker_of_, &executor_);
-    outer_spin_ = std::exchange(spin_of_, this);
-    outer_place_ = std::exchange(place_, 0);
-    outer_trace_ =
-        std::exchange(trace_of_, executor_.traces_.empty() ? nullptr : executor_.traces_.data());
-    const ReadSection registers_this_thread;
-    executor_.install_update();
-    executor_.ready_.read_clock();
-    executor_.has_just_run_ = false;
-    // Between two spins no thread has waited for file descriptors.
-    if (executor_.watched_.load() != 0) executor_.backend_->look();
-    executor_.has_workers_.store(has_workers);
+    executor.callbacks_.begin_spin(worker, executor.freezes_);
+    executor.dispatcher_.set_handler(handler);
+    executor.has_workers_.store(handler == nullptr);
   }
   ~Spin() {
     executor_.has_workers_.store(false);
-    executor_.backend_->leave(0);
-    const std::lock_guard lock(executor_.control_mutex_);
-    executor_.install_update();
-    worker_of_ = outer_;
-    spin_of_ = outer_spin_;
-    place_ = outer_place_;
-    trace_of_ = outer_trace_;
-    executor_.spinning_.store(false);
+    executor_.dispatcher_.set_handler(nullptr);
+    executor_.workers().backend()->leave(0);
+    executor_.callbacks_.end_spin(worker);
   }
   Spin(const Spin&) = delete;
   Spin& operator=(const Spin&) = delete;
 
   /// Consumes a cancel that arrived before or during the spin; returns true if there was one.
-  bool take_cancel() noexcept { return executor_.cancelled_.exchange(false); }
+  bool take_cancel() noexcept { return executor_.workers().take_stop(); }
 
-  DispatchingExecutor* outer() const noexcept { return outer_; }
-  const Spin* outer_spin() const noexcept { return outer_spin_; }
+  Worker& worker;
 
  private:
   DispatchingExecutor& executor_;
-  DispatchingExecutor* outer_;
-  Spin* outer_spin_;
-  std::size_t outer_place_;
-  TraceRing* outer_trace_;
 };
 
-// ---- Dispatch ----
-
-void DispatchingExecutor::cancel() noexcept {
-  cancelled_.store(true);
-  wake_all();
-}
-
-// Called inside a callback, or by a destructor of a worker's thread that ends: so the lock must be
-// left. Installs the updates of all executors whose callbacks this thread is in.
-void DispatchingExecutor::install_updates_here() noexcept {
-  const Spin* spin = spin_of_;
-  for (DispatchingExecutor* executor = worker_of_; executor != nullptr;) {
-    executor->lock();
-    executor->install_update();
-    executor->unlock();
-    executor = spin != nullptr ? spin->outer() : nullptr;
-    if (spin != nullptr) spin = spin->outer_spin();
-  }
-}
-
-// Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
-// time to time; under a manual clock, which does not watch them, at every dispatch.
-void DispatchingExecutor::look_at_file_descriptors() noexcept {
-  constexpr Nanoseconds kBetweenLooks(50'000);
-  const TimePoint now = options_.clock->now();
-  if (options_.clock->as_manual() == nullptr && now - last_look_ < kBetweenLooks) return;
-  last_look_ = now;
-  backend_->look();
-}
-
-// The lock is held before and after.
-bool DispatchingExecutor::run_next(const ReadySet::Limits& limits) noexcept {
-  install_update();
-  if (watched_.load(std::memory_order_relaxed) != 0) [[unlikely]]
-    look_at_file_descriptors();
-  if (let_ != nullptr) [[unlikely]]
-    return run_period();
-  CallbackRecord* record = ready_.next(limits);
-  if (record == nullptr) [[unlikely]]
-    return false;
-  const ReadyCallback as_picked = *record;
-  const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
-  const bool is_checked = record->is_checked;
-  if (is_checked) [[unlikely]]
-    watch_execution(*record);
-  Slot slot;
-  slot.sequence = as_picked.sequence;
-  const bool is_taken = take(*record, slot);
-  execute(*record, as_picked, picked, is_checked, slot, is_taken, nullptr);
-  return true;
-}
-
-// Called with the lock held, returns without it. From here on a reentrant group's callback may be
-// announced and picked again.
-bool DispatchingExecutor::take(CallbackRecord& record, Slot& slot) noexcept {
-  const bool is_reentrant = record.is_reentrant();
-  bool is_taken;
-  if (is_reentrant && record.takes_briefly) {
-    is_taken = record.entity->take(slot);
-  } else {
-    pass_on();
-    unlock();
-    is_taken = record.entity->take(slot);  // it may decode a long message
-    if (!is_reentrant) return is_taken;
-    lock();
-  }
-  ready_.taken(record, slot.more);
-  pass_on();
-  unlock();
-  return is_taken;
-}
-
-// Runs on the only thread. Publishes the outputs of the period that ends; then takes all inputs of
-// the next one, before any callback runs.
-bool DispatchingExecutor::run_period() noexcept {
-  ready_.read_clock();
-  if (let_->next == TimePoint{}) let_->next = later(ready_.now(), let_->period);
-  if (ready_.now() < let_->next) return false;
-  let_->outputs.publish();
-  const auto missed = (ready_.now() - let_->next) / let_->period;
-  let_->missed += static_cast<std::uint64_t>(missed);
-  let_->next = later(let_->next + missed * let_->period, let_->period);
-  ready_.take_snapshot();
-  // A callback may install an update, which replaces the vector for the next period.
-  const std::shared_ptr<std::vector<Execution>> keeps = let_->taken;
-  std::vector<Execution>& executions = *keeps;
-  executions.clear();
-  while (CallbackRecord* record = ready_.pick({.may_poll = false})) {
-    record->state.retain();
-    Execution& execution = executions.emplace_back(record, *record, record->is_checked);
-    execution.slot.sequence = record->sequence;
-    if (record->is_checked) watch_execution(*record);
-    execution.is_taken = record->entity->take(execution.slot);
-  }
-  for (Execution& execution : executions) {
-    CallbackRecord& record = *execution.record;
-    if (record.state.is_removed()) {  // by one of the callbacks before
-      if (execution.is_taken) record.entity->discard(execution.slot);
-      record.state.release();
-      continue;
-    }
-    record.exclusion->admit(record);
-    record.state.begin();
-    if (record.is_reentrant()) ready_.taken(record, execution.slot.more);
-    // Its input was taken with those of all others, and has waited since.
-    execute(record, execution.as_picked, ready_.now(), execution.is_checked, execution.slot,
-            execution.is_taken, &let_->outputs);
-    record.state.release();
-  }
-  return true;
-}
-
-// Called without the lock, returns with it. `as_picked`, `is_checked`: as the record was when it
-// was picked.
-void DispatchingExecutor::execute(CallbackRecord& record, const ReadyCallback& as_picked,
-                                  TimePoint picked, bool is_checked, Slot& slot, bool taken,
-                                  StagedOutputs* outputs) noexcept {
-  if (taken && AbortedInstances::contains(slot.chain_instance) &&
-      record.entity->kind() == EntityKind::subscription) {
-    discard(record, slot);
-    taken = false;
-  }
-  // A scheduler that looks at times needs no more than when one callback ended and the next one
-  // was picked: on one worker that is one reading.
-  const bool reads_clock = ready_.exact_time();
-  TimePoint start = picked, end = picked;
-  Usage used;
-  if (taken) {
-    const bool is_root = slot.chain_instance == 0;
-    const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
-    const TimePoint root = is_root ? slot.ready_time : slot.root_release;
-    const std::uint64_t path = extend_path(slot.path, record.entity->mark());
-    Dispatch dispatch{as_picked.info, instance, root, path, outputs, record.exclusion.get()};
-    const Dispatch::Scope scope(dispatch);
-    if (is_checked) [[unlikely]]
-      record.supervision->running[place_].chain_instance.store(dispatch.chain_instance);
-    Usage before;
-    if (trace_of_ != nullptr) [[unlikely]]
-      before = usage_of_thread();
-    // Last before the callback: what is done for it, in no cache, belongs to the latency.
-    if (reads_clock && (times_take_ || is_checked) && (is_checked || !starts_at_once(record, slot)))
-        [[unlikely]]
-      start = options_.clock->now();
-    call(record, slot);
-    // Before the user's handlers of limits, and before the wait for the lock.
-    if (reads_clock || is_checked) [[unlikely]]
-      end = options_.clock->now();
-    if (trace_of_ != nullptr) [[unlikely]]
-      used = usage_of_thread() - before;
-    if (is_checked) [[unlikely]]
-      check_limits(record, slot, dispatch, start, end);
-  } else if (is_checked) {
-    record.supervision->running[place_].deadline.store(kNever);
-  }
-  lock();
-  if (taken && options_.statistics != StatisticsLevel::off) ++record.executions;
-  if (reads_clock) [[unlikely]] {
-    if (shared_ || is_checked || !taken) {
-      ready_.read_clock();
-    } else {
-      ready_.set_now(end);
-      has_just_run_ = end - start < kBrief;
-    }
-    // The time of the dispatch was read after the callback before: what came since then, from
-    // another thread, did not wait.
-    picked = std::max(picked, slot.ready_time);
-    start = std::max(start, picked);
-    if (taken && records_times_) record_times(record, slot, picked, start, end);
-    if (taken && trace_of_ != nullptr) trace(record, slot, picked, start, end, used);
-    ready_.report_execution(record, as_picked, end - start);
-  }
-  ready_.finished(record, slot.more);
-}
-
-// Discards a message of an aborted chain instance.
-void DispatchingExecutor::discard(CallbackRecord& record, Slot& slot) noexcept {
-  record.entity->discard(slot);
-  lock();
-  ++record.discarded;
-  unlock();
-}
-
-// The classes late and too late are those of irobot-ros/ros2-performance: of the message's period
-// T, late is more than min(20 % T, 5 ms), too late more than min(T, 50 ms).
-void DispatchingExecutor::record_times(CallbackRecord& record, const Slot& slot, TimePoint picked,
-                                       TimePoint start, TimePoint end) noexcept {
-  CallbackTimes& times = *record.times;
-  times.execution.record(end - start);
-  if (slot.ready_time == TimePoint{}) return;  // sent before any reader needed its time
-  const Nanoseconds latency = start - slot.ready_time;
-  times.latency.record(latency);
-  if (MessageTimes* const parts = record.message_times.get(); parts != nullptr) {
-    parts->waiting.record(picked - slot.ready_time);
-    parts->take.record(start - picked);
-  }
-  const Nanoseconds period = slot.expected_period;
-  if (period == Nanoseconds::zero() || record.is_timer()) return;
-  ++record.counts.with_period;
-  if (latency > std::min<Nanoseconds>(period, std::chrono::milliseconds(50))) {
-    ++record.counts.too_late;
-  } else if (latency > std::min<Nanoseconds>(period / 5, std::chrono::milliseconds(5))) {
-    ++record.counts.late;
-  }
-}
-
-// ---- Spinning ----
-
-void DispatchingExecutor::rethrow() {
-  if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
+void DispatchingExecutor::release_timers(bool released) noexcept {
+  dispatcher_.ready().release_timers(released);
+  observation_.release_timers(released);
+  workers().wake();  // the worker that waits for the first one must look again
 }
 
 // The loop of a worker.
-void DispatchingExecutor::work(std::size_t index) {
-  worker_of_ = this;
-  place_ = index;
-  if (!traces_.empty()) trace_of_ = &traces_[index];
+void DispatchingExecutor::work(Worker& worker) {
+  if (worker.index != 0) worker.enter();
   { const ReadSection registers_this_thread; }
-  backend_->enter(index, threads_[index]);
+  workers().backend()->enter(worker.index, worker.attributes);
   const RealtimeScope scope;
   const Nanoseconds cpu_time = thread_cpu_time();
   const TimePoint start = Clock::steady().now();
-  lock();
-  spin_times_[index] = Nanoseconds::zero();
-  ++workers_;
-  while (!stopping()) {
-    if (!run_next({})) [[unlikely]]
-      wait(index, kNever);
+  {
+    const std::lock_guard lock(dispatcher_.lock());
+    workers().begin(worker);
+    while (!workers().stopping()) {
+      if (!dispatcher_.run_next(worker, {})) [[unlikely]]
+        dispatcher_.wait(worker, kNever);
+    }
+    workers().end();
   }
-  --workers_;
-  unlock();
-  ThreadStatistics& statistics = thread_statistics_[index];
-  if (let_ != nullptr) {
-    let_->outputs.publish();
-    statistics.missed_periods = let_->missed;
-    statistics.dropped_outputs = let_->outputs.dropped();
-  }
+  ThreadStatistics& statistics = observation_.threads()[worker.index];
+  if (rule_ != nullptr) rule_->end(statistics);
   statistics.counters = scope.so_far();
   statistics.cpu_time = thread_cpu_time() - cpu_time;
   statistics.wall_time = Clock::steady().now() - start;
-  statistics.spin_time = std::min(spin_times_[index], statistics.cpu_time);
-  backend_->leave(index);
+  statistics.spin_time = std::min(worker.spin_time, statistics.cpu_time);
+  workers().backend()->leave(worker.index);
 }
 
 void DispatchingExecutor::spin(const ExceptionHandler& handler) {
-  Spin spin(*this, false);
+  Spin spin(*this, &handler);
   if (spin.take_cancel()) return;
-  const auto forget = [this](void*) { handler_ = nullptr; };
-  const std::unique_ptr<void, decltype(forget)> handler_lasts(this, forget);
-  handler_ = handler;
-  thread_statistics_.assign(threads_.size(), {});
+  std::vector<ThreadStatistics>& statistics = observation_.threads();
+  statistics.assign(workers().all().size(), {});
+  const auto start = [this] {
+    has_workers_.store(true);
+    has_workers_.notify_all();
+  };
   {
     std::vector<std::unique_ptr<RealtimeThread>> pool;
     try {
-      for (std::size_t i = 1; i < threads_.size(); ++i) {
-        pool.push_back(std::make_unique<RealtimeThread>(threads_[i], options_.realtime, [this, i] {
-          has_workers_.wait(false);  // nothing runs before all threads exist
-          work(i);
-        }));
-        thread_statistics_[i].asked = threads_[i];
-        thread_statistics_[i].in_force = pool.back()->state();
+      for (Worker& worker : workers().all()) {
+        ThreadStatistics& thread = statistics[worker.index];
+        thread.asked = worker.attributes;
+        if (worker.index == 0) continue;
+        pool.push_back(
+            std::make_unique<RealtimeThread>(worker.attributes, options_.realtime, [this, &worker] {
+              has_workers_.wait(false);
+              work(worker);
+            }));
+        thread.in_force = pool.back()->state();
       }
-      start_worker(0);
+      ThreadStatistics& mine = statistics.front();
+      mine.in_force =
+          options_.threads.empty() ? this_thread_state() : apply(mine.asked, options_.realtime);
+      if (is_realtime(mine.in_force.policy)) prefault_stack();
     } catch (...) {
       cancel();
-      has_workers_.store(true);
-      has_workers_.notify_all();
+      start();
       pool.clear();
       spin.take_cancel();
       throw;
     }
-    has_workers_.store(true);
-    has_workers_.notify_all();
-    work(0);
-    wake_all();
+    start();  // nothing runs before all threads exist
+    work(spin.worker);
+    workers().wake_all();
   }
   spin.take_cancel();
-  rethrow();
+  dispatcher_.rethrow();
+}
+
+// A spin of the calling thread alone, until `step` returns false. Returns true if it was cancelled.
+template <class Step>
+bool DispatchingExecutor::spin_here(Step&& step) {
+  Spin spin(*this);
+  {
+    const std::lock_guard lock(dispatcher_.lock());
+    while (!workers().stopping() && step(spin.worker)) {
+    }
+    dispatcher_.ready().restore_deferred();
+  }
+  const bool was_cancelled = spin.take_cancel();
+  dispatcher_.rethrow();
+  return was_cancelled;
 }
 
 void DispatchingExecutor::spin_once(Nanoseconds timeout) {
-  Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
-  lock();
-  while (!stopping() && !run_next({}) && has_time_left(limit) && wait(0, limit)) {
-  }
-  unlock();
-  spin.take_cancel();
-  rethrow();
+  spin_here([&](Worker& worker) {
+    return !dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit) &&
+           dispatcher_.wait(worker, limit);
+  });
 }
 
 bool DispatchingExecutor::run_one() {
-  Spin spin(*this);
-  lock();
-  const bool has_run = run_next({});
-  unlock();
-  rethrow();
+  bool has_run = false;
+  spin_here([&](Worker& worker) {
+    has_run = dispatcher_.run_next(worker, {});
+    return false;
+  });
   return has_run;
 }
 
+// 0: there is none.
+TimePoint DispatchingExecutor::limit_of(Nanoseconds max_duration) const {
+  return max_duration == Nanoseconds::zero() ? kNever : later(options_.clock->now(), max_duration);
+}
+
 void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
-  Spin spin(*this);
-  if (spin.take_cancel()) return;
-  const TimePoint limit =
-      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
-  lock();
-  // Finishes a snapshot that spin_once has left unfinished, instead of taking another.
-  if (let_ == nullptr) ready_.take_snapshot();
-  const ReadySet::Limits limits{
-      .last_sequence = ready_.is_wait_set() ? UINT64_MAX : next_sequence(), .may_poll = false};
-  while (!stopping() && run_next(limits)) {
-    if (!has_time_left(limit)) break;
-  }
-  ready_.restore_deferred();
-  unlock();
-  spin.take_cancel();
-  rethrow();
+  const TimePoint limit = limit_of(max_duration);
+  std::optional<detail::ReadySet::Limits> limits;
+  spin_here([&](Worker& worker) {
+    if (!limits) {
+      // Finishes a snapshot that spin_once has left unfinished, instead of taking another.
+      dispatcher_.take_snapshot();
+      const bool is_wait_set = dispatcher_.ready().is_wait_set();
+      limits = {.last_sequence = is_wait_set ? UINT64_MAX : next_sequence(), .may_poll = false};
+    }
+    return dispatcher_.run_next(worker, *limits) && dispatcher_.has_time_left(limit);
+  });
 }
 
 void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
-  Spin spin(*this);
-  if (spin.take_cancel()) return;
-  const TimePoint limit =
-      max_duration == Nanoseconds::zero() ? kNever : later(ready_.now(), max_duration);
-  lock();
-  while (!stopping() && run_next({})) {
-    if (!has_time_left(limit)) break;
-  }
-  unlock();
-  spin.take_cancel();
-  rethrow();
-}
-
-// Called with the lock held.
-bool DispatchingExecutor::has_time_left(TimePoint limit) noexcept {
-  if (limit == kNever) return true;
-  ready_.read_clock();
-  return ready_.now() < limit;
+  const TimePoint limit = limit_of(max_duration);
+  spin_here([&](Worker& worker) {
+    return dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit);
+  });
 }
 
 FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
                                                           Nanoseconds timeout) {
-  Spin spin(*this);
   const TimePoint limit = end_of(timeout, options_.clock->now());
-  const FutureState::Waiter waiter(future, *this);
-  lock();
-  while (!stopping() && !future.ready()) {
-    const bool has_run = run_next({});
-    if (!has_time_left(limit) || (!has_run && !wait(0, limit, &future))) break;
-  }
-  unlock();
-  const bool was_cancelled = spin.take_cancel();
-  rethrow();
+  const FutureState::Waiter waiter(future, workers());
+  const bool was_cancelled = spin_here([&](Worker& worker) {
+    if (future.ready()) return false;
+    const bool has_run = dispatcher_.run_next(worker, {});
+    return dispatcher_.has_time_left(limit) &&
+           (has_run || dispatcher_.wait(worker, limit, &future));
+  });
   if (future.ready()) return FutureReturnCode::SUCCESS;
   return was_cancelled ? FutureReturnCode::INTERRUPTED : FutureReturnCode::TIMEOUT;
 }

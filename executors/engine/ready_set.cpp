@@ -17,53 +17,10 @@ constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
 
 }  // namespace
 
-void Trigger::set(std::vector<CallbackRecord*>& callbacks,
-                  std::vector<TriggerInput>& room) noexcept {
-  callbacks_.swap(callbacks);
-  inputs_.swap(room);
-  const auto one =
-      std::find_if(callbacks_.begin(), callbacks_.end(),
-                   [&](const CallbackRecord* record) { return is_called(*record, options_.one); });
-  one_ = one != callbacks_.end() ? *one : nullptr;
-}
-
-bool Trigger::fires() noexcept {
-  const auto is_ready = [](const CallbackRecord* record) {
-    return record->state.state() != RecordState::idle;
-  };
-  if (options_.own) {
-    for (std::size_t i = 0; i < callbacks_.size(); ++i) {
-      inputs_[i] = {callbacks_[i]->supervision->node, callbacks_[i]->supervision->callback,
-                    is_ready(callbacks_[i])};
-    }
-    return options_.own({inputs_.data(), callbacks_.size()});
-  }
-  switch (options_.kind) {
-    case TriggerOptions::Kind::any:
-      return std::any_of(callbacks_.begin(), callbacks_.end(), is_ready);
-    case TriggerOptions::Kind::all:
-      return std::all_of(callbacks_.begin(), callbacks_.end(), is_ready);
-    case TriggerOptions::Kind::one:
-      return one_ != nullptr && is_ready(one_);
-  }
-  return false;
-}
-
-// Once the trigger has fired, the snapshot is served to its end.
-void ReadySet::take_snapshot() noexcept {
-  if (trigger_ == nullptr) {
-    if (!is_wait_set() || waiting_ == 0) poll();
-    return;
-  }
-  if (waiting_ != 0 && is_open()) return;
-  poll();
-  is_open_.store(waiting_ != 0 && trigger_->fires());
-}
-
 bool ReadySet::has_another() noexcept {
-  if (keeps_history_) return has_waiting() || has_announcements();
+  if (keeps_history_) return waiting_ != 0 || in_next_snapshot_ != 0 || !inbox_.empty();
   for (;;) {
-    if (!is_wait_set() || waiting_ == 0) poll();
+    take_snapshot();
     ReadyCallback* const first = pop();
     if (first == nullptr) return false;
     Exclusion& exclusion = *static_cast<CallbackRecord&>(*first).exclusion;
@@ -115,7 +72,6 @@ void ReadySet::install(ScheduleUpdate& update) noexcept {
     exact_time_.store(true, std::memory_order_relaxed);
     for (CallbackRecord* record : update.all) record->entity->attach(*record);  // now with times
   }
-  if (trigger_ != nullptr) trigger_->set(update.all, update.trigger_inputs);
   for (CallbackRecord* record : update.added) {
     if (record->state.is_removed()) continue;
     record->entity->attach(*record);

@@ -17,55 +17,12 @@
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record.hpp"
+#include "takt/executors/engine/schedule_update.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/watchdog.hpp"
 #include "takt/sched/scheduler.hpp"
 
 namespace takt::detail {
-
-/// The condition on which ready callbacks may be served.
-/// Thread safety: none; the executor calls it at dispatch points.
-/// Real-time: nothing blocks or allocates, unless the user's function does.
-class Trigger {
- public:
-  explicit Trigger(const TriggerOptions& options) : options_(options) {}
-
-  /// From here on it evaluates these callbacks; `room` has an input for each.
-  void set(std::vector<CallbackRecord*>& callbacks, std::vector<TriggerInput>& room) noexcept;
-  [[gnu::noinline]] bool fires() noexcept;
-
- private:
-  const TriggerOptions& options_;
-  std::vector<CallbackRecord*> callbacks_;
-  std::vector<TriggerInput> inputs_;
-  const CallbackRecord* one_ = nullptr;  // of Kind::one, while there is such a callback
-};
-
-/// Everything that depends on the set of callbacks. A control thread builds it, with all the memory
-/// that will be needed. The executor installs it at a dispatch point, and leaves in it what it
-/// replaces, which a control thread frees.
-struct ScheduleUpdate {
-  struct Parking {
-    Exclusion* exclusion;
-    std::unique_ptr<Scheduler> scheduler;
-    ReadyCallback* parked = nullptr;  // during the exchange
-  };
-  struct Change {
-    CallbackRecord* record;
-    CallbackSettings settings;
-  };
-  std::unique_ptr<Scheduler> scheduler;  // nullptr, here and for groups: keep the present one
-  std::vector<Parking> parking;
-  std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
-  std::vector<ReadyCallback*> next_snapshot;                  // room for all
-  std::vector<CallbackRecord*> added, removed;
-  std::vector<Change> changed;  // in order: the last one applies
-  std::vector<CallbackRecord*> all;
-  std::vector<TriggerInput> trigger_inputs;            // room for all
-  bool reads_clock = false;                            // from now on
-  std::shared_ptr<std::vector<Execution>> executions;  // with a period: room for all
-  ScheduleUpdate* inbox_next = nullptr;
-};
 
 /// Collects what becomes ready, and gives it out in the order of the scheduler.
 /// Thread safety: announce and has_announcements from any thread; all else is
@@ -74,16 +31,16 @@ struct ScheduleUpdate {
 class ReadySet {
  public:
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
-  /// ran. Otherwise only to look for due timers. `trigger`: the condition for serving a snapshot,
-  /// or nullptr. `keeps_history`: the scheduler must not be asked in vain.
-  ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history,
-           Watchdog* watchdog, Trigger* trigger)
+  /// ran. Otherwise only to look for due timers. `keeps_history`: the scheduler must not be asked
+  /// in vain. `has_period`: nothing is served before open_at, and what arrives wakes nobody.
+  ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, bool has_period,
+           Watchdog* watchdog)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
         clock_(clock),
         watchdog_(watchdog),
-        trigger_(trigger),
         keeps_history_(keeps_history),
+        has_period_(has_period),
         exact_time_(exact_time) {}
 
   /// Whether the clock is read at every dispatch. An update may turn it on.
@@ -96,13 +53,14 @@ class ReadySet {
       return false;  // most announcements of a busy callback end here
     record.announced = arrival;
     inbox_.push(record);
-    return true;
+    return !has_period_;
   }
   /// The worker itself, in a callback, serialised: an entity became ready.
   void announce_from_worker(CallbackRecord& record, Arrival arrival) noexcept {
     if (record.state.make_ready(record.is_announced)) enqueue(record, arrival);
   }
-  bool has_announcements() const noexcept { return !inbox_.empty(); }
+  /// Something for which a worker has to wake up.
+  bool has_announcements() const noexcept { return !has_period_ && !inbox_.empty(); }
 
   /// Installs the update and leaves in it what it replaces.
   void install(ScheduleUpdate& update) noexcept;
@@ -121,9 +79,11 @@ class ReadySet {
   /// parked, as that worker would do.
   [[gnu::noinline]] bool has_another() noexcept;
   /// Takes a snapshot, unless the last one is unfinished.
-  [[gnu::noinline]] void take_snapshot() noexcept;
-  /// Whether the snapshot may be served: it does not wait for a trigger.
-  bool is_open() const noexcept { return is_open_.load(); }
+  void take_snapshot() noexcept {
+    if (!is_wait_set() || waiting_ == 0) poll();
+  }
+  /// Whether the snapshot has callbacks that were not picked.
+  bool has_unfinished() const noexcept { return waiting_ != 0; }
   /// Looks for announcements and due timers: a polling point.
   void poll() noexcept;
 
@@ -143,18 +103,19 @@ class ReadySet {
   /// Gives back what `next` has put aside because of Limits::last_sequence.
   void restore_deferred() noexcept;
 
-  /// Whether something is ready, besides what is in the inbox. It may have to wait for its group.
-  bool has_waiting() const noexcept { return waiting_ != 0 || in_next_snapshot_ != 0; }
   bool is_wait_set() const noexcept { return readiness_ == Readiness::wait_set; }
-  /// When the first timer is due; kNever when there is none.
+  /// When the first timer is due, kNever when there is none; or when the period ends.
   TimePoint next_release() const noexcept {
+    if (has_period_) [[unlikely]]
+      return opens_at_;
     return timers_.empty() || timers_stopped_.load() ? kNever : timers_.front().first;
   }
   /// When a timer may need another worker than the one that wakes up for the first: that one is due
   /// again, or one of another group is due. As far as it is known; kNever when it is not.
   TimePoint release_beside_first() const noexcept;
+  void open_at(TimePoint end_of_period) noexcept { opens_at_ = end_of_period; }
   void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
-  bool timers_are_held() const noexcept { return timers_stopped_.load(std::memory_order_relaxed); }
+  bool timers_are_held() const noexcept { return timers_stopped_.load(); }
 
   /// The time as of the last reading, for callers that just read the clock (full statistics).
   void set_now(TimePoint now) noexcept { now_ = now; }
@@ -188,11 +149,11 @@ class ReadySet {
   const std::uint64_t windows_ahead_;
   Clock& clock_;
   Watchdog* const watchdog_;
-  Trigger* const trigger_;
   const bool keeps_history_;
-  std::atomic<bool> is_open_{true};  // the snapshot may be served; written serialised
-  std::atomic<bool> exact_time_;     // written at a dispatch point
+  const bool has_period_;
+  std::atomic<bool> exact_time_;  // written at a dispatch point
   std::atomic<bool> timers_stopped_{false};
+  TimePoint opens_at_{};
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   // Wait sets: what has become ready since the polling point. An array, as a list would write into
@@ -237,7 +198,7 @@ inline void ReadySet::add_to_next_snapshot(ReadyCallback& callback) noexcept {
 // A worker has found it ready. Its arrival is that of what it takes next.
 inline void ReadySet::enqueue(CallbackRecord& record, Arrival arrival) noexcept {
   if (is_wait_set()) {
-    if (has_announcements()) drain_inbox();  // they came before
+    if (!inbox_.empty()) drain_inbox();  // they came before
     record.arrived(arrival);
     add_to_next_snapshot(record);
   } else {
@@ -247,7 +208,7 @@ inline void ReadySet::enqueue(CallbackRecord& record, Arrival arrival) noexcept 
 }
 
 inline void ReadySet::poll() noexcept {
-  if (has_announcements()) drain_inbox();
+  if (!inbox_.empty()) drain_inbox();
   if (is_wait_set()) {
     ++window_;
     if (in_next_snapshot_ != 0) push_next_snapshot();
@@ -256,12 +217,7 @@ inline void ReadySet::poll() noexcept {
 }
 
 inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
-  if (trigger_ != nullptr) [[unlikely]] {
-    if (limits.may_poll) take_snapshot();
-    if (!is_open()) return nullptr;
-  } else if (limits.may_poll && (!is_wait_set() || waiting_ == 0)) {
-    poll();
-  }
+  if (limits.may_poll) take_snapshot();
   ReadyCallback* first = pop();
   if (first == nullptr) return nullptr;
   window_ = std::max(window_, first->window);

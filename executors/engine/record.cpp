@@ -1,14 +1,123 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/record.hpp"
 
+#include <mutex>
+#include <utility>
+
+#include "takt/executors/engine/callbacks.hpp"
+#include "takt/executors/engine/dispatcher.hpp"
 #include "takt/executors/engine/wait_in_callback.hpp"
+#include "takt/nodes/callback_info.hpp"
 
 namespace takt::detail {
+
+CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of,
+                               const Node& its_node, const CallbackParameters& parameters)
+    : dispatcher(by),
+      callbacks(owner),
+      entity(std::move(of)),
+      group(entity->group()),
+      takes_briefly(entity->takes_briefly()),
+      supervision(std::make_shared<Supervision>(by.workers().all().size())),
+      node(its_node.fully_qualified_name()) {
+  supervision->node = node;
+  supervision->callback = entity->name();
+  supervision->on_deadline_miss = parameters.on_deadline_miss;
+  supervision->on_overrun = parameters.on_overrun;
+  if (!by.observation().records_times()) return;
+  times = std::make_unique<CallbackTimes>();  // now, as nothing is allocated when they are filled
+  if (has_message_times(entity->kind())) message_times = std::make_unique<MessageTimes>();
+}
+
+// ---- As a sink ----
+
+void CallbackRecord::announce(Arrival arrival) noexcept {
+  dispatcher.announce(*this, arrival);
+}
+
+bool CallbackRecord::takes_here() const noexcept {
+  return dispatcher.is_only_worker();
+}
+
+void CallbackRecord::release_changed() noexcept {
+  if (dispatcher.ready().announce(*this, {})) dispatcher.workers().wake();
+}
+
+bool CallbackRecord::wants_time() const noexcept {
+  return dispatcher.ready().exact_time();
+}
+
+void CallbackRecord::remove() noexcept {
+  callbacks.remove({this});
+}
+
+void CallbackRecord::expect_remove() noexcept {
+  expect_wait();
+  entity->add_earlier_owner(*this);
+}
+
+void CallbackRecord::expect_wait() noexcept {
+  callbacks.removals().expect();
+  state.retain();
+}
+
+void CallbackRecord::wait_for_removal() noexcept {
+  Removals& removals = callbacks.removals();
+  wait_until_over();
+  detach();
+  state.release();
+  removals.are_over(1);
+}
+
+// ---- The end of its life ----
 
 void CallbackRecord::notify_over() noexcept {
   state.notify_over();
   WaitInCallback::notify_progress();
 }
+
+void CallbackRecord::remove_at_rest() noexcept {
+  state.remove(is_announced);
+  notify_over();
+}
+
+// A callback that removes itself does not wait: the removal is complete when it returns. Of
+// callbacks that remove each other, one must not wait. A thread that waits inside a callback may be
+// the only one that can install an update for which another thread waits: one of its own executor,
+// or of the executor of an outer callback.
+void CallbackRecord::wait_until_over() const noexcept {
+  if (Worker::current() == nullptr) return state.wait_until_over();
+  const WaitInCallback wait(*this);
+  for (;;) {
+    const std::uint32_t seen = WaitInCallback::progress();
+    Dispatcher::install_updates_here();
+    if (state.is_over() || (wait.is_for_itself() && state.is_removed())) return;
+    WaitInCallback::wait_for_progress(seen);
+  }
+}
+
+// A thread that is preempted here delays others only for that time.
+void CallbackRecord::detach() noexcept {
+  if (!state.begin_to_detach()) return state.wait_until_detached();
+  entity->detach();
+  state.set_detached();
+}
+
+bool CallbackRecord::may_be_freed() noexcept {
+  const std::lock_guard ownership(ownership_mutex());
+  if (!state.is_unused()) return false;
+  forget_earlier_owner();
+  return true;
+}
+
+std::shared_ptr<Entity> CallbackRecord::release_entity() noexcept {
+  if (entity == nullptr) return nullptr;
+  const std::lock_guard ownership(ownership_mutex());
+  forget_earlier_owner();
+  return std::move(entity);
+}
+
+// ---- What it says ----
 
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
   const std::string_view node = std::string_view(record.supervision->node).substr(1);
@@ -18,6 +127,14 @@ bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
     return false;
   name.remove_prefix(node.size() + 1);
   return name == callback || (callback.starts_with('/') && name == callback.substr(1));
+}
+
+CallbackSettings settings_of(const CallbackRecord& record, const Node& node) {
+  CallbackSettings settings = record.wanted;
+  settings.overrun =
+      node.callback_parameters(*record.entity).overrun.value_or(OverrunPolicy::catch_up);
+  settings.info = callback_info(node, *record.entity, record.wanted.info);
+  return settings;
 }
 
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept {

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -18,6 +19,9 @@
 #include "takt/sched/scheduler.hpp"
 
 namespace takt::detail {
+
+class Callbacks;
+class Dispatcher;
 
 /// The effective parameters of a callback. They may change at a dispatch point.
 struct CallbackSettings {
@@ -65,7 +69,13 @@ static_assert(sizeof(DispatchState) == 64);
 
 /// All that an executor keeps of one entity. A control thread creates it when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
-struct CallbackRecord : DispatchState, Sink {
+struct CallbackRecord final : DispatchState, Sink {
+  CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of, const Node& node,
+                 const CallbackParameters& parameters);
+  ~CallbackRecord() { release_entity(); }
+
+  Dispatcher& dispatcher;
+  Callbacks& callbacks;
   std::shared_ptr<Entity> entity;
   std::shared_ptr<CallbackGroup> group;
   std::shared_ptr<Exclusion> exclusion;  // shared by the group
@@ -79,6 +89,10 @@ struct CallbackRecord : DispatchState, Sink {
   // Where statistics are full; the second one of what takes messages.
   std::unique_ptr<CallbackTimes> times;
   std::unique_ptr<MessageTimes> message_times;
+  // Guarded by the mutex of the callbacks.
+  CallbackSettings wanted;      // from the next update on
+  bool is_handed_over = false;  // to the ready set, by an update
+  bool is_watched = false;      // its file descriptor
 
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) CallbackCounts counts;
@@ -95,9 +109,38 @@ struct CallbackRecord : DispatchState, Sink {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
+  // As a sink.
+  void announce(Arrival arrival) noexcept override;
+  bool takes_here() const noexcept override;
+  void release_changed() noexcept override;
+  void remove() noexcept override;
+  void expect_remove() noexcept override;
+  void expect_wait() noexcept override;
+  void wait_for_removal() noexcept override;
+  bool is_detached() const noexcept override { return state.is_detached(); }
+  bool wants_time() const noexcept override;
+
+  // The end of its life.
+
   /// It is removed, and no execution is left: its removers go on.
   [[gnu::cold, gnu::noinline]] void notify_over() noexcept;
+  /// It was never handed over, or no thread spins: so no execution is left.
+  void remove_at_rest() noexcept;
+  /// Waits until it is removed, and no execution is left; but see the source.
+  void wait_until_over() const noexcept;
+  /// The first thread detaches the entity, the others wait for that.
+  void detach() noexcept;
+  /// True: no thread uses the record, and none begins to wait for it any more.
+  bool may_be_freed() noexcept;
+  /// As the destructor does.
+  std::shared_ptr<Entity> release_entity() noexcept;
+  /// With ownership_mutex held.
+  void forget_earlier_owner() noexcept {
+    if (entity != nullptr) entity->forget_earlier_owner(*this);
+  }
+
   CallbackId id() const noexcept { return settings.info.id; }
+  CallbackId key() const noexcept { return wanted.info.id; }  // the same, for control threads
   bool is_described_by(const CallbackInfo* of) const noexcept {
     return of == &settings.info || of == &demoted_info;
   }
@@ -108,24 +151,29 @@ struct CallbackRecord : DispatchState, Sink {
   }
   bool is_timer() const noexcept { return settings.info.kind == EntityKind::timer; }
   bool is_reentrant() const noexcept { return exclusion->is_reentrant(); }
-
- protected:
-  ~CallbackRecord() = default;
 };
 
-/// A callback whose input is taken and which has not run yet.
+using CallbackRecords = std::map<CallbackId, std::unique_ptr<CallbackRecord>>;  // as registered
+using RemovedRecords = std::vector<std::unique_ptr<CallbackRecord>>;
+
+/// What a worker knows of a callback from when it has picked it until it has run.
 struct Execution {
-  Execution(CallbackRecord* of, const ReadyCallback& picked, bool checked)
-      : record(of), as_picked(picked), is_checked(checked) {}
+  explicit Execution(CallbackRecord& picked)
+      : record(&picked), as_picked(picked), is_checked(picked.is_checked) {
+    slot.sequence = picked.sequence;
+  }
   CallbackRecord* record;
   ReadyCallback as_picked;
-  bool is_checked;
-  Slot slot;
+  bool is_checked;  // when it was picked
   bool is_taken = false;
+  Slot slot;
 };
 
 /// Whether this is the record's name: "node/callback", with or without the first slash of either.
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept;
+
+/// The wanted settings, with the parameters that the callback has in its node now.
+CallbackSettings settings_of(const CallbackRecord& record, const Node& node);
 
 /// Whether each execution has limits to keep, or is measured as part of a chain.
 bool must_be_checked(const CallbackRecord& record, const CallbackSettings& settings) noexcept;

@@ -47,6 +47,17 @@ void check_beside(const ThreadAttributes& thread, const ThreadAttributes& other)
 
 }  // namespace
 
+void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads) {
+  const auto check = [&](const char* option, Nanoseconds time) {
+    if (time >= Nanoseconds::zero() && time <= kMostSpin) return;
+    throw Error(fmt::format("executor '{}': {} is {} ns", options.name, option, time.count()),
+                fmt::format("write 0 to {} ns", kMostSpin.count()));
+  };
+  check("early_wake", options.early_wake);
+  if (options.spin == kSpinAlways) return check_spin_always(threads);
+  check("spin", options.spin);
+}
+
 void check_spin_always(std::span<const ThreadAttributes> spinning,
                        std::span<const ThreadAttributes> others) {
   check_spin_always(spinning, others, static_cast<std::size_t>(sysconf(_SC_NPROCESSORS_ONLN)));

@@ -1,4 +1,4 @@
-// What `spin: always` needs: CPUs of its own.
+// What `spin` and `early_wake` may be; and what `spin: always` needs: CPUs of its own.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
 #define TAKT_EXECUTORS_ENGINE_SPIN_ALWAYS_HPP_
@@ -7,9 +7,14 @@
 #include <span>
 
 #include "takt/base/visibility.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
 namespace TAKT_INTERNAL takt {
+
+/// Throws Error if `spin` or `early_wake` is out of its limits, or if these threads, instead of
+/// those of the options, cannot spin always.
+void check_spin(const ExecutorOptions& options, std::span<const ThreadAttributes> threads);
 
 /// Checks the threads that never sleep; `others` are those that do. None may have SCHED_DEADLINE,
 /// whose runtime it would use up. One that nothing can preempt starves what else is on its CPU, so

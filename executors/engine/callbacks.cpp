@@ -1,0 +1,491 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/callbacks.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/logger.hpp"
+
+namespace takt::detail {
+
+Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher)
+    : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options.scheduler) {
+  if (options.watchdog != nullptr) options.watchdog->add(*this);
+}
+
+Callbacks::~Callbacks() {
+  if (options_.watchdog != nullptr) options_.watchdog->remove(*this);
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) node->remove_listener(*this);
+  }
+  std::vector<Record*> mine;
+  {
+    const std::lock_guard lock(mutex_);
+    dispatcher_.observation().end();
+    for (const auto& [id, record] : records_) {
+      if (claim_removal(*record)) mine.push_back(record.get());
+    }
+  }
+  remove(mine);
+  // Until no thread removes a callback or waits for a removal. From then on none begins to wait: a
+  // thread that drops a handle later finds no record.
+  for (bool is_over = false; !is_over;) {
+    removals_.wait();
+    const std::lock_guard lock(mutex_);
+    const std::lock_guard ownership(ownership_mutex());
+    is_over = !removals_.are_expected();
+    if (!is_over) continue;
+    for (const auto& record : removed_) record->forget_earlier_owner();
+  }
+  for (const auto& weak : nodes_) {
+    if (const auto node = weak.lock()) {
+      for (const auto& group : node->groups()) group->release(this);
+      node->release(this);
+    }
+  }
+  dispatcher_.updates().take_back();
+  take_unused();
+}
+
+// ---- Adding ----
+
+void Callbacks::refuse_when_frozen(const char* what) const {
+  const std::lock_guard lock(mutex_);
+  if (is_frozen_) {
+    throw Error(fmt::format("executor '{}' is static: nothing can be {} after its first spin",
+                            options_.name, what),
+                "do it before, or choose 'single_threaded'");
+  }
+}
+
+void Callbacks::add_node(const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("added");
+  if (!node->claim(this)) {
+    throw Error("node '" + node->fully_qualified_name() + "' belongs to an executor already",
+                "remove it there first");
+  }
+  listen_to(node);
+  try {
+    for (const auto& group : node->groups()) {
+      if (group->automatically_add_to_executor() && group->claim(this)) add_group(group, *node);
+    }
+  } catch (...) {
+    remove_node(node);
+    throw;
+  }
+  if (!node->belongs_to(this)) release_groups(node->groups(), *node);  // removed meanwhile
+}
+
+void Callbacks::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                   const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("added");
+  const auto groups = node->groups();
+  if (std::find(groups.begin(), groups.end(), group) == groups.end()) {
+    throw Error(fmt::format("callback group '{}' is not one of node '{}'", group->name(),
+                            node->fully_qualified_name()));
+  }
+  if (!group->claim(this)) {
+    throw Error(fmt::format("callback group '{}' of node '{}' belongs to an executor already",
+                            group->name(), node->fully_qualified_name()),
+                "remove it there first");
+  }
+  listen_to(node);
+  try {
+    add_group(group, *node);
+  } catch (...) {
+    release_groups({group}, *node);
+    throw;
+  }
+}
+
+void Callbacks::listen_to(const std::shared_ptr<Node>& node) {
+  node->add_listener(*this);
+  const std::lock_guard lock(mutex_);
+  if (!nodes_.empty() && !nodes_.back().owner_before(node) && !node.owner_before(nodes_.back())) {
+    return;  // another group of the same node
+  }
+  if (nodes_.size() == nodes_.capacity()) {  // rarely, so that n nodes cost O(n)
+    std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
+  }
+  nodes_.push_back(node);
+}
+
+void Callbacks::add_group(const std::shared_ptr<CallbackGroup>& group, const Node& node) {
+  for (const auto& entity : node.entities()) {
+    if (entity->group() == group) add_entity(entity, node);
+  }
+}
+
+void Callbacks::group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) {
+  if (node.belongs_to(this) && group->automatically_add_to_executor()) group->claim(this);
+}
+
+void Callbacks::entity_added(Node& node, const std::shared_ptr<Entity>& entity) {
+  if (!entity->group()->belongs_to(this)) return;
+  refuse_when_frozen("added");
+  add_entity(entity, node);
+}
+
+std::unique_ptr<CallbackRecord> Callbacks::make_record(const std::shared_ptr<Entity>& entity,
+                                                       const Node& node,
+                                                       const CallbackParameters& parameters) {
+  auto record = std::make_unique<Record>(*this, dispatcher_, entity, node, parameters);
+  auto& known_node = node_ids_.of(&node);
+  known_node.alive = node.weak_from_this();
+  auto& group = group_ids_.of(record->group.get());
+  record->exclusion = group.alive.lock();
+  if (record->exclusion == nullptr) {
+    record->exclusion = std::make_shared<Exclusion>(record->group->type());
+    group.alive = record->exclusion;
+  }
+  const auto& order = options_.order;
+  const auto listed = std::find_if(order.begin(), order.end(), [&](const std::string& name) {
+    return is_called(*record, name);
+  });
+  const auto place = static_cast<std::uint32_t>(listed - order.begin());
+  record->wanted.info = {.id = next_id_,
+                         .kind = entity->kind(),
+                         .registration = place + (listed == order.end() ? next_id_ : 0),
+                         .group = group.number,
+                         .node = known_node.number};
+  record->settings = record->wanted = settings_of(*record, node);
+  ++next_id_;
+  return record;
+}
+
+void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& node) {
+  // They go after the lock, as they hold functions of the user.
+  RemovedRecords gone;
+  std::unique_ptr<Record> record;
+  const CallbackParameters parameters = node.callback_parameters(*entity);
+  const std::lock_guard lock(mutex_);
+  if (removals_.contains(entity->group().get())) return;  // as if created after the removal
+  gone = take_unused();
+  record = make_record(entity, node, parameters);
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    // It was found twice, in the node's list and as an added entity; or it was dropped, and is not
+    // destroyed yet.
+    if (!entity->is_free() || entity->is_retired()) return;
+    entity->set_owner(record.get());
+  }
+  Record& added = *record;
+  of_entity_.emplace(entity.get(), &added);
+  records_.emplace(added.key(), std::move(record));
+  try {
+    added.is_watched = dispatcher_.workers().watch(*entity);
+    changes_.added();
+    if (is_spinning_) publish();
+  } catch (...) {  // a user's scheduler refuses it: undo all
+    undo_add(added);
+    throw;
+  }
+}
+
+// If another thread has dropped the entity meanwhile, it waits for the mutex and completes the
+// removal.
+void Callbacks::undo_add(Record& record) noexcept {
+  take_from_lists(record);
+  {
+    const std::lock_guard ownership(ownership_mutex());
+    if (record.entity->owner() != &record) return;
+    record.entity->set_owner(nullptr);
+  }
+  removed_.pop_back();
+}
+
+// ---- Changing ----
+
+void Callbacks::parameters_changed(Node& node) {
+  const auto entities = node.entities();
+  const std::lock_guard lock(mutex_);
+  std::vector<std::pair<Record*, CallbackSettings>> before;
+  const std::size_t changes = changes_.count_changed();
+  for (const auto& entity : entities) {
+    const auto known = of_entity_.find(entity.get());
+    if (known == of_entity_.end()) continue;
+    Record& record = *known->second;
+    const CallbackSettings now = settings_of(record, node);
+    if (now == record.wanted) continue;
+    before.emplace_back(&record, record.wanted);
+    changes_.changed(record, now);
+  }
+  if (before.empty() || !is_spinning_) return;
+  try {
+    publish();
+  } catch (...) {  // a user's scheduler refuses them: undo all
+    for (const auto& [record, settings] : before) record->wanted = settings;
+    changes_.keep_changed(changes);
+    throw;
+  }
+}
+
+// Throws what a user's scheduler throws; then nothing has changed.
+void Callbacks::publish() {
+  changes_.publish(records_);
+  group_ids_.forget_gone();
+  node_ids_.forget_gone();
+}
+
+void Callbacks::publish_removal() noexcept {
+  try {
+    publish();
+  } catch (...) {
+    log(LogLevel::error,
+        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes on as it is",
+        options_.name, options_.scheduler);
+    changes_.publish_without_scheduler(records_);
+  }
+}
+
+// ---- Removing ----
+
+void Callbacks::remove_node(const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("removed");
+  if (!node->belongs_to(this)) {
+    throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
+                options_.name + "'");
+  }
+  node->remove_listener(*this);
+  release_groups(node->groups(), *node, /*with_node=*/true);
+}
+
+void Callbacks::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                                      const std::shared_ptr<Node>& node) {
+  refuse_when_frozen("removed");
+  if (!group->belongs_to(this)) {
+    throw Error(fmt::format("callback group '{}' of node '{}' does not belong to executor '{}'",
+                            group->name(), node->fully_qualified_name(), options_.name));
+  }
+  release_groups({group}, *node);
+}
+
+// With one update. Waits for callbacks that another thread is already removing.
+void Callbacks::release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
+                               bool with_node) noexcept {
+  const auto is_meant = [&](const Record& record) {
+    return std::find(groups.begin(), groups.end(), record.group) != groups.end();
+  };
+  std::vector<std::shared_ptr<Entity>> entities;
+  std::vector<Record*> mine;
+  std::vector<Record*> of_others;
+  std::vector<std::uint64_t> removals;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(groups, [this](const auto& group) { return !group->belongs_to(this); });
+    for (const auto& group : groups) removals.push_back(removals_.begin(group.get()));
+    if (with_node) removals.push_back(removals_.begin(&node));
+    entities = node.entities();  // from here on nothing is added to the groups
+    for (const auto& entity : entities) {
+      const auto known = of_entity_.find(entity.get());
+      if (known == of_entity_.end() || !is_meant(*known->second)) continue;
+      (claim_removal(*known->second) ? mine : of_others).push_back(known->second);
+    }
+    for (const auto& record : removed_) {
+      if (is_meant(*record)) of_others.push_back(record.get());
+    }
+    for (Record* record : of_others) record->state.retain();
+  }
+  remove(mine);
+  for (Record* record : of_others) {
+    record->wait_until_over();
+    record->detach();
+  }
+  const std::lock_guard lock(mutex_);
+  for (Record* record : of_others) record->state.release();
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    if (removals_.end(groups[i].get(), removals[i])) groups[i]->release(this);
+  }
+  if (with_node && removals_.end(&node, removals.back())) node.release(this);
+}
+
+// Returns true if the caller, and no other thread, removes the record.
+bool Callbacks::claim_removal(Record& record) noexcept {
+  const std::lock_guard ownership(ownership_mutex());
+  if (record.entity->owner() != &record) return false;  // another thread removes it
+  record.entity->set_owner(nullptr);
+  record.expect_remove();
+  return true;
+}
+
+// 1. The records leave the list, so that the next update does not contain them. Their file
+//    descriptors are no longer watched.
+// 2. A dispatch point installs that update: from then on they are skipped wherever they are.
+// 3. The running callbacks end; then no thread executes the entities.
+// 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
+// 5. A record without references is freed: neither these threads nor the ready set use it.
+void Callbacks::remove(const std::vector<Record*>& records) noexcept {
+  if (records.empty()) return;
+  bool at_rest = false;
+  {
+    const std::lock_guard lock(mutex_);
+    at_rest = !is_spinning_;
+    for (Record* record : records) take_from_lists(*record);
+    if (at_rest) {
+      remove_at_rest(records);
+    } else {
+      publish_removal();
+    }
+  }
+  for (const Record* record : records) record->wait_until_over();
+  for (Record* record : records) record->detach();
+  // Destroy what the user's callbacks hold without the lock: it may be another entity of this
+  // executor.
+  std::vector<std::shared_ptr<Entity>> released;
+  RemovedRecords gone;
+  {
+    const std::lock_guard lock(mutex_);
+    for (Record* record : records) {
+      if (at_rest) {
+        dispatcher_.observation().remember(*record);
+        released.push_back(record->release_entity());
+      }
+      record->state.release();
+    }
+    if (!at_rest || changes_.count_removed() == 0) gone = take_unused();
+  }
+  released.clear();
+  gone.clear();
+  removals_.are_over(records.size());
+}
+
+void Callbacks::take_from_lists(Record& record) noexcept {
+  const auto entry = records_.find(record.key());
+  if (entry == records_.end()) return;  // see undo_add
+  if (std::exchange(record.is_watched, false)) dispatcher_.workers().unwatch(*record.entity);
+  of_entity_.erase(record.entity.get());
+  removed_.push_back(std::move(entry->second));
+  records_.erase(entry);
+  record.state.release();
+  if (record.is_handed_over) {
+    changes_.removed(record);
+  } else {
+    record.remove_at_rest();
+  }
+}
+
+// While no thread spins, so none executes. The ready set drops the records at the next spin, or
+// when there are many of them: so removing n callbacks costs O(n log n).
+void Callbacks::remove_at_rest(const std::vector<Record*>& records) noexcept {
+  for (Record* record : records) record->remove_at_rest();
+  if (changes_.count_removed() <= records_.size()) return;
+  try {
+    publish();
+    dispatcher_.install_update();
+  } catch (...) {  // a user's scheduler threw: the next spin reports it
+  }
+}
+
+// The caller destroys the records after it has released the mutex: a user's callback is destroyed
+// with its record, and may hold another entity of this executor.
+RemovedRecords Callbacks::take_unused() noexcept {
+  dispatcher_.updates().free_used();
+  RemovedRecords gone;
+  for (auto& record : removed_) {
+    if (!record->may_be_freed()) continue;
+    if (record->entity != nullptr) dispatcher_.observation().remember(*record);
+    gone.push_back(std::move(record));
+  }
+  std::erase(removed_, nullptr);
+  return gone;
+}
+
+// ---- Spinning ----
+
+void Callbacks::begin_spin(Worker& worker, bool freezes) {
+  const std::lock_guard lock(mutex_);
+  if (is_spinning_) {
+    throw Error("executor '" + options_.name + "' is spinning already",
+                "in a callback, make it a coroutine and co_await what it waits for");
+  }
+  if (dispatcher_.workers().backend() == nullptr) choose_wait_backend();
+  dispatcher_.workers().backend()->prepare();
+  if (changes_.are_pending()) publish();
+  is_spinning_ = true;
+  is_frozen_ = freezes;
+  worker.enter();
+  const ReadSection registers_this_thread;
+  dispatcher_.begin();  // the first update must be there: no thread can take it back now
+}
+
+void Callbacks::end_spin(Worker& worker) noexcept {
+  const std::lock_guard lock(mutex_);
+  dispatcher_.install_update();
+  worker.leave();
+  is_spinning_ = false;
+}
+
+void Callbacks::choose_wait_backend() {
+  Workers& workers = dispatcher_.workers();
+  workers.choose_backend(std::any_of(records_.begin(), records_.end(), [](const auto& entry) {
+    return entry.second->entity->watch().fd >= 0;
+  }));
+  try {
+    for (const auto& [id, record] : records_) record->is_watched = workers.watch(*record->entity);
+  } catch (...) {
+    workers.forget_backend();
+    for (const auto& [id, record] : records_) record->is_watched = false;
+    throw;
+  }
+}
+
+// ---- Observing ----
+
+bool Callbacks::is_used_by(const Node* node) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!records_.empty()) return true;
+  }
+  if (node == nullptr) return false;
+  const auto groups = node->groups();
+  return node->belongs_to(this) ||
+         std::any_of(groups.begin(), groups.end(),
+                     [this](const auto& group) { return group->belongs_to(this); });
+}
+
+TimePoint Callbacks::next_release() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return dispatcher_.ready().next_release();
+}
+
+std::size_t Callbacks::pending() const noexcept {
+  const std::lock_guard lock(mutex_);
+  return dispatcher_.observation().pending(records_);
+}
+
+const Observation& Callbacks::observation_at_rest() const {
+  if (!is_spinning_) return dispatcher_.observation();
+  throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
+}
+
+std::vector<CallbackStatistics> Callbacks::statistics() const {
+  const std::lock_guard lock(mutex_);
+  return observation_at_rest().statistics(records_, removed_);
+}
+
+std::vector<ThreadStatistics> Callbacks::thread_statistics() const {
+  const std::lock_guard lock(mutex_);
+  return observation_at_rest().thread_statistics(records_, dispatcher_.workers());
+}
+
+// Runs on the watchdog's thread. Finds one miss at a time, because handlers run without the mutex.
+TimePoint Callbacks::report_misses(TimePoint now) noexcept {
+  for (;;) {
+    Observation::Miss miss;
+    {
+      const std::lock_guard lock(mutex_);
+      for (const auto& [id, record] : records_) {
+        if (Observation::find_miss(*record, now, miss)) break;
+      }
+    }
+    if (miss.late == nullptr) return miss.next;
+    Observation::report(miss);
+  }
+}
+
+}  // namespace takt::detail

@@ -1,0 +1,103 @@
+// The callbacks of an executor: how they are added, changed and removed.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_CALLBACKS_HPP_
+#define TAKT_EXECUTORS_ENGINE_CALLBACKS_HPP_
+
+#include <cstddef>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "takt/base/pi_mutex.hpp"
+#include "takt/executors/engine/changes.hpp"
+#include "takt/executors/engine/dispatcher.hpp"
+#include "takt/executors/engine/numbers.hpp"
+#include "takt/executors/engine/record.hpp"
+#include "takt/executors/engine/removals.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/nodes/node.hpp"
+
+namespace takt::detail {
+
+/// The side of control threads. They build a change as an update; a worker installs it at its next
+/// dispatch. While no thread spins, the control thread installs it itself.
+/// Thread safety: every method from any thread. Real-time: no.
+class Callbacks final : private NodeListener, private Watchdog::Watched {
+ public:
+  Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher);
+  /// Removes them all.
+  ~Callbacks();
+  Callbacks(const Callbacks&) = delete;
+  Callbacks& operator=(const Callbacks&) = delete;
+
+  // As Executor.
+  void add_node(const std::shared_ptr<Node>& node);
+  void remove_node(const std::shared_ptr<Node>& node);
+  void add_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                          const std::shared_ptr<Node>& node);
+  void remove_callback_group(const std::shared_ptr<CallbackGroup>& group,
+                             const std::shared_ptr<Node>& node);
+  std::size_t pending() const noexcept;
+  std::vector<CallbackStatistics> statistics() const;
+  std::vector<ThreadStatistics> thread_statistics() const;
+
+  // As DispatchingExecutor.
+  void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
+                      bool with_node = false) noexcept;
+  bool is_used_by(const Node* node) const;
+  TimePoint next_release() const noexcept;
+
+  /// The worker's thread begins to spin. Throws Error if another one does. `freezes`: nothing is
+  /// added or removed afterwards.
+  void begin_spin(Worker& worker, bool freezes);
+  void end_spin(Worker& worker) noexcept;
+
+  // For records.
+  void remove(const std::vector<CallbackRecord*>& records) noexcept;
+  Removals& removals() noexcept { return removals_; }
+
+ private:
+  using Record = CallbackRecord;
+
+  void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
+  void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override;
+  void parameters_changed(Node& node) override;
+  TimePoint report_misses(TimePoint now) noexcept override;
+
+  void refuse_when_frozen(const char* what) const;
+  void add_group(const std::shared_ptr<CallbackGroup>& group, const Node& node);
+  void add_entity(const std::shared_ptr<Entity>& entity, const Node& node);
+  void listen_to(const std::shared_ptr<Node>& node);
+
+  // With the mutex held.
+  const Observation& observation_at_rest() const;
+  void choose_wait_backend();
+  std::unique_ptr<Record> make_record(const std::shared_ptr<Entity>& entity, const Node& node,
+                                      const CallbackParameters& parameters);
+  void undo_add(Record& record) noexcept;
+  void publish();
+  void publish_removal() noexcept;
+  bool claim_removal(Record& record) noexcept;
+  void take_from_lists(Record& record) noexcept;
+  void remove_at_rest(const std::vector<Record*>& records) noexcept;
+  RemovedRecords take_unused() noexcept;
+
+  const ExecutorOptions& options_;
+  Dispatcher& dispatcher_;
+  Removals removals_;
+  mutable PiMutex mutex_;  // guards all below
+  bool is_spinning_ = false;
+  bool is_frozen_ = false;
+  CallbackRecords records_;
+  std::unordered_map<const Entity*, Record*> of_entity_;  // the same
+  RemovedRecords removed_;                                // until nothing refers to them
+  Changes changes_;
+  CallbackId next_id_ = 0;
+  Numbers<Exclusion> group_ids_;
+  Numbers<const Node> node_ids_;
+  std::vector<std::weak_ptr<Node>> nodes_;
+};
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_CALLBACKS_HPP_

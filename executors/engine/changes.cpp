@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/changes.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+namespace takt::detail {
+
+void Changes::removed(CallbackRecord& record) {
+  changes_.removed.push_back(&record);
+  are_pending_ = true;
+}
+
+void Changes::changed(CallbackRecord& record, const CallbackSettings& settings) {
+  record.wanted = settings;
+  are_pending_ = true;
+  if (record.is_handed_over) {
+    changes_.changed.push_back({&record, settings});
+  } else {
+    record.settings = settings;
+  }
+}
+
+void Changes::publish(const CallbackRecords& records) {
+  std::unique_ptr<ScheduleUpdate> earlier = dispatcher_.updates().take_back();
+  std::unique_ptr<ScheduleUpdate> update;
+  try {
+    update = make(records, earlier.get());
+    configure(*update);
+  } catch (...) {
+    if (earlier != nullptr) send(std::move(earlier));
+    throw;
+  }
+  hand_over(std::move(update));
+}
+
+void Changes::publish_without_scheduler(const CallbackRecords& records) {
+  const std::unique_ptr<ScheduleUpdate> earlier = dispatcher_.updates().take_back();
+  std::unique_ptr<ScheduleUpdate> update = make(records, earlier.get());
+  if (earlier != nullptr) {
+    update->scheduler = std::move(earlier->scheduler);
+    update->parking = std::move(earlier->parking);
+  }
+  hand_over(std::move(update));
+}
+
+void Changes::hand_over(std::unique_ptr<ScheduleUpdate> update) noexcept {
+  for (CallbackRecord* record : update->added) {
+    if (!std::exchange(record->is_handed_over, true)) record->state.retain();  // by the ready set
+  }
+  changes_.removed.clear();
+  changes_.changed.clear();
+  are_pending_ = false;
+  send(std::move(update));
+}
+
+void Changes::send(std::unique_ptr<ScheduleUpdate> update) noexcept {
+  dispatcher_.updates().send(std::move(update));
+  dispatcher_.workers().wake();
+}
+
+// Includes the changes of an earlier update that is not installed yet.
+std::unique_ptr<ScheduleUpdate> Changes::make(const CallbackRecords& records,
+                                              const ScheduleUpdate* earlier) const {
+  auto update = std::make_unique<ScheduleUpdate>();
+  if (earlier != nullptr) {
+    update->added = earlier->added;
+    update->removed = earlier->removed;
+    update->changed = earlier->changed;
+  }
+  std::copy(changes_.removed.begin(), changes_.removed.end(), std::back_inserter(update->removed));
+  std::copy(changes_.changed.begin(), changes_.changed.end(), std::back_inserter(update->changed));
+  std::unordered_set<Exclusion*> known;
+  const auto park = [&](const CallbackRecord& record) {
+    Exclusion* const exclusion = record.exclusion.get();
+    if (known.insert(exclusion).second) update->parking.push_back({exclusion, {}});
+  };
+  // A group that loses its last callback gets an empty parking place instead of the one with its
+  // records.
+  for (const CallbackRecord* record : update->removed) park(*record);
+  for (const auto& [id, record] : records) {
+    park(*record);
+    if (!record->is_handed_over) update->added.push_back(record.get());
+    update->all.push_back(record.get());
+    update->reads_clock |= must_be_checked(*record, record->wanted);
+  }
+  update->timers.reserve(records.size());
+  update->next_snapshot.resize(records.size());
+  if (dispatcher_.rule() != nullptr) dispatcher_.rule()->prepare(*update);
+  return update;
+}
+
+// Gives the update schedulers that know all callbacks.
+void Changes::configure(ScheduleUpdate& update) const {
+  std::vector<CallbackInfo> infos;
+  std::unordered_map<const Exclusion*, std::vector<CallbackInfo>> members;
+  for (const CallbackRecord* record : update.all) {
+    infos.push_back(record->wanted.info);
+    members[record->exclusion.get()].push_back(record->wanted.info);
+  }
+  update.scheduler = schedulers().make(scheduler_);
+  update.scheduler->configure(infos);
+  for (auto& parking : update.parking) {
+    parking.scheduler = schedulers().make(scheduler_);
+    parking.scheduler->configure(members[parking.exclusion]);
+  }
+}
+
+}  // namespace takt::detail

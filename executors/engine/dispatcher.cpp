@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/dispatcher.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include "takt/base/held_locks.hpp"
+#include "takt/nodes/chain.hpp"
+#include "takt/nodes/chain_join.hpp"
+
+namespace takt::detail {
+namespace {
+
+// Whether its order depends on more than the callbacks that wait.
+bool keeps_history(const std::string& scheduler) {
+  const analysis::Order order = schedulers().traits(scheduler).order;
+  return order == analysis::Order::arbitrary || order == analysis::Order::in_turns;
+}
+
+bool reads_clock(const ExecutorOptions& options) {
+  return options.statistics == StatisticsLevel::full || options.trace_events != 0 ||
+         options.clock->as_manual() != nullptr || schedulers().traits(options.scheduler).uses_time;
+}
+
+// The calling thread is in a callback that excludes the record's.
+bool waits_for_this_thread(const CallbackRecord& record) noexcept {
+  const Dispatch* const inside = Dispatch::current();
+  return inside != nullptr && inside->group == record.exclusion.get() && !record.is_reentrant();
+}
+
+}  // namespace
+
+Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
+                       const std::vector<ThreadAttributes>& threads, ServingRule* rule,
+                       Observation& observation)
+    : options_(options),
+      rule_(rule),
+      observation_(observation),
+      times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
+      lock_(threads.size() > 1),
+      ready_(readiness, *options.clock, reads_clock(options), keeps_history(options.scheduler),
+             options.trigger.let_period > Nanoseconds::zero(), options.watchdog.get()),
+      workers_(options, threads, *this, lock_, ready_, updates_) {
+}
+
+// ---- How a callback becomes ready ----
+
+// What has to wait for the group of the callback that announces needs no other worker: this one
+// looks for it afterwards.
+void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
+  Worker* const worker = Worker::current();
+  const bool is_mine = worker != nullptr && worker->dispatcher == this;
+  if (is_mine && !lock_.is_shared()) return ready_.announce_from_worker(record, arrival);
+  if (is_mine && waits_for_this_thread(record) && record.state.is_executing()) {
+    worker->runs_again = true;  // it looks for more when it settles
+  } else if (ready_.announce(record, arrival) && !waits_for_this_thread(record)) {
+    workers_.notify(Workers::Search::asked);
+  }
+}
+
+// ---- How it is dispatched ----
+
+bool Dispatcher::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept {
+  install_update();
+  if (workers_.watch_file_descriptors()) [[unlikely]]
+    workers_.look_at_file_descriptors();
+  if (rule_ != nullptr) [[unlikely]]
+    return rule_->run_next(*this, worker, limits);
+  return run_ready(worker, limits);
+}
+
+bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept {
+  CallbackRecord* const record = ready_.next(limits);
+  if (record == nullptr) [[unlikely]]
+    return false;
+  Execution execution(*record);
+  const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
+  if (execution.is_checked) [[unlikely]]
+    observation_.watch_execution(*record, worker);
+  if (record->is_reentrant()) {
+    take(execution);
+    workers_.pass_on();
+    lock_.unlock();
+  } else {
+    workers_.pass_on();
+    lock_.unlock();
+    execution.is_taken = record->entity->take(execution.slot);  // it may decode a long message
+  }
+  const ExecutionTimes times = run(worker, execution, picked, nullptr);
+  lock_.lock();
+  finish(worker, execution, times);
+  return true;
+}
+
+// In a reentrant group, with the lock held before and after: from here on the callback may be
+// announced and picked again.
+void Dispatcher::take(Execution& execution) noexcept {
+  CallbackRecord& record = *execution.record;
+  if (record.takes_briefly) {
+    execution.is_taken = record.entity->take(execution.slot);
+  } else {
+    workers_.pass_on();
+    lock_.unlock();
+    execution.is_taken = record.entity->take(execution.slot);
+    lock_.lock();
+  }
+  ready_.taken(record, execution.slot.more);
+}
+
+void Dispatcher::execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept {
+  const TimePoint picked = ready_.now();
+  lock_.unlock();
+  const ExecutionTimes times = run(worker, execution, picked, outputs);
+  lock_.lock();
+  finish(worker, execution, times);
+}
+
+// Without the lock.
+ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint picked,
+                               StagedOutputs* outputs) noexcept {
+  CallbackRecord& record = *execution.record;
+  const Slot& slot = execution.slot;
+  const bool is_checked = execution.is_checked;
+  // A scheduler that looks at times needs no more than when one callback ended and the next one
+  // was picked: on one worker that is one reading.
+  ExecutionTimes times{picked, picked, picked, ready_.exact_time()};
+  if (execution.is_taken && AbortedInstances::contains(slot.chain_instance) &&
+      record.entity->kind() == EntityKind::subscription) {
+    discard(execution);
+  }
+  if (!execution.is_taken) {
+    if (is_checked) record.supervision->running[worker.index].deadline.store(kNever);
+    return times;
+  }
+  const bool is_root = slot.chain_instance == 0;
+  const std::uint64_t instance = is_root ? slot.sequence : slot.chain_instance;
+  const TimePoint root = is_root ? slot.ready_time : slot.root_release;
+  const std::uint64_t path = extend_path(slot.path, record.entity->mark());
+  Dispatch dispatch{execution.as_picked.info, instance, root, path, outputs,
+                    record.exclusion.get()};
+  const Dispatch::Scope scope(dispatch);
+  if (is_checked) [[unlikely]]
+    record.supervision->running[worker.index].chain_instance.store(dispatch.chain_instance);
+  ThreadUsage before;
+  if (worker.trace != nullptr) [[unlikely]]
+    before = Observation::usage_of_thread();
+  // Last before the callback: what is done for it, in no cache, belongs to the latency.
+  if (times.are_read && (is_checked || (times_take_ && !starts_at_once(worker, execution))))
+      [[unlikely]]
+    times.start = options_.clock->now();
+  call(execution);
+  // Before the user's handlers of limits, and before the wait for the lock.
+  if (times.are_read || is_checked) [[unlikely]]
+    times.end = options_.clock->now();
+  if (worker.trace != nullptr) [[unlikely]]
+    times.used = Observation::usage_of_thread() - before;
+  if (is_checked) [[unlikely]] {
+    try {
+      observation_.check_limits(lock_, worker, execution, dispatch, times);
+    } catch (...) {
+      caught(record, std::current_exception());
+    }
+  }
+  return times;
+}
+
+void Dispatcher::call(Execution& execution) noexcept {
+  try {
+    expect_no_lock("callback");
+    execution.record->entity->execute(execution.slot);
+  } catch (...) {
+    caught(*execution.record, std::current_exception());
+  }
+}
+
+// With the lock.
+void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept {
+  CallbackRecord& record = *execution.record;
+  const bool is_taken = execution.is_taken;
+  if (is_taken && options_.statistics != StatisticsLevel::off) ++record.executions;
+  if (times.are_read) [[unlikely]] {
+    if (lock_.is_shared() || execution.is_checked || !is_taken) {
+      ready_.read_clock();
+    } else {
+      ready_.set_now(times.end);
+      has_just_run_ = times.end - times.start < kBrief;
+    }
+    // The time of the dispatch was read after the callback before: what came since then, from
+    // another thread, did not wait.
+    times.picked = std::max(times.picked, execution.slot.ready_time);
+    times.start = std::max(times.start, times.picked);
+    if (is_taken && observation_.records_times())
+      Observation::record_times(record, execution.slot, times);
+    if (is_taken && worker.trace != nullptr)
+      Observation::trace(worker, record, execution.slot, times);
+    ready_.report_execution(record, execution.as_picked, times.end - times.start);
+  }
+  const bool more = execution.slot.more || worker.runs_again;
+  worker.runs_again = false;
+  ready_.finished(record, more);
+}
+
+// A pointer was taken, right after a brief callback on the only worker: when that has ended says as
+// much as another reading.
+bool Dispatcher::starts_at_once(const Worker& worker, const Execution& execution) const noexcept {
+  return !lock_.is_shared() && has_just_run_ && worker.trace == nullptr &&
+         execution.record->settings.info.kind == EntityKind::subscription &&
+         execution.slot.message->origin.writer == 0;
+}
+
+// ---- What is rare ----
+
+// A message of an aborted chain instance.
+void Dispatcher::discard(Execution& execution) noexcept {
+  execution.record->entity->discard(execution.slot);
+  execution.is_taken = false;
+  const std::lock_guard lock(lock_);
+  ++execution.record->discarded;
+}
+
+// Gives the exception of a callback to the user's handler, or ends spin with it.
+void Dispatcher::caught(const CallbackRecord& record, std::exception_ptr exception) noexcept {
+  if (handler_ != nullptr && *handler_ &&
+      (*handler_)({record.node, record.entity->name(), exception}))
+    return;
+  {
+    const std::lock_guard lock(lock_);
+    if (exception_ == nullptr) exception_ = exception;
+  }
+  workers_.stop();
+}
+
+void Dispatcher::rethrow() {
+  if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
+}
+
+// Serialised with dispatch: called by a worker under the lock, or while no thread spins.
+void Dispatcher::install_pending_update() noexcept {
+  ScheduleUpdate* const update = updates_.take();
+  if (update == nullptr) return;
+  ready_.install(*update);
+  if (rule_ != nullptr) rule_->install(*update);
+  updates_.give_back(*update);
+}
+
+// Called inside a callback, or by a destructor of a worker's thread that ends: so the lock must be
+// left.
+void Dispatcher::install_updates_here() noexcept {
+  for (Worker* worker = Worker::current(); worker != nullptr; worker = worker->outer) {
+    const std::lock_guard lock(worker->dispatcher->lock_);
+    worker->dispatcher->install_update();
+  }
+}
+
+void Dispatcher::begin() noexcept {
+  install_update();
+  ready_.read_clock();
+  has_just_run_ = false;
+  // Between two spins no thread has waited for file descriptors.
+  if (workers_.watch_file_descriptors()) workers_.backend()->look();
+}
+
+bool Dispatcher::has_time_left(TimePoint limit) noexcept {
+  if (limit == kNever) return true;
+  ready_.read_clock();
+  return ready_.now() < limit;
+}
+
+}  // namespace takt::detail

@@ -1,0 +1,111 @@
+// The dispatch: a worker picks a callback, takes its input, executes it, and settles it.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_DISPATCHER_HPP_
+#define TAKT_EXECUTORS_ENGINE_DISPATCHER_HPP_
+
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "takt/executors/engine/dispatch_lock.hpp"
+#include "takt/executors/engine/observation.hpp"
+#include "takt/executors/engine/ready_set.hpp"
+#include "takt/executors/engine/schedule_update.hpp"
+#include "takt/executors/engine/serving_rule.hpp"
+#include "takt/executors/engine/workers.hpp"
+#include "takt/executors/executor.hpp"
+
+namespace takt::detail {
+
+/// What the workers of an executor share, and what each of them does with it.
+/// Thread safety: as the sections say; "with the lock": it is held before and after.
+/// Real-time: nothing allocates, or blocks but for the lock.
+class Dispatcher {
+ public:
+  /// `rule`: nullptr, or the step of a triggered executor. They outlive the dispatcher.
+  Dispatcher(const ExecutorOptions& options, Readiness readiness,
+             const std::vector<ThreadAttributes>& threads, ServingRule* rule,
+             Observation& observation);
+
+  DispatchLock& lock() noexcept { return lock_; }
+  ReadySet& ready() noexcept { return ready_; }
+  Updates& updates() noexcept { return updates_; }
+  Workers& workers() noexcept { return workers_; }
+  Observation& observation() noexcept { return observation_; }
+  const ServingRule* rule() const noexcept { return rule_; }
+
+  // ---- Any thread ----
+
+  /// The entity of the record has become ready.
+  void announce(CallbackRecord& record, Arrival arrival) noexcept;
+  /// The calling thread is the only worker.
+  bool is_only_worker() const noexcept {
+    const Worker* const worker = Worker::current();
+    return worker != nullptr && worker->dispatcher == this && !lock_.is_shared();
+  }
+  /// Installs the updates of all executors whose callbacks this thread is in.
+  static void install_updates_here() noexcept;
+
+  // ---- The thread that spins, without the lock ----
+
+  /// Before its first dispatch.
+  void begin() noexcept;
+  /// `handler`: nullptr if exceptions leave spin. It lives until the next call.
+  void set_handler(const ExceptionHandler* handler) noexcept { handler_ = handler; }
+  /// What a callback has thrown, once; then no thread of the executor runs.
+  void rethrow();
+
+  // ---- Workers, with the lock ----
+
+  void install_update() noexcept {
+    if (updates_.is_pending(std::memory_order_relaxed)) [[unlikely]]
+      install_pending_update();
+  }
+  void take_snapshot() noexcept {
+    rule_ != nullptr ? rule_->take_snapshot(ready_) : ready_.take_snapshot();
+  }
+  /// Returns false if there was nothing to run.
+  bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept;
+  /// The same where no rule decides.
+  bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept;
+  /// Runs what has begun, and whose input is taken. `outputs`: where its messages wait.
+  void execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept;
+  bool has_time_left(TimePoint limit) noexcept;
+  /// As Workers::wait.
+  bool wait(Worker& worker, TimePoint limit, const FutureState* future = nullptr) noexcept {
+    has_just_run_ = false;
+    return workers_.wait(worker, limit, future);
+  }
+
+ private:
+  /// A callback so brief leaves the dispatch in the caches, which then takes as long as a reading
+  /// of the clock.
+  static constexpr Nanoseconds kBrief{500};
+
+  [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept;
+  void take(Execution& execution) noexcept;
+  ExecutionTimes run(Worker& worker, Execution& execution, TimePoint picked,
+                     StagedOutputs* outputs) noexcept;
+  void call(Execution& execution) noexcept;
+  bool starts_at_once(const Worker& worker, const Execution& execution) const noexcept;
+  void finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept;
+  void discard(Execution& execution) noexcept;
+  [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
+                                           std::exception_ptr exception) noexcept;
+
+  const ExecutorOptions& options_;
+  ServingRule* const rule_;
+  Observation& observation_;
+  const bool times_take_;      // the callback's start is read, as it is later than the pick
+  bool has_just_run_ = false;  // on an only worker: a brief callback, and nothing else since
+  DispatchLock lock_;
+  ReadySet ready_;
+  Updates updates_;
+  const ExceptionHandler* handler_ = nullptr;
+  std::exception_ptr exception_;  // guarded by the lock
+  Workers workers_;
+};
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_DISPATCHER_HPP_

@@ -1,0 +1,91 @@
+// How a change by a control thread reaches the workers: as an update, which a dispatch point
+// installs.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_SCHEDULE_UPDATE_HPP_
+#define TAKT_EXECUTORS_ENGINE_SCHEDULE_UPDATE_HPP_
+
+#include <atomic>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "takt/base/lockfree/inbox.hpp"
+#include "takt/executors/engine/record.hpp"
+#include "takt/executors/engine/wait_in_callback.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/sched/scheduler.hpp"
+
+namespace takt::detail {
+
+/// Everything that depends on the set of callbacks. A control thread builds it, with all the memory
+/// that will be needed. The executor installs it at a dispatch point, and leaves in it what it
+/// replaces, which a control thread frees.
+struct ScheduleUpdate {
+  struct Parking {
+    Exclusion* exclusion;
+    std::unique_ptr<Scheduler> scheduler;
+    ReadyCallback* parked = nullptr;  // during the exchange
+  };
+  struct Change {
+    CallbackRecord* record;
+    CallbackSettings settings;
+  };
+  std::unique_ptr<Scheduler> scheduler;  // nullptr, here and for groups: keep the present one
+  std::vector<Parking> parking;
+  std::vector<std::pair<TimePoint, CallbackRecord*>> timers;  // reserved for all timers
+  std::vector<ReadyCallback*> next_snapshot;                  // room for all
+  std::vector<CallbackRecord*> added, removed;
+  std::vector<Change> changed;  // in order: the last one applies
+  std::vector<CallbackRecord*> all;
+  bool reads_clock = false;                            // from now on
+  std::vector<TriggerInput> trigger_inputs;            // with a trigger: room for all
+  std::shared_ptr<std::vector<Execution>> executions;  // with a period: room for all
+  ScheduleUpdate* inbox_next = nullptr;
+};
+
+/// The way of updates to the workers and back.
+/// Thread safety: is_pending from any thread; send, take_back and free_used are serialised by the
+/// executor's control threads, take and give_back at its dispatch points.
+/// Real-time: nothing blocks; only free_used frees.
+class Updates {
+ public:
+  Updates() = default;
+  ~Updates() {
+    take_back();
+    free_used();
+  }
+  Updates(const Updates&) = delete;
+  Updates& operator=(const Updates&) = delete;
+
+  bool is_pending(std::memory_order order = std::memory_order_seq_cst) const noexcept {
+    return pending_.load(order) != nullptr;
+  }
+  void send(std::unique_ptr<ScheduleUpdate> update) noexcept {
+    pending_.store(update.release());
+    WaitInCallback::notify_progress();
+  }
+  /// One that no worker has installed yet, or nullptr.
+  std::unique_ptr<ScheduleUpdate> take_back() noexcept {
+    return std::unique_ptr<ScheduleUpdate>(pending_.exchange(nullptr));
+  }
+  void free_used() noexcept {
+    for (ScheduleUpdate* update = used_.take_all(); update != nullptr;) {
+      const std::unique_ptr<ScheduleUpdate> used(update);
+      update = update->inbox_next;
+    }
+  }
+
+  ScheduleUpdate* take() noexcept { return pending_.exchange(nullptr); }
+  void give_back(ScheduleUpdate& used) noexcept {
+    used_.push(used);
+    WaitInCallback::notify_progress();
+  }
+
+ private:
+  std::atomic<ScheduleUpdate*> pending_{nullptr};
+  Inbox<ScheduleUpdate> used_;
+};
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_SCHEDULE_UPDATE_HPP_

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/workers.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/spin_pause.hpp"
+
+namespace takt::detail {
+namespace {
+
+// What it costs to sleep and to be woken: for so long it is worth while to search.
+constexpr Nanoseconds kPatience(20'000);
+// For so long a searcher leaves what is announced to the worker whose callback has announced it, as
+// that usually ends with it: a callback that moves to another CPU finds none of its data there.
+constexpr Nanoseconds kMoment(1'000);
+
+}  // namespace
+
+thread_local constinit Worker* Worker::current_ = nullptr;
+
+Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
+                 Dispatcher& dispatcher, DispatchLock& lock, ReadySet& ready,
+                 const Updates& updates)
+    : options_(options), lock_(lock), ready_(ready), updates_(updates), all_(threads.size()) {
+  const bool is_manual = options.clock->as_manual() != nullptr;
+  for (std::size_t i = 0; i < threads.size(); ++i) {
+    const ThreadAttributes& thread = threads[i];
+    const auto is_not_above = [&](const auto& other) {
+      return other.policy == thread.policy && other.priority <= thread.priority &&
+             other.nice >= thread.nice;
+    };
+    all_[i].index = i;
+    all_[i].attributes = thread;
+    all_[i].dispatcher = &dispatcher;
+    if (options.trace_events != 0)
+      all_[i].trace = std::make_unique<TraceRing>(options.trace_events);
+    all_[i].may_search =
+        lock.is_shared() && !is_manual && std::all_of(threads.begin(), threads.end(), is_not_above);
+  }
+  if (options.wait != kAutoWait || is_manual) choose_backend(false);
+}
+
+// ---- The wait back end ----
+
+void Workers::choose_backend(bool has_file_descriptors) {
+  backend_ = make_wait_backend(options_.wait, *options_.clock, all_.size(), has_file_descriptors);
+}
+
+void Workers::forget_backend() noexcept {
+  backend_.reset();
+  watched_.store(0);
+}
+
+bool Workers::watch(Entity& entity) {
+  const Watch watch = entity.watch();
+  if (watch.fd < 0 || backend_ == nullptr) return false;
+  if (!backend_->serves_file_descriptors()) {
+    const bool is_auto = options_.wait == kAutoWait;
+    throw Error(fmt::format("executor '{}' waits by '{}', which cannot serve file descriptor '{}'",
+                            options_.name, is_auto ? "futex" : options_.wait, entity.name()),
+                is_auto ? "add the first one before the first spin, or choose `wait: epoll`"
+                        : "choose `wait: epoll`, or leave it out");
+  }
+  backend_->watch(watch);
+  watched_.fetch_add(1);
+  return true;
+}
+
+void Workers::unwatch(Entity& entity) noexcept {
+  backend_->unwatch(entity.watch().listener);
+  watched_.fetch_sub(1);
+}
+
+// Sleeping workers are woken for file descriptors. While none sleeps, a busy one polls them from
+// time to time; under a manual clock, which does not watch them, at every dispatch.
+void Workers::look_at_file_descriptors() noexcept {
+  constexpr Nanoseconds kBetweenLooks(50'000);
+  const TimePoint now = options_.clock->now();
+  if (options_.clock->as_manual() == nullptr && now - last_look_ < kBetweenLooks) return;
+  last_look_ = now;
+  backend_->look();
+}
+
+// ---- What wakes a worker ----
+
+// The calling thread has written before what there is to do. Both kinds of worker look for it after
+// they have said, sequentially consistent, what they do: a searcher that it searches no more, a
+// sleeper that it is idle. So one of the two threads sees what the other has written. Without
+// searcher and sleepers this costs three loads.
+void Workers::notify(Search what) noexcept {
+  for (Search state = search_.load(); state != Search::none;) {
+    if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
+    if (state >= what || search_.compare_exchange_weak(state, what)) return;
+  }
+  if (claim_idle()) {
+    backend_->post();
+  } else if (Wakeable* observer = observer_.load()) {
+    observer->wake();
+  }
+}
+
+void Workers::wake_all() noexcept {
+  wake();
+  while (claim_idle()) backend_->post();
+}
+
+bool Workers::claim_idle() noexcept {
+  std::size_t idle = idle_.load();
+  while (idle != 0) {
+    if (idle_.compare_exchange_weak(idle, idle - 1)) return true;
+  }
+  return false;
+}
+
+// ---- What a worker does that waits ----
+
+// Until this time, kNever if for no release, the worker waits.
+void Workers::set_wait(Worker& worker, TimePoint until) noexcept {
+  worker.waits_until = until;
+  first_wait_ = kNever;
+  for (const Worker& each : all_) first_wait_ = std::min(first_wait_, each.waits_until);
+}
+
+// The release for which the worker has to wake up: the first one, if no other waits for that. When
+// the other has woken up it may be busy for long, and should not have to wake this one before. So
+// one more waits for what may come next.
+TimePoint Workers::release_to_wait_for() const noexcept {
+  const TimePoint first = ready_.next_release();
+  if (first < first_wait_) return first;
+  const auto waiting = std::count_if(
+      all_.begin(), all_.end(), [](const Worker& worker) { return worker.waits_until != kNever; });
+  const bool are_parallel = lock_.is_shared() && options_.clock->as_manual() == nullptr;
+  return waiting == 1 && are_parallel ? ready_.release_beside_first() : kNever;
+}
+
+// How long the worker searches before it sleeps. In a pool only one does, and only if no thread of
+// the pool is more urgent: while it searches, nobody wakes that. It does even if not asked to, as
+// long as others work, who would have to wake it for what they leave over.
+Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
+  if (!may_search(worker)) return Nanoseconds::zero();
+  const TimePoint release = ready_.next_release();
+  if (options_.early_wake != Nanoseconds::zero() && release < first_wait_ &&
+      release <= later(ready_.now(), options_.early_wake)) {
+    return Nanoseconds::max();
+  }
+  const bool others_work = lock_.is_shared() && idle_.load() + 1 < working_;
+  return others_work ? std::max(options_.spin, kPatience) : options_.spin;
+}
+
+// Looks for what a sleeper would be woken for, until that time, or until nobody has announced
+// anything for so long. Returns true if there may be something to run.
+bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
+                     const Expected& expected) noexcept {
+  const Nanoseconds between_looks = lock_.is_shared() ? kMoment : Nanoseconds::zero();
+  set_wait(worker, until);
+  if (lock_.is_shared()) search_.store(Search::quiet);
+  lock_.unlock();
+  const Clock& clock = *options_.clock;
+  const TimePoint start = clock.now();
+  TimePoint now = start, last = start;
+  bool has_found = false;
+  do {
+    const TimePoint look = later(now, between_looks);
+    do {
+      spin_pause();
+      now = clock.now();
+    } while (now < look);
+    Search asked = Search::asked;
+    if (search_.load(std::memory_order_relaxed) == asked &&  // else it leaves the line to others
+        search_.compare_exchange_strong(asked, Search::quiet)) {
+      last = now;
+    }
+    has_found = must_look(expected) || search_.load() == Search::called ||
+                (watch_file_descriptors() && backend_->look());
+  } while (!has_found && now < until && now - last < patience);
+  lock_.lock();
+  if (lock_.is_shared() && search_.exchange(Search::none) != Search::quiet) has_found = true;
+  set_wait(worker, kNever);
+  worker.spin_time += now - start;
+  ready_.read_clock();
+  return has_found || now >= until;
+}
+
+bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept {
+  const Expected expected{future, ready_.timers_are_held()};  // before it asks for releases
+  const Nanoseconds patience = patience_of(worker);
+  if (patience != Nanoseconds::zero() &&
+      search(worker, std::min(limit, ready_.next_release()), patience, expected)) {
+    return ready_.now() < limit || must_look(expected);
+  }
+  const TimePoint release = release_to_wait_for();
+  TimePoint end = std::min(limit, release);
+  if (end == release && end != kNever && may_search(worker)) end -= options_.early_wake;
+  if (end != kNever) wake_up_on_time();
+  set_wait(worker, release);
+  idle_.fetch_add(1);
+  const bool is_needed = must_look(expected);
+  lock_.unlock();
+  const bool was_woken = !is_needed && backend_->wait(worker.index, end);
+  // This worker still counts as idle, unless another thread is about to wake it: then it takes the
+  // post.
+  if (!was_woken && !claim_idle()) {
+    while (!backend_->wait(worker.index, kNever)) {
+    }
+  }
+  lock_.lock();
+  set_wait(worker, kNever);
+  ready_.read_clock();
+  return is_needed || ready_.now() < limit;
+}
+
+}  // namespace takt::detail

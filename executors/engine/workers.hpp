@@ -1,0 +1,153 @@
+// How the workers of an executor wait: how one searches, sleeps and is woken.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_ENGINE_WORKERS_HPP_
+#define TAKT_EXECUTORS_ENGINE_WORKERS_HPP_
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "takt/executors/engine/dispatch_lock.hpp"
+#include "takt/executors/engine/ready_set.hpp"
+#include "takt/executors/engine/schedule_update.hpp"
+#include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/wait_backend.hpp"
+
+namespace takt::detail {
+
+class Dispatcher;
+
+/// A thread of an executor. The one that spins has index 0.
+/// Thread safety: its thread uses it; the lock guards what another one reads.
+struct alignas(64) Worker {
+  std::size_t index = 0;
+  ThreadAttributes attributes = {};
+  Dispatcher* dispatcher = nullptr;
+  std::unique_ptr<TraceRing> trace = nullptr;  // where it traces, if it does
+  bool may_search = false;                     // no thread of the pool is more urgent
+  bool runs_again = false;         // in a pool: the callback that it is in has announced itself
+  TimePoint waits_until = kNever;  // a release; guarded by the lock
+  Nanoseconds spin_time{0};        // since spin began
+  Worker* outer = nullptr;         // which the thread was before, in whose callback it spins
+
+  /// nullptr: the calling thread is none. A thread of a pool is one until it has ended.
+  static Worker* current() noexcept { return current_; }
+  void enter() noexcept { outer = std::exchange(current_, this); }
+  void leave() noexcept { current_ = outer; }
+
+ private:
+  static thread_local constinit Worker* current_;
+};
+
+/// All of an executor's. A worker that has found nothing to run searches for a moment, then it
+/// sleeps; one of those that wait does so until the first timer is due.
+/// Thread safety: as the sections say; "with the lock": it is held before and after.
+/// Real-time: nothing allocates; notify costs three loads, or wakes one thread.
+class Workers final : public Wakeable {
+ public:
+  /// What the worker of a pool that searches instead of sleeping has to do. One does at a time.
+  enum class Search : std::uint8_t {
+    none,    // nobody searches: a sleeper is woken
+    quiet,   // nothing has come since it last looked
+    asked,   // something was announced: it looks whether the announcing worker has taken that
+    called,  // it has to come: there is something to run, or to wait for
+  };
+
+  Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
+          Dispatcher& dispatcher, DispatchLock& lock, ReadySet& ready, const Updates& updates);
+
+  std::vector<Worker>& all() noexcept { return all_; }
+  const std::vector<Worker>& all() const noexcept { return all_; }
+
+  // ---- The wait back end, and file descriptors: control threads ----
+
+  /// nullptr until the first spin, which chooses it where the options leave that open.
+  WaitBackend* backend() const noexcept { return backend_.get(); }
+  void choose_backend(bool has_file_descriptors);
+  void forget_backend() noexcept;
+  /// Returns true if it is watched from here on: it has a file descriptor, and there is a back end.
+  bool watch(Entity& entity);
+  void unwatch(Entity& entity) noexcept;
+
+  // ---- Any thread ----
+
+  /// There is something to do.
+  void notify(Search what) noexcept;
+  void wake() noexcept override { notify(Search::called); }
+  void wake_all() noexcept;
+  /// All return from spin. It lasts until it is taken.
+  void stop() noexcept {
+    stops_.store(true);
+    wake_all();
+  }
+  bool stopping() const noexcept { return stops_.load(); }
+  bool take_stop() noexcept { return stops_.exchange(false); }
+  /// Woken when a callback becomes ready and no worker sleeps.
+  void set_observer(Wakeable* observer) noexcept { observer_.store(observer); }
+
+  // ---- Workers, with the lock ----
+
+  void begin(Worker& worker) noexcept {
+    worker.spin_time = Nanoseconds::zero();
+    ++working_;
+  }
+  void end() noexcept { --working_; }
+  bool watch_file_descriptors() const noexcept {
+    return watched_.load(std::memory_order_relaxed) != 0;
+  }
+  void look_at_file_descriptors() noexcept;
+  /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
+  /// the first timer.
+  void pass_on() noexcept {
+    if (!lock_.is_shared() || (idle_.load() == 0 && search_.load() == Search::none)) return;
+    if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
+  }
+  /// There was nothing to run. Returns true if the worker must look again, false at the limit.
+  bool wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept;
+
+ private:
+  /// For what a worker waits besides announcements.
+  struct Expected {
+    const FutureState* future;
+    bool timers_were_held;  // when it looked when they are due
+  };
+
+  bool claim_idle() noexcept;
+  /// Something for which a sleeper wakes up.
+  bool must_look(const Expected& expected) const noexcept {
+    return ready_.has_announcements() || updates_.is_pending() || stops_.load() ||
+           ready_.timers_are_held() != expected.timers_were_held ||
+           (expected.future != nullptr && expected.future->ready());
+  }
+  void set_wait(Worker& worker, TimePoint until) noexcept;
+  TimePoint release_to_wait_for() const noexcept;
+  bool may_search(const Worker& worker) const noexcept {
+    return !lock_.is_shared() || (worker.may_search && search_.load() == Search::none);
+  }
+  Nanoseconds patience_of(const Worker& worker) const noexcept;
+  bool search(Worker& worker, TimePoint until, Nanoseconds patience,
+              const Expected& expected) noexcept;
+
+  const ExecutorOptions& options_;
+  DispatchLock& lock_;
+  ReadySet& ready_;
+  const Updates& updates_;
+  std::vector<Worker> all_;
+  std::unique_ptr<WaitBackend> backend_;
+  // Guarded by the lock.
+  std::size_t working_ = 0;        // workers that have begun and have not ended
+  TimePoint first_wait_ = kNever;  // the first release for which one waits
+  TimePoint last_look_{};          // at file descriptors, when no worker sleeps
+
+  alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
+  std::atomic<Search> search_{Search::none};
+  std::atomic<bool> stops_{false};
+  std::atomic<Wakeable*> observer_{nullptr};
+  std::atomic<std::size_t> watched_{0};  // file descriptors
+};
+
+}  // namespace takt::detail
+
+#endif  // TAKT_EXECUTORS_ENGINE_WORKERS_HPP_
