@@ -15,6 +15,7 @@ import subprocess
 import sys
 import urllib.parse
 
+import classes
 import cpp_source
 import files as file_rules
 import limits
@@ -34,6 +35,7 @@ RULES = {
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
+    "class-size": "functions and fields of a class",
     "spdx": "sources with the SPDX line, alone on its line",
     "public": "headers export all that they declare, and include only such headers",
     "contract": "public classes say 'Thread safety:' and 'Real-time:'",
@@ -105,6 +107,11 @@ def check_function_length(file, _):
             yield Finding(file.path, first, "function-length",
                           f"{name} has {last - first + 1} lines, {MOST_LINES_OF_FUNCTION} at most",
                           above)
+
+
+def check_class_size(file, _):
+    for line, what in classes.too_large(file.path, file.text):
+        yield Finding(file.path, line, "class-size", what)
 
 
 # On a line of its own: a formatter once glued it to the sentence before.
@@ -411,7 +418,7 @@ def main():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
     findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files)]
     for file in files:
-        for rule in (check_file_length, check_function_length, check_spdx, check_public,
+        for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,
                      check_waiting, check_environment,
                      check_links, check_phrases, check_one_list, check_time_sums):

@@ -165,6 +165,21 @@ def test_rules():
             "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
 
 
+def test_class_size():
+    def header(*members):
+        return {"base/a.hpp": SPDX + "\nnamespace takt {\n\nclass A {\n public:\n" + "".join(
+            f"  {member}\n" for member in members) + "};\n\n}  // namespace takt\n"}
+    functions = [f"int f{i}(int a = 0) const {{ return a; }}" for i in range(28)]
+    fields = [f"std::map<int, int> a{i}_{{1, 2}};" for i in range(11)] + ["int b_, c_ = g(1);", "Own own_{};"]
+    others = ["A(const A&) = delete;", "using B = int;", "static constexpr int kC = 1;", "struct Own {\n    int d, e;\n  };"]
+    accepted("a class of 30 functions and 14 fields",
+             header("A() : a0_{1, 2}, b_(1) {}", "void g();", *functions, *others, *fields))
+    refused("a class that does too much", header("A() {}", "void g();", "void h();", *functions, *others, *fields),
+            "base/a.hpp:5: A has 31 functions, 30 at most")
+    refused("a class that has too much", header(*fields, *others, "int x_, y_;"),
+            "base/a.hpp:5: A has 16 fields, 15 at most")
+
+
 def test_engine():
     refused("a header of the engine that would be installed",
             {"executors/engine/a.hpp": SPDX + "\nnamespace TAKT_PUBLIC takt {\n\nint a();\n\n}  // namespace takt\n"},
@@ -292,6 +307,7 @@ def test_exceptions():
 if not shutil.which("clang-format"):
     skip("needs clang-format")
 test_rules()
+test_class_size()
 test_engine()
 test_links()
 test_once()
