@@ -71,7 +71,7 @@ class FutureState {
  private:
   std::atomic<bool> ready_{false};
   PiMutex mutex_;
-  Waiter* waiters_ = nullptr;  // guarded by mutex_
+  Waiter* waiters_ TAKT_GUARDED_BY(mutex_) = nullptr;
 };
 
 template <class T>

@@ -6,6 +6,7 @@
 #include <pthread.h>
 
 #include "takt/base/held_locks.hpp"
+#include "takt/base/thread_safety.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -15,8 +16,10 @@ namespace TAKT_PUBLIC takt {
 /// Thread safety: every method from any thread.
 /// Real-time: uncontended it is two atomic operations; a waiter waits as long as the holder
 /// holds, because no thread of a priority between theirs can preempt the holder.
-class PiMutex {
+class TAKT_LOCK PiMutex {
  public:
+  using IsChecked = void;
+
   PiMutex() noexcept {
     pthread_mutexattr_t attributes;
     pthread_mutexattr_init(&attributes);
@@ -28,16 +31,16 @@ class PiMutex {
   PiMutex(const PiMutex&) = delete;
   PiMutex& operator=(const PiMutex&) = delete;
 
-  void lock() noexcept {
+  void lock() noexcept TAKT_ACQUIRES() {
     pthread_mutex_lock(&mutex_);
     detail::lock_is_held();
   }
-  bool try_lock() noexcept {
+  bool try_lock() noexcept TAKT_TRIES() {
     const bool locked = pthread_mutex_trylock(&mutex_) == 0;
     if (locked) detail::lock_is_held();
     return locked;
   }
-  void unlock() noexcept {
+  void unlock() noexcept TAKT_RELEASES() {
     detail::lock_is_released();
     pthread_mutex_unlock(&mutex_);
   }

@@ -43,9 +43,9 @@ class StagedOutputs {
   };
 
   const std::size_t capacity_;
-  mutable PiMutex mutex_;  // guards all below
-  std::vector<Output> outputs_;
-  std::uint64_t dropped_ = 0;
+  mutable PiMutex mutex_;
+  std::vector<Output> outputs_ TAKT_GUARDED_BY(mutex_);
+  std::uint64_t dropped_ TAKT_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace takt

@@ -27,7 +27,7 @@ class Triggered : public ServingRule {
       : options_(options), has_trigger_(options.own || options.kind != TriggerOptions::Kind::any) {}
 
   bool run_next(Dispatcher& dispatcher, Worker& worker,
-                const ReadySet::Limits& limits) noexcept override {
+                const ReadySet::Limits& limits) noexcept override TAKT_REQUIRES(dispatcher.lock()) {
     if (limits.may_poll) take_snapshot(dispatcher.ready());
     return is_open() && dispatcher.run_ready(worker, {limits.last_sequence, /*may_poll=*/false});
   }
@@ -92,7 +92,8 @@ class Periodic final : public Triggered {
 
   /// Runs on the only thread. Publishes the outputs of the period that ends; then takes all inputs
   /// of the next one, before any callback runs.
-  bool run_next(Dispatcher& dispatcher, Worker& worker, const ReadySet::Limits&) noexcept override {
+  bool run_next(Dispatcher& dispatcher, Worker& worker, const ReadySet::Limits&) noexcept override
+      TAKT_REQUIRES(dispatcher.lock()) {
     if (!begin_period(dispatcher.ready())) return false;
     // A callback may install an update, which replaces the vector for the next period.
     const std::shared_ptr<std::vector<Execution>> keeps = executions_;

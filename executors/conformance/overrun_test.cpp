@@ -66,6 +66,29 @@ TEST_P(ConformanceOverrun, CountsAndReportsMissesAndOverrunsWhenTheCallbackRetur
   EXPECT_EQ(find(*executor, "timer").overruns, 1u);
 }
 
+// In a pool, what a callback announced to itself was looked for when the user's function returned,
+// and its handler is called later: the third message waited until somebody sent a fourth.
+TEST_P(ConformanceOverrun, AHandlerMaySendToTheCallbackThatItReportsOn) {
+  const auto publisher = node_->create_publisher<Number>("topic", 5);
+  int received = 0;
+  const auto subscription = node_->create_subscription<Number>("topic", 5, [&](const Number&) {
+    ++received;
+    clock_.work(2ms);
+  });
+  subscription->set_parameters({.budget = 1ms, .on_overrun = [&](const OverrunReport&) {
+                                  if (received == 2) publisher->publish(Number{});
+                                }});
+  const auto executor = make_with(nullptr);
+  executor->add_node(node_);
+  publisher->publish(Number{});
+  publisher->publish(Number{});
+  {
+    const ManualSpin spin(*executor, clock_, participants());
+    clock_.advance(10ms);
+  }
+  EXPECT_EQ(received, 3);
+}
+
 TEST_P(ConformanceOverrun, AWatchdogReportsAtTheDeadlineAndOnlyOnce) {
   const auto watchdog =
       std::make_shared<Watchdog>(ThreadAttributes{.name = "watchdog"}, Realtime::off, clock_);

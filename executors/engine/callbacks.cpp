@@ -376,7 +376,7 @@ void Callbacks::remove_at_rest(const std::vector<Record*>& records) noexcept {
   if (changes_.count_removed() <= records_.size()) return;
   try {
     publish();
-    dispatcher_.install_update();
+    dispatcher_.install_here();
   } catch (...) {  // a user's scheduler threw: the next spin reports it
   }
 }
@@ -415,7 +415,7 @@ void Callbacks::begin_spin(Worker& worker, bool freezes) {
 
 void Callbacks::end_spin(Worker& worker) noexcept {
   const std::lock_guard lock(mutex_);
-  dispatcher_.install_update();
+  dispatcher_.install_here();
   worker.leave();
   is_spinning_ = false;
 }

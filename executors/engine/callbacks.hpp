@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/thread_safety.hpp"
 #include "takt/executors/engine/changes.hpp"
 #include "takt/executors/engine/dispatcher.hpp"
 #include "takt/executors/engine/numbers.hpp"
@@ -70,32 +71,32 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void listen_to(const std::shared_ptr<Node>& node);
 
   // With the mutex held.
-  const Observation& observation_at_rest() const;
-  void choose_wait_backend();
+  const Observation& observation_at_rest() const TAKT_REQUIRES(mutex_);
+  void choose_wait_backend() TAKT_REQUIRES(mutex_);
   std::unique_ptr<Record> make_record(const std::shared_ptr<Entity>& entity, const Node& node,
-                                      const CallbackParameters& parameters);
-  void undo_add(Record& record) noexcept;
-  void publish();
-  void publish_removal() noexcept;
-  bool claim_removal(Record& record) noexcept;
-  void take_from_lists(Record& record) noexcept;
-  void remove_at_rest(const std::vector<Record*>& records) noexcept;
-  RemovedRecords take_unused() noexcept;
+                                      const CallbackParameters& parameters) TAKT_REQUIRES(mutex_);
+  void undo_add(Record& record) noexcept TAKT_REQUIRES(mutex_);
+  void publish() TAKT_REQUIRES(mutex_);
+  void publish_removal() noexcept TAKT_REQUIRES(mutex_);
+  bool claim_removal(Record& record) noexcept TAKT_REQUIRES(mutex_);
+  void take_from_lists(Record& record) noexcept TAKT_REQUIRES(mutex_);
+  void remove_at_rest(const std::vector<Record*>& records) noexcept TAKT_REQUIRES(mutex_);
+  RemovedRecords take_unused() noexcept TAKT_REQUIRES(mutex_);
 
   const ExecutorOptions& options_;
   Dispatcher& dispatcher_;
   Removals removals_;
   mutable PiMutex mutex_;  // guards all below
-  bool is_spinning_ = false;
-  bool is_frozen_ = false;
-  CallbackRecords records_;
-  std::unordered_map<const Entity*, Record*> of_entity_;  // the same
-  RemovedRecords removed_;                                // until nothing refers to them
-  Changes changes_;
-  CallbackId next_id_ = 0;
-  Numbers<Exclusion> group_ids_;
-  Numbers<const Node> node_ids_;
-  std::vector<std::weak_ptr<Node>> nodes_;
+  bool is_spinning_ TAKT_GUARDED_BY(mutex_) = false;
+  bool is_frozen_ TAKT_GUARDED_BY(mutex_) = false;
+  CallbackRecords records_ TAKT_GUARDED_BY(mutex_);
+  std::unordered_map<const Entity*, Record*> of_entity_ TAKT_GUARDED_BY(mutex_);  // the same
+  RemovedRecords removed_ TAKT_GUARDED_BY(mutex_);  // until nothing refers to them
+  Changes changes_ TAKT_GUARDED_BY(mutex_);
+  CallbackId next_id_ TAKT_GUARDED_BY(mutex_) = 0;
+  Numbers<Exclusion> group_ids_ TAKT_GUARDED_BY(mutex_);
+  Numbers<const Node> node_ids_ TAKT_GUARDED_BY(mutex_);
+  std::vector<std::weak_ptr<Node>> nodes_ TAKT_GUARDED_BY(mutex_);
 };
 
 }  // namespace takt::detail

@@ -4,6 +4,7 @@
 #define TAKT_EXECUTORS_ENGINE_DISPATCH_LOCK_HPP_
 
 #include "takt/base/pi_mutex.hpp"
+#include "takt/base/thread_safety.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace takt {
@@ -12,23 +13,25 @@ namespace TAKT_INTERNAL detail {
 /// A mutex with priority inheritance. A thread that finds it taken looks again for a moment before
 /// it waits in the kernel: a dispatch takes a fraction of a microsecond, that wait several.
 /// Thread safety and real-time: as PiMutex.
-class DispatchLock {
+class TAKT_LOCK DispatchLock {
  public:
+  using IsChecked = void;
+
   /// `is_shared`: there are several workers. An only one needs no lock, and none is taken.
   explicit DispatchLock(bool is_shared) noexcept : is_shared_(is_shared) {}
 
   bool is_shared() const noexcept { return is_shared_; }
-  void lock() noexcept {
+  void lock() noexcept TAKT_ACQUIRES() {
     if (is_shared_ && !mutex_.try_lock()) [[unlikely]]
       wait();
   }
-  void unlock() noexcept {
+  void unlock() noexcept TAKT_RELEASES() {
     if (is_shared_) [[unlikely]]
       mutex_.unlock();
   }
 
  private:
-  void wait() noexcept;
+  void wait() noexcept TAKT_ACQUIRES(mutex_);
 
   const bool is_shared_;
   PiMutex mutex_;

@@ -38,10 +38,9 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
       rule_(rule),
       observation_(observation),
       times_take_(threads.size() > 1 || options.trace_events != 0 || observation.records_times()),
-      lock_(threads.size() > 1),
       ready_(readiness, *options.clock, reads_clock(options), keeps_history(options.scheduler),
              options.trigger.let_period > Nanoseconds::zero(), options.watchdog.get()),
-      workers_(options, threads, *this, lock_, ready_, updates_) {
+      workers_(options, threads, *this, ready_, updates_) {
 }
 
 // ---- How a callback becomes ready ----
@@ -51,7 +50,7 @@ Dispatcher::Dispatcher(const ExecutorOptions& options, Readiness readiness,
 void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
   Worker* const worker = Worker::current();
   const bool is_mine = worker != nullptr && worker->dispatcher == this;
-  if (is_mine && !lock_.is_shared()) return ready_.announce_from_worker(record, arrival);
+  if (is_mine && !lock().is_shared()) return ready_.announce_from_worker(record, arrival);
   if (is_mine && waits_for_this_thread(record) && record.state.is_executing()) {
     worker->runs_again = true;  // it looks for more when it settles
   } else if (ready_.announce(record, arrival) && !waits_for_this_thread(record)) {
@@ -81,14 +80,14 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   if (record->is_reentrant()) {
     take(execution);
     workers_.pass_on();
-    lock_.unlock();
+    lock().unlock();
   } else {
     workers_.pass_on();
-    lock_.unlock();
+    lock().unlock();
     execution.is_taken = record->entity->take(execution.slot);  // it may decode a long message
   }
   const ExecutionTimes times = run(worker, execution, picked, nullptr);
-  lock_.lock();
+  lock().lock();
   finish(worker, execution, times);
   return true;
 }
@@ -101,18 +100,18 @@ void Dispatcher::take(Execution& execution) noexcept {
     execution.is_taken = record.entity->take(execution.slot);
   } else {
     workers_.pass_on();
-    lock_.unlock();
+    lock().unlock();
     execution.is_taken = record.entity->take(execution.slot);
-    lock_.lock();
+    lock().lock();
   }
   ready_.taken(record, execution.slot.more);
 }
 
 void Dispatcher::execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept {
   const TimePoint picked = ready_.now();
-  lock_.unlock();
+  lock().unlock();
   const ExecutionTimes times = run(worker, execution, picked, outputs);
-  lock_.lock();
+  lock().lock();
   finish(worker, execution, times);
 }
 
@@ -157,7 +156,7 @@ ExecutionTimes Dispatcher::run(Worker& worker, Execution& execution, TimePoint p
     times.used = Observation::usage_of_thread() - before;
   if (is_checked) [[unlikely]] {
     try {
-      observation_.check_limits(lock_, worker, execution, dispatch, times);
+      observation_.check_limits(lock(), worker, execution, dispatch, times);
     } catch (...) {
       caught(record, std::current_exception());
     }
@@ -180,7 +179,7 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
   const bool is_taken = execution.is_taken;
   if (is_taken && options_.statistics != StatisticsLevel::off) ++record.executions;
   if (times.are_read) [[unlikely]] {
-    if (lock_.is_shared() || execution.is_checked || !is_taken) {
+    if (lock().is_shared() || execution.is_checked || !is_taken) {
       ready_.read_clock();
     } else {
       ready_.set_now(times.end);
@@ -204,7 +203,7 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
 // A pointer was taken, right after a brief callback on the only worker: when that has ended says as
 // much as another reading.
 bool Dispatcher::starts_at_once(const Worker& worker, const Execution& execution) const noexcept {
-  return !lock_.is_shared() && has_just_run_ && worker.trace == nullptr &&
+  return !workers_.lock().is_shared() && has_just_run_ && worker.trace == nullptr &&
          execution.record->settings.info.kind == EntityKind::subscription &&
          execution.slot.message->origin.writer == 0;
 }
@@ -215,7 +214,7 @@ bool Dispatcher::starts_at_once(const Worker& worker, const Execution& execution
 void Dispatcher::discard(Execution& execution) noexcept {
   execution.record->entity->discard(execution.slot);
   execution.is_taken = false;
-  const std::lock_guard lock(lock_);
+  const std::lock_guard guard(lock());
   ++execution.record->discarded;
 }
 
@@ -225,17 +224,21 @@ void Dispatcher::caught(const CallbackRecord& record, std::exception_ptr excepti
       (*handler_)({record.node, record.entity->name(), exception}))
     return;
   {
-    const std::lock_guard lock(lock_);
+    const std::lock_guard guard(lock());
     if (exception_ == nullptr) exception_ = exception;
   }
   workers_.stop();
 }
 
 void Dispatcher::rethrow() {
-  if (exception_ != nullptr) std::rethrow_exception(std::exchange(exception_, nullptr));
+  std::exception_ptr exception;
+  {
+    const std::lock_guard guard(lock());
+    exception = std::exchange(exception_, nullptr);
+  }
+  if (exception != nullptr) std::rethrow_exception(exception);
 }
 
-// Serialised with dispatch: called by a worker under the lock, or while no thread spins.
 void Dispatcher::install_pending_update() noexcept {
   ScheduleUpdate* const update = updates_.take();
   if (update == nullptr) return;
@@ -247,13 +250,12 @@ void Dispatcher::install_pending_update() noexcept {
 // Called inside a callback, or by a destructor of a worker's thread that ends: so the lock must be
 // left.
 void Dispatcher::install_updates_here() noexcept {
-  for (Worker* worker = Worker::current(); worker != nullptr; worker = worker->outer) {
-    const std::lock_guard lock(worker->dispatcher->lock_);
-    worker->dispatcher->install_update();
-  }
+  for (Worker* worker = Worker::current(); worker != nullptr; worker = worker->outer)
+    worker->dispatcher->install_here();
 }
 
 void Dispatcher::begin() noexcept {
+  const std::lock_guard guard(lock());
   install_update();
   ready_.read_clock();
   has_just_run_ = false;

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "takt/executors/engine/dispatch_lock.hpp"
@@ -27,7 +28,7 @@ class Dispatcher {
              const std::vector<ThreadAttributes>& threads, ServingRule* rule,
              Observation& observation);
 
-  DispatchLock& lock() noexcept { return lock_; }
+  DispatchLock& lock() noexcept TAKT_RETURNS_LOCK(workers_.lock()) { return workers_.lock(); }
   ReadySet& ready() noexcept { return ready_; }
   Updates& updates() noexcept { return updates_; }
   Workers& workers() noexcept { return workers_; }
@@ -41,7 +42,7 @@ class Dispatcher {
   /// The calling thread is the only worker.
   bool is_only_worker() const noexcept {
     const Worker* const worker = Worker::current();
-    return worker != nullptr && worker->dispatcher == this && !lock_.is_shared();
+    return worker != nullptr && worker->dispatcher == this && !workers_.lock().is_shared();
   }
   /// Installs the updates of all executors whose callbacks this thread is in.
   static void install_updates_here() noexcept;
@@ -55,24 +56,34 @@ class Dispatcher {
   /// What a callback has thrown, once; then no thread of the executor runs.
   void rethrow();
 
+  /// Installs an update, if there is one. Where no worker does: no thread spins.
+  void install_here() noexcept {
+    const std::lock_guard guard(lock());
+    install_update();
+  }
+
   // ---- Workers, with the lock ----
 
-  void install_update() noexcept {
+  void install_update() noexcept TAKT_REQUIRES(workers_.lock()) {
     if (updates_.is_pending(std::memory_order_relaxed)) [[unlikely]]
       install_pending_update();
   }
-  void take_snapshot() noexcept {
+  void take_snapshot() noexcept TAKT_REQUIRES(workers_.lock()) {
     rule_ != nullptr ? rule_->take_snapshot(ready_) : ready_.take_snapshot();
   }
   /// Returns false if there was nothing to run.
-  bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept;
+  bool run_next(Worker& worker, const ReadySet::Limits& limits) noexcept
+      TAKT_REQUIRES(workers_.lock());
   /// The same where no rule decides.
-  bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept;
+  bool run_ready(Worker& worker, const ReadySet::Limits& limits) noexcept
+      TAKT_REQUIRES(workers_.lock());
   /// Runs what has begun, and whose input is taken. `outputs`: where its messages wait.
-  void execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept;
-  bool has_time_left(TimePoint limit) noexcept;
+  void execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept
+      TAKT_REQUIRES(workers_.lock());
+  bool has_time_left(TimePoint limit) noexcept TAKT_REQUIRES(workers_.lock());
   /// As Workers::wait.
-  bool wait(Worker& worker, TimePoint limit, const FutureState* future = nullptr) noexcept {
+  bool wait(Worker& worker, TimePoint limit, const FutureState* future = nullptr) noexcept
+      TAKT_REQUIRES(workers_.lock()) {
     has_just_run_ = false;
     return workers_.wait(worker, limit, future);
   }
@@ -82,13 +93,15 @@ class Dispatcher {
   /// of the clock.
   static constexpr Nanoseconds kBrief{500};
 
-  [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept;
-  void take(Execution& execution) noexcept;
+  [[gnu::cold, gnu::noinline]] void install_pending_update() noexcept
+      TAKT_REQUIRES(workers_.lock());
+  void take(Execution& execution) noexcept TAKT_REQUIRES(workers_.lock());
   ExecutionTimes run(Worker& worker, Execution& execution, TimePoint picked,
                      StagedOutputs* outputs) noexcept;
   void call(Execution& execution) noexcept;
   bool starts_at_once(const Worker& worker, const Execution& execution) const noexcept;
-  void finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept;
+  void finish(Worker& worker, Execution& execution, ExecutionTimes times) noexcept
+      TAKT_REQUIRES(workers_.lock());
   void discard(Execution& execution) noexcept;
   [[gnu::cold, gnu::noinline]] void caught(const CallbackRecord& record,
                                            std::exception_ptr exception) noexcept;
@@ -98,11 +111,10 @@ class Dispatcher {
   Observation& observation_;
   const bool times_take_;      // the callback's start is read, as it is later than the pick
   bool has_just_run_ = false;  // on an only worker: a brief callback, and nothing else since
-  DispatchLock lock_;
   ReadySet ready_;
   Updates updates_;
   const ExceptionHandler* handler_ = nullptr;
-  std::exception_ptr exception_;  // guarded by the lock
+  std::exception_ptr exception_ TAKT_GUARDED_BY(workers_.lock());
   Workers workers_;
 };
 

@@ -202,7 +202,7 @@ bool DispatchingExecutor::spin_here(Step&& step) {
 
 void DispatchingExecutor::spin_once(Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, options_.clock->now());
-  spin_here([&](Worker& worker) {
+  spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     return !dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit) &&
            dispatcher_.wait(worker, limit);
   });
@@ -210,7 +210,7 @@ void DispatchingExecutor::spin_once(Nanoseconds timeout) {
 
 bool DispatchingExecutor::run_one() {
   bool has_run = false;
-  spin_here([&](Worker& worker) {
+  spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     has_run = dispatcher_.run_next(worker, {});
     return false;
   });
@@ -225,7 +225,7 @@ TimePoint DispatchingExecutor::limit_of(Nanoseconds max_duration) const {
 void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
   const TimePoint limit = limit_of(max_duration);
   std::optional<detail::ReadySet::Limits> limits;
-  spin_here([&](Worker& worker) {
+  spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     if (!limits) {
       // Finishes a snapshot that spin_once has left unfinished, instead of taking another.
       dispatcher_.take_snapshot();
@@ -238,7 +238,7 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
 
 void DispatchingExecutor::spin_all(Nanoseconds max_duration) {
   const TimePoint limit = limit_of(max_duration);
-  spin_here([&](Worker& worker) {
+  spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     return dispatcher_.run_next(worker, {}) && dispatcher_.has_time_left(limit);
   });
 }
@@ -247,7 +247,7 @@ FutureReturnCode DispatchingExecutor::spin_until_complete(FutureState& future,
                                                           Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, options_.clock->now());
   const FutureState::Waiter waiter(future, workers());
-  const bool was_cancelled = spin_here([&](Worker& worker) {
+  const bool was_cancelled = spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
     if (future.ready()) return false;
     const bool has_run = dispatcher_.run_next(worker, {});
     return dispatcher_.has_time_left(limit) &&

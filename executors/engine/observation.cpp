@@ -2,7 +2,6 @@
 #include "takt/executors/engine/observation.hpp"
 
 #include <algorithm>
-#include <mutex>
 
 #include <sys/resource.h>
 
@@ -91,7 +90,7 @@ void Observation::check_limits(DispatchLock& dispatch_lock, const Worker& worker
   watch.chain_instance.store(0);
   // The thread that clears the deadline reports the miss.
   const bool is_reported = watch.is_watched && watch.deadline.exchange(kNever) == kNever;
-  std::unique_lock lock(dispatch_lock);
+  dispatch_lock.lock();
   const Nanoseconds budget = record.settings.info.budget;
   const TimePoint deadline = record.deadline_of(slot.ready_time);
   const bool has_missed = end > deadline;
@@ -115,7 +114,7 @@ void Observation::check_limits(DispatchLock& dispatch_lock, const Worker& worker
       step.chain->aborted();
     }
   }
-  lock.unlock();
+  dispatch_lock.unlock();
   OverrunReport report{.node = supervision.node,
                        .callback = supervision.callback,
                        .sequence = slot.sequence,

@@ -22,9 +22,12 @@ constexpr Nanoseconds kMoment(1'000);
 thread_local constinit Worker* Worker::current_ = nullptr;
 
 Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
-                 Dispatcher& dispatcher, DispatchLock& lock, ReadySet& ready,
-                 const Updates& updates)
-    : options_(options), lock_(lock), ready_(ready), updates_(updates), all_(threads.size()) {
+                 Dispatcher& dispatcher, ReadySet& ready, const Updates& updates)
+    : options_(options),
+      lock_(threads.size() > 1),
+      ready_(ready),
+      updates_(updates),
+      all_(threads.size()) {
   const bool is_manual = options.clock->as_manual() != nullptr;
   for (std::size_t i = 0; i < threads.size(); ++i) {
     const ThreadAttributes& thread = threads[i];
@@ -37,8 +40,8 @@ Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttribu
     all_[i].dispatcher = &dispatcher;
     if (options.trace_events != 0)
       all_[i].trace = std::make_unique<TraceRing>(options.trace_events);
-    all_[i].may_search =
-        lock.is_shared() && !is_manual && std::all_of(threads.begin(), threads.end(), is_not_above);
+    all_[i].may_search = lock_.is_shared() && !is_manual &&
+                         std::all_of(threads.begin(), threads.end(), is_not_above);
   }
   if (options.wait != kAutoWait || is_manual) choose_backend(false);
 }

@@ -56,7 +56,10 @@ class Workers final : public Wakeable {
   };
 
   Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
-          Dispatcher& dispatcher, DispatchLock& lock, ReadySet& ready, const Updates& updates);
+          Dispatcher& dispatcher, ReadySet& ready, const Updates& updates);
+
+  DispatchLock& lock() noexcept TAKT_RETURNS_LOCK(lock_) { return lock_; }
+  const DispatchLock& lock() const noexcept TAKT_RETURNS_LOCK(lock_) { return lock_; }
 
   std::vector<Worker>& all() noexcept { return all_; }
   const std::vector<Worker>& all() const noexcept { return all_; }
@@ -89,23 +92,24 @@ class Workers final : public Wakeable {
 
   // ---- Workers, with the lock ----
 
-  void begin(Worker& worker) noexcept {
+  void begin(Worker& worker) noexcept TAKT_REQUIRES(lock_) {
     worker.spin_time = Nanoseconds::zero();
     ++working_;
   }
-  void end() noexcept { --working_; }
+  void end() noexcept TAKT_REQUIRES(lock_) { --working_; }
   bool watch_file_descriptors() const noexcept {
     return watched_.load(std::memory_order_relaxed) != 0;
   }
-  void look_at_file_descriptors() noexcept;
+  void look_at_file_descriptors() noexcept TAKT_REQUIRES(lock_);
   /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
   /// the first timer.
-  void pass_on() noexcept {
+  void pass_on() noexcept TAKT_REQUIRES(lock_) {
     if (!lock_.is_shared() || (idle_.load() == 0 && search_.load() == Search::none)) return;
     if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
   }
   /// There was nothing to run. Returns true if the worker must look again, false at the limit.
-  bool wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept;
+  bool wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept
+      TAKT_REQUIRES(lock_);
 
  private:
   /// For what a worker waits besides announcements.
@@ -121,25 +125,24 @@ class Workers final : public Wakeable {
            ready_.timers_are_held() != expected.timers_were_held ||
            (expected.future != nullptr && expected.future->ready());
   }
-  void set_wait(Worker& worker, TimePoint until) noexcept;
-  TimePoint release_to_wait_for() const noexcept;
+  void set_wait(Worker& worker, TimePoint until) noexcept TAKT_REQUIRES(lock_);
+  TimePoint release_to_wait_for() const noexcept TAKT_REQUIRES(lock_);
   bool may_search(const Worker& worker) const noexcept {
     return !lock_.is_shared() || (worker.may_search && search_.load() == Search::none);
   }
-  Nanoseconds patience_of(const Worker& worker) const noexcept;
+  Nanoseconds patience_of(const Worker& worker) const noexcept TAKT_REQUIRES(lock_);
   bool search(Worker& worker, TimePoint until, Nanoseconds patience,
-              const Expected& expected) noexcept;
+              const Expected& expected) noexcept TAKT_REQUIRES(lock_);
 
   const ExecutorOptions& options_;
-  DispatchLock& lock_;
+  DispatchLock lock_;
   ReadySet& ready_;
   const Updates& updates_;
   std::vector<Worker> all_;
   std::unique_ptr<WaitBackend> backend_;
-  // Guarded by the lock.
-  std::size_t working_ = 0;        // workers that have begun and have not ended
-  TimePoint first_wait_ = kNever;  // the first release for which one waits
-  TimePoint last_look_{};          // at file descriptors, when no worker sleeps
+  std::size_t working_ TAKT_GUARDED_BY(lock_) = 0;  // workers that have begun and have not ended
+  TimePoint first_wait_ TAKT_GUARDED_BY(lock_) = kNever;  // the first release for which one waits
+  TimePoint last_look_ TAKT_GUARDED_BY(lock_){};  // at file descriptors, when no worker sleeps
 
   alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
   std::atomic<Search> search_{Search::none};

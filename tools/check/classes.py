@@ -31,7 +31,8 @@ EXCEPTIONS = {
 # What is neither a function nor a field of an object.
 NO_MEMBER = re.compile(r"(?:using|friend|typedef|static_assert|enum|union|class|struct|template class|TAKT_\w+"
                        r"|(?:inline )?static (?:inline |constexpr |constinit |thread_local ))\b")
-NESTED = [re.compile(pattern) for pattern in (r"\[\[[^\]]*\]\]", r"alignas\([^()]*\)", r"<[^<>;(){}]*>")]
+NESTED = [re.compile(pattern) for pattern in (r"\[\[[^\]]*\]\]", r"alignas\([^()]*\)", r"<[^<>;(){}]*>",
+                                               r"\bTAKT_[A-Z_]+\((?:[^()]|\([^()]*\))*\)")]
 FIELD = re.compile(r"[\w:&* \[\]]+[ &*]\w+")
 
 
