@@ -58,7 +58,7 @@ TEST_F(Nodes, LifecyclePublishersFollowTheBaseClass) {
 TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
   const auto node = std::make_shared<Node>("node");
   using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
-  std::thread worker;
+  std::jthread worker;
   const auto server = rclcpp_action::create_server<Fibonacci>(
       node, "fibonacci",
       [](const rclcpp_action::GoalUUID&, std::shared_ptr<const Fibonacci::Goal> goal) {
@@ -67,7 +67,7 @@ TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
       },
       [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
       [&](const std::shared_ptr<Handle> goal) {
-        worker = std::thread([goal] {
+        worker = std::jthread([goal] {
           auto feedback = std::make_shared<Fibonacci::Feedback>();
           feedback->sequence = {1};
           goal->publish_feedback(feedback);
@@ -97,7 +97,6 @@ TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
   EXPECT_EQ(feedbacks, 1);
   EXPECT_THROW(client->async_get_result(nullptr),
                rclcpp_action::exceptions::UnknownGoalHandleError);
-  worker.join();
 }
 
 TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
@@ -105,7 +104,7 @@ TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   server->declare_parameter("gain", 0.5);
   executors::SingleThreadedExecutor executor;
   executor.add_node(server);
-  std::thread spinner([&] { executor.spin(); });
+  const Spinner spinner(executor);
   const auto node = std::make_shared<Node>("node");
   SyncParametersClient client(node, "server");
   ASSERT_TRUE(client.wait_for_service(kLong));
@@ -124,8 +123,6 @@ TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   own.add_node(node);
   EXPECT_TRUE(spin_until(own, [&] { return !heard.empty(); }));
   EXPECT_EQ(heard, std::vector<double>{0.75});
-  executor.cancel();
-  spinner.join();
 }
 
 // What a typical node of 90 lines does, in the habits of rclcpp.

@@ -4,11 +4,14 @@
 #ifndef RCLCPP_RCLCPP_TEST_HPP_
 #define RCLCPP_RCLCPP_TEST_HPP_
 
+#include <future>
 #include <set>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "takt/testing/eventually.hpp"
 
 #include "rclcpp/rclcpp.hpp"
 
@@ -18,6 +21,25 @@ using namespace std::chrono_literals;
 
 /// Ends a wait in a test that has failed.
 inline constexpr auto kLong = std::chrono::seconds(60);
+
+/// Spins on a thread of its own for as long as it lives, also when its test fails.
+class Spinner {
+ public:
+  explicit Spinner(Executor& executor)
+      : executor_(executor), spin_(std::async(std::launch::async, [this] { executor_.spin(); })) {}
+  ~Spinner() {
+    EXPECT_TRUE(takt::eventually([this] {
+      executor_.cancel();  // again, as one before the spin is lost
+      return spin_.wait_for(1ms) == std::future_status::ready;
+    }));
+  }
+  Spinner(const Spinner&) = delete;
+  Spinner& operator=(const Spinner&) = delete;
+
+ private:
+  Executor& executor_;
+  const std::future<void> spin_;
+};
 
 class RclcppTest : public testing::Test {
  protected:

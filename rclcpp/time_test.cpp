@@ -62,7 +62,7 @@ using Departures = RclcppTest;
 // Programs drop nodes, and parts of them, in callbacks and while another thread spins.
 TEST_F(Departures, ANodeMayGoWhileItIsSpun) {
   executors::MultiThreadedExecutor executor(ExecutorOptions(), 2);
-  std::thread spinner([&] { executor.spin(); });
+  const Spinner spinner(executor);
   for (int i = 0; i < 20; ++i) {
     auto node = std::make_shared<Node>("node", NodeOptions().start_parameter_services(false));
     std::promise<void> called;
@@ -74,8 +74,6 @@ TEST_F(Departures, ANodeMayGoWhileItIsSpun) {
     timer.reset();
     node.reset();
   }
-  executor.cancel();
-  spinner.join();
 }
 
 TEST_F(Departures, ParametersOverrideTheQoSOfATopic) {
