@@ -87,6 +87,19 @@ TEST_F(Executors, AnAnswerMayComeLater) {
   EXPECT_EQ(client->prune_pending_requests(), 0u);
 }
 
+// A program asks for introspection to be off, which it is; asks for more in vain.
+TEST_F(Executors, ThereIsNoServiceIntrospection) {
+  const auto node = std::make_shared<Node>("node");
+  const auto client = node->create_client<AddTwoInts>("add");
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  client->configure_introspection(node->get_clock(), QoS(1), RCL_SERVICE_INTROSPECTION_OFF);
+  EXPECT_THROW(client->configure_introspection(node->get_clock(), QoS(1),
+                                               RCL_SERVICE_INTROSPECTION_CONTENTS),
+               exceptions::RCLError);
+#pragma GCC diagnostic pop
+}
+
 TEST_F(Executors, CancelFromACallbackEndsOneSpin) {
   const auto node = std::make_shared<Node>("node");
   executors::MultiThreadedExecutor executor(ExecutorOptions(), 2);

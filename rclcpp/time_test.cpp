@@ -57,6 +57,54 @@ TEST_F(SimulatedTime, ASleepEndsWithTheContext) {
   EXPECT_FALSE(sleeper.get());
 }
 
+// Clocks of a program's own have the time of a node, and tell when it jumps.
+TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
+  const auto clock = std::make_shared<Clock>(RCL_ROS_TIME);
+  EXPECT_FALSE(clock->ros_time_is_active());
+  const auto node =
+      std::make_shared<Node>("node", NodeOptions().append_parameter_override("use_sim_time", true));
+  TimeSource source(node);
+  EXPECT_THROW(source.attachClock(std::make_shared<Clock>()), std::invalid_argument);
+  source.attachClock(clock);
+  EXPECT_TRUE(clock->ros_time_is_active());
+  EXPECT_EQ(clock->now().nanoseconds(), 0);
+  std::atomic<std::int64_t> back{0};
+  const auto handler = clock->create_jump_callback(
+      nullptr, [&](const rcl_time_jump_t& jump) { back += jump.delta.nanoseconds; },
+      {false, {0}, {-1}});
+  const auto publisher = node->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 10);
+  for (const std::int32_t seconds : {5, 2}) {
+    rosgraph_msgs::msg::Clock message;
+    message.clock.sec = seconds;
+    EXPECT_TRUE(takt::eventually([&] {
+      publisher->publish(message);
+      return clock->now().seconds() == seconds;
+    }));
+  }
+  EXPECT_TRUE(takt::eventually([&] { return back == -3'000'000'000; }));
+  source.detachNode();
+  EXPECT_FALSE(clock->ros_time_is_active());
+}
+
+// The handler of tf2 goes whenever its buffer does, also in its own callback.
+TEST_F(SimulatedTime, AJumpHandlerMayGoInItsCallback) {
+  const auto clock = std::make_shared<takt::SimulatedClock>(takt::Clock::steady(), false);
+  std::atomic<bool> is_set{false}, has_gone{false};
+  JumpHandler::SharedPtr handler;
+  handler = std::make_shared<JumpHandler>(
+      clock, [&] { is_set.wait(false); },
+      [&](const rcl_time_jump_t& jump) {
+        EXPECT_EQ(jump.clock_change, RCL_ROS_TIME_ACTIVATED);
+        handler.reset();
+        has_gone = true;
+      },
+      rcl_jump_threshold_t{true, {0}, {0}});
+  clock->simulate(true);
+  is_set = true;
+  is_set.notify_all();
+  EXPECT_TRUE(takt::eventually([&] { return has_gone.load(); }));
+}
+
 using Departures = RclcppTest;
 
 // Programs drop nodes, and parts of them, in callbacks and while another thread spins.

@@ -106,6 +106,16 @@ TEST_F(Topics, MessagesAreTakenWithoutAnExecutor) {
   EXPECT_FALSE(subscription->take(message, info));
 }
 
+TEST_F(Topics, AMessageIsWaitedFor) {
+  const auto node = std::make_shared<Node>("node");
+  String message;
+  EXPECT_FALSE(wait_for_message(message, node, "topic", 1ms));
+  const auto publisher = node->create_publisher<String>("topic", QoS(1).transient_local());
+  publisher->publish(text("a"));
+  ASSERT_TRUE(wait_for_message(message, node, "topic", kLong, QoS(1).transient_local()));
+  EXPECT_EQ(message.data, "a");
+}
+
 TEST_F(Topics, SerializedMessagesComeAndGo) {
   const auto node = std::make_shared<Node>("node");
   std::string received;

@@ -55,7 +55,11 @@ const Context::SharedPtr& checked(const Context::SharedPtr& context) {
 
 }  // namespace
 
-Clock::Clock(rcl_clock_type_t type) : type_(type) {
+Clock::Clock(rcl_clock_type_t type)
+    : type_(type),
+      simulated_(type == RCL_ROS_TIME
+                     ? std::make_shared<takt::SimulatedClock>(takt::Clock::steady(), false)
+                     : nullptr) {
 }
 Clock::Clock(std::shared_ptr<takt::SimulatedClock> simulated)
     : type_(RCL_ROS_TIME), simulated_(std::move(simulated)) {

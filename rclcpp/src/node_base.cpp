@@ -4,6 +4,7 @@
 
 #include "arguments.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
+#include "rclcpp/expand_topic_or_service_name.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 
 namespace rclcpp::node_interfaces {
@@ -30,6 +31,14 @@ bool is_path(std::string_view path) {
     if (end == path.size()) return true;
     path.remove_prefix(end + 1);
   }
+}
+
+/// Of a name that has become this path.
+std::string checked_path(std::string path, const std::string& name, bool is_service) {
+  if (is_path(path)) return path;
+  constexpr const char* kWhy = "its parts must be names of letters, digits and '_'";
+  if (is_service) throw exceptions::InvalidServiceNameError(name.c_str(), kWhy);
+  throw exceptions::InvalidTopicNameError(name.c_str(), kWhy);
 }
 
 std::string remapped(const Arguments& own, const Arguments& all, RemapRule::Kind kind,
@@ -108,10 +117,7 @@ std::string NodeBaseInterface::resolve_topic_or_service_name(const std::string& 
     resolved = detail::remap_name(*own_, global(), resolved, is_service, node_->name(),
                                   node_->name_space());
   }
-  if (is_path(resolved)) return resolved;
-  constexpr const char* kWhy = "its parts must be names of letters, digits and '_'";
-  if (is_service) throw exceptions::InvalidServiceNameError(name.c_str(), kWhy);
-  throw exceptions::InvalidTopicNameError(name.c_str(), kWhy);
+  return checked_path(std::move(resolved), name, is_service);
 }
 
 std::string NodeBaseInterface::next_timer_name() {
@@ -139,3 +145,10 @@ takt::Parameters NodeBaseInterface::parameter_overrides(const std::string& node)
 }
 
 }  // namespace rclcpp::node_interfaces
+
+std::string rclcpp::expand_topic_or_service_name(const std::string& name,
+                                                 const std::string& node_name,
+                                                 const std::string& name_space, bool is_service) {
+  return node_interfaces::checked_path(
+      detail::expand_name(name, node_name, name_space == "/" ? "" : name_space), name, is_service);
+}

@@ -1,8 +1,12 @@
-// Not supported: service introspection.
+// What service introspection shows. Takt has none: see docs/reference/rclcpp.md.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCL__SERVICE_INTROSPECTION_H_
 #define RCL__SERVICE_INTROSPECTION_H_
 
-#error "Takt's layer for rclcpp has no service introspection: see docs/reference/rclcpp.md"
+typedef enum rcl_service_introspection_state_e {
+  RCL_SERVICE_INTROSPECTION_OFF,
+  RCL_SERVICE_INTROSPECTION_METADATA,
+  RCL_SERVICE_INTROSPECTION_CONTENTS,
+} rcl_service_introspection_state_t;
 
 #endif  // RCL__SERVICE_INTROSPECTION_H_

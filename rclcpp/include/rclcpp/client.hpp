@@ -15,6 +15,7 @@
 
 #include "takt/entities/client.hpp"
 
+#include "rclcpp/detail/service_introspection.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 #include "rclcpp/qos.hpp"
@@ -59,7 +60,7 @@ struct FutureAndRequestId {
 }  // namespace detail
 
 /// Thread safety: every method from any thread. Real-time: each call allocates its future.
-class ClientBase {
+class ClientBase : public detail::ServiceIntrospection {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(ClientBase)
   virtual ~ClientBase() = default;

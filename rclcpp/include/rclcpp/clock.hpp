@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <thread>
 
 #include "takt/base/simulated_clock.hpp"
 
@@ -13,6 +14,25 @@
 #include "rclcpp/time.hpp"
 
 namespace rclcpp {
+
+/// Calls when simulated time jumps, for as long as it lives: on a thread of its own, after the
+/// jump. Jumps that come while a callback runs are reported as one. Thread safety: it may go on any
+/// thread. Real-time: no.
+class JumpHandler {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(JumpHandler)
+  using pre_callback_t = std::function<void()>;
+  using post_callback_t = std::function<void(const rcl_time_jump_t&)>;
+
+  JumpHandler(std::shared_ptr<takt::SimulatedClock> clock, pre_callback_t pre_callback,
+              post_callback_t post_callback, const rcl_jump_threshold_t& threshold);
+  ~JumpHandler();
+
+ private:
+  class Watch;
+  const std::shared_ptr<Watch> watch_;
+  std::thread thread_;
+};
 
 /// Thread safety: every method from any thread.
 /// Real-time: now; the rest sleeps.
@@ -40,17 +60,20 @@ class Clock {
                           Context::SharedPtr context = contexts::get_global_default_context(),
                           const Duration& wait_tick = Duration(0, 10'000'000));
 
+  /// Either callback may be empty; the first is called right before the second.
+  [[nodiscard]] JumpHandler::SharedPtr create_jump_callback(
+      JumpHandler::pre_callback_t pre_callback, JumpHandler::post_callback_t post_callback,
+      const rcl_jump_threshold_t& threshold);
+
   // For this library.
+  /// nullptr: it is none of ROS time.
   const std::shared_ptr<takt::SimulatedClock>& simulated() const noexcept { return simulated_; }
-  void follow(std::shared_ptr<takt::SimulatedClock> simulated) {
-    simulated_ = std::move(simulated);
-  }
   /// What timers of this clock wait by.
   takt::Clock& takt_clock() const;
 
  private:
   const rcl_clock_type_t type_;
-  std::shared_ptr<takt::SimulatedClock> simulated_;  // nullptr: it follows none
+  const std::shared_ptr<takt::SimulatedClock> simulated_;
 };
 
 }  // namespace rclcpp

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "rclcpp/client.hpp"
+#include "rclcpp/message_memory_strategy.hpp"
 #include "rclcpp/node_interfaces/node_interfaces.hpp"
 #include "rclcpp/publisher.hpp"
 #include "rclcpp/service.hpp"
@@ -52,7 +53,9 @@ template <class M, class F, class Allocator = std::allocator<void>,
           class T = Subscription<M, Allocator>, class Parameters, class N>
 std::shared_ptr<T> create_subscription(
     Parameters&& node_parameters, N&& node, const std::string& topic, const QoS& qos, F&& callback,
-    const SubscriptionOptionsWithAllocator<Allocator>& options = {}) {
+    const SubscriptionOptionsWithAllocator<Allocator>& options = {},
+    const std::shared_ptr<message_memory_strategy::MessageMemoryStrategy<M, Allocator>>& =
+        nullptr) {
   const auto parameters =
       node_interfaces::get_node_parameters_interface(std::forward<Parameters>(node_parameters));
   return std::make_shared<T>(detail::base_of(node), topic, qos, std::decay_t<F>(callback), options,
@@ -62,7 +65,9 @@ template <class M, class F, class Allocator = std::allocator<void>,
           class T = Subscription<M, Allocator>, class N>
 requires(!std::is_convertible_v<N, std::string>) std::shared_ptr<T> create_subscription(
     N&& node, const std::string& topic, const QoS& qos, F&& callback,
-    const SubscriptionOptionsWithAllocator<Allocator>& options = {}) {
+    const SubscriptionOptionsWithAllocator<Allocator>& options = {},
+    const std::shared_ptr<message_memory_strategy::MessageMemoryStrategy<M, Allocator>>& =
+        nullptr) {
   return create_subscription<M, F, Allocator, T>(node, node, topic, qos, std::forward<F>(callback),
                                                  options);
 }

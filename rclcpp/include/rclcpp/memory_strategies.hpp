@@ -1,8 +1,16 @@
-// Not supported: memory strategies.
+// The memory strategy that executors of rclcpp have without another.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MEMORY_STRATEGIES_HPP_
 #define RCLCPP__MEMORY_STRATEGIES_HPP_
 
-#error "Takt's layer for rclcpp has no memory strategies: see docs/reference/rclcpp.md"
+#include "rclcpp/strategies/allocator_memory_strategy.hpp"
+
+namespace rclcpp::memory_strategies {
+
+inline memory_strategy::MemoryStrategy::SharedPtr create_default_strategy() {
+  return std::make_shared<allocator_memory_strategy::AllocatorMemoryStrategy<>>();
+}
+
+}  // namespace rclcpp::memory_strategies
 
 #endif  // RCLCPP__MEMORY_STRATEGIES_HPP_

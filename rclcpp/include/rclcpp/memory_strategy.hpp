@@ -10,6 +10,7 @@ namespace rclcpp::memory_strategy {
 class MemoryStrategy {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(MemoryStrategy)
+  virtual ~MemoryStrategy() = default;
 };
 
 }  // namespace rclcpp::memory_strategy

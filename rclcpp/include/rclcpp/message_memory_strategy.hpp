@@ -1,8 +1,25 @@
-// Not supported: memory strategies.
+// What gives a subscription its messages in rclcpp. Takt does so itself, and takes no other.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__MESSAGE_MEMORY_STRATEGY_HPP_
 #define RCLCPP__MESSAGE_MEMORY_STRATEGY_HPP_
 
-#error "Takt's layer for rclcpp has no memory strategies: see docs/reference/rclcpp.md"
+#include <memory>
+
+#include "rclcpp/macros.hpp"
+
+namespace rclcpp::message_memory_strategy {
+
+/// Nothing calls it: see docs/reference/rclcpp.md.
+/// Thread safety: immutable. Real-time: yes.
+template <class M, class Allocator = std::allocator<void>>
+class MessageMemoryStrategy {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(MessageMemoryStrategy)
+  MessageMemoryStrategy() = default;
+  explicit MessageMemoryStrategy(const std::shared_ptr<Allocator>&) {}
+  static SharedPtr create_default() { return std::make_shared<MessageMemoryStrategy>(); }
+};
+
+}  // namespace rclcpp::message_memory_strategy
 
 #endif  // RCLCPP__MESSAGE_MEMORY_STRATEGY_HPP_

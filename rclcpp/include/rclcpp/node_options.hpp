@@ -10,6 +10,7 @@
 #include "takt/nodes/node_options.hpp"
 
 #include "rclcpp/context.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/parameter.hpp"
 #include "rclcpp/qos.hpp"
 
@@ -61,8 +62,12 @@ class NodeOptions {
     parameter_overrides_.emplace_back(name, ParameterValue(value));
     return *this;
   }
-  /// A node's clock is one of ROS time, see docs/reference/rclcpp.md.
-  NodeOptions& clock_type(const rcl_clock_type_t& type) = delete;
+  template <class T>
+  NodeOptions& clock_type(const T&) {
+    static_assert(detail::kRefused<T>,
+                  "Takt's nodes have a clock of ROS time: see docs/reference/rclcpp.md");
+    return *this;
+  }
   rcl_clock_type_t clock_type() const {
     return RCL_ROS_TIME;
   }

@@ -7,6 +7,7 @@
 
 #include "takt/transport/qos.hpp"
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/duration.hpp"
 #include "rmw/qos_profiles.h"
 
@@ -121,7 +122,7 @@ class QoS {
   QoS& liveliness_lease_duration(const Duration& lease) {
     return liveliness_lease_duration(lease.to_rmw_time());
   }
-  QoS& avoid_ros_namespace_conventions(bool avoid) = delete;  // see docs/reference/rclcpp.md
+  RCLCPP_REFUSED_(avoid_ros_namespace_conventions, "topics without ROS's prefixes")
 
   HistoryPolicy history() const { return static_cast<HistoryPolicy>(profile_.history); }
   std::size_t depth() const { return profile_.depth; }

@@ -23,6 +23,7 @@
 #include "rcl/allocator.h"
 #include "rcl/error_handling.h"
 #include "rclcpp/executors.hpp"
+#include "rclcpp/expand_topic_or_service_name.hpp"
 #include "rclcpp/guard_condition.hpp"
 #include "rclcpp/logging.hpp"
 #include "rclcpp/node.hpp"
@@ -30,10 +31,13 @@
 #include "rclcpp/parameter_event_handler.hpp"
 #include "rclcpp/rate.hpp"
 #include "rclcpp/serialization.hpp"
+#include "rclcpp/time_source.hpp"
 #include "rclcpp/utilities.hpp"
 #include "rclcpp/version.h"
 #include "rclcpp/visibility_control.hpp"
+#include "rclcpp/wait_for_message.hpp"
 #include "rclcpp/wait_set.hpp"
+#include "rcutils/logging_macros.h"
 #include "rosidl_runtime_cpp/traits.hpp"
 
 #endif  // RCLCPP__RCLCPP_HPP_

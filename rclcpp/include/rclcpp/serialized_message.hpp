@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/macros.hpp"
 
 /// Bytes, as rcl names them. They belong to the SerializedMessage.
@@ -50,8 +51,7 @@ class SerializedMessage {
     handle_.buffer = memory_.data();
     handle_.buffer_capacity = capacity;
   }
-  rcl_serialized_message_t release_rcl_serialized_message() =
-      delete;  // see docs/reference/rclcpp.md
+  RCLCPP_REFUSED_(release_rcl_serialized_message, "release of a message's memory")
 
   std::span<const std::byte> bytes() const {
     return std::as_bytes(std::span(handle_.buffer, handle_.buffer_length));

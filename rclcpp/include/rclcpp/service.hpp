@@ -12,6 +12,7 @@
 
 #include "takt/entities/service.hpp"
 
+#include "rclcpp/detail/service_introspection.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 #include "rclcpp/qos.hpp"
@@ -35,7 +36,7 @@ inline takt::RequestId from_rmw(const rmw_request_id_t& request) {
 
 /// Thread safety: every method from any thread. Real-time: as takt::Service; and each request and
 /// response is allocated, as callbacks own them.
-class ServiceBase {
+class ServiceBase : public detail::ServiceIntrospection {
  public:
   RCLCPP_SMART_PTR_ALIASES_ONLY(ServiceBase)
   virtual ~ServiceBase() = default;

@@ -41,8 +41,11 @@ struct SubscriptionOptionsBase {
 
 template <class Allocator>
 struct SubscriptionOptionsWithAllocator : SubscriptionOptionsBase {
-  static_assert(std::is_same_v<Allocator, std::allocator<void>>,
-                "Takt has no allocators of messages: see docs/reference/rclcpp.md");
+  static constexpr bool kIsStandard = std::is_same_v<Allocator, std::allocator<void>>;
+  SubscriptionOptionsWithAllocator() requires kIsStandard {}
+  [[deprecated("Takt allocates messages itself: see docs/reference/rclcpp.md")]]  // NOLINTNEXTLINE
+  SubscriptionOptionsWithAllocator() requires(!kIsStandard) {}
+
   std::shared_ptr<Allocator> allocator;
   std::shared_ptr<Allocator> get_allocator() const { return std::make_shared<Allocator>(); }
 };

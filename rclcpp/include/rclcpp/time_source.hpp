@@ -1,8 +1,47 @@
-// Not supported: time sources of their own.
+// Gives clocks of a program's own the time of a node.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__TIME_SOURCE_HPP_
 #define RCLCPP__TIME_SOURCE_HPP_
 
-#error "Takt's layer for rclcpp has no time sources of their own: see docs/reference/rclcpp.md"
+#include <memory>
+
+#include "rclcpp/node.hpp"
+
+namespace rclcpp {
+
+/// The clocks simulate when the node does, and have its time. The QoS of /clock and its thread are
+/// those of the context: see docs/reference/rclcpp.md.
+/// Thread safety: every method from any thread. Real-time: no.
+class TimeSource {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(TimeSource)
+  explicit TimeSource(const QoS& qos = ClockQoS(), bool use_clock_thread = true);
+  explicit TimeSource(const std::shared_ptr<Node>& node, const QoS& qos = ClockQoS(),
+                      bool use_clock_thread = true);
+  ~TimeSource();
+
+  void attachNode(std::shared_ptr<Node> node);
+  void attachNode(node_interfaces::NodeBaseInterface::SharedPtr,
+                  node_interfaces::NodeTopicsInterface::SharedPtr,
+                  node_interfaces::NodeGraphInterface::SharedPtr,
+                  node_interfaces::NodeServicesInterface::SharedPtr,
+                  node_interfaces::NodeLoggingInterface::SharedPtr,
+                  node_interfaces::NodeClockInterface::SharedPtr clock,
+                  node_interfaces::NodeParametersInterface::SharedPtr);
+  /// The clocks do not simulate from then on.
+  void detachNode();
+  /// Throws std::invalid_argument when it is no clock of ROS time.
+  void attachClock(Clock::SharedPtr clock);
+  void detachClock(Clock::SharedPtr clock);
+  bool get_use_clock_thread() { return true; }
+  bool clock_thread_is_joinable() { return true; }
+
+ private:
+  class Link;
+  void attach(const Clock& clock);
+  const std::unique_ptr<Link> link_;
+};
+
+}  // namespace rclcpp
 
 #endif  // RCLCPP__TIME_SOURCE_HPP_

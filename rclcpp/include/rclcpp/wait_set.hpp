@@ -12,6 +12,7 @@
 #include "takt/executors/wait_set.hpp"
 
 #include "rclcpp/client.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/guard_condition.hpp"
 #include "rclcpp/service.hpp"
 #include "rclcpp/subscription.hpp"
@@ -174,6 +175,8 @@ class DynamicWaitSet : public WaitSetBase<Set> {
   void remove_client(ClientBase::SharedPtr entity) { this->core_->remove(entity); }
   void add_service(ServiceBase::SharedPtr entity) { this->core_->add(Kind::service, entity); }
   void remove_service(ServiceBase::SharedPtr entity) { this->core_->remove(entity); }
+  RCLCPP_REFUSED_(add_waitable, "waitables")
+  RCLCPP_REFUSED_(remove_waitable, "waitables")
 };
 
 }  // namespace detail

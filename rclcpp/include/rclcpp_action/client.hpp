@@ -14,6 +14,7 @@
 #include "takt/ros2/action_client.hpp"
 
 #include "rclcpp/create_publisher.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp_action/exceptions.hpp"
 #include "rclcpp_action/types.hpp"
 
@@ -162,7 +163,7 @@ class Client : public ClientBase {
     return cancelled(std::move(callback),
                      [&](auto answer) { takt_->async_cancel_all_goals(std::move(answer)); });
   }
-  void stop_callbacks(typename GoalHandle::SharedPtr) = delete;  // see docs/reference/rclcpp.md
+  RCLCPP_REFUSED_(stop_callbacks, "stop_callbacks")
 
  private:
   static void check(const typename GoalHandle::SharedPtr& handle) {

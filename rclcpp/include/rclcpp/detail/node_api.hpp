@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "rclcpp/create_publisher.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/generic_publisher.hpp"
 #include "rclcpp/generic_subscription.hpp"
 #include "rclcpp/node_interfaces/node_interfaces.hpp"
@@ -21,6 +22,8 @@ namespace rclcpp::detail {
 class NodeApi {
   template <class T>
   using Ptr = std::shared_ptr<T>;
+  template <class M, class Allocator>
+  using MessageMemory = message_memory_strategy::MessageMemoryStrategy<M, Allocator>;
 
  public:
   NodeApi(const NodeApi&) = delete;
@@ -46,7 +49,8 @@ class NodeApi {
   template <class M, class F, class Allocator = std::allocator<void>,
             class T = Subscription<M, Allocator>>
   Ptr<T> create_subscription(const std::string& topic, const QoS& qos, F&& callback,
-                             const SubscriptionOptionsWithAllocator<Allocator>& options = {}) {
+                             const SubscriptionOptionsWithAllocator<Allocator>& options = {},
+                             const Ptr<MessageMemory<M, Allocator>>& = nullptr) {
     return rclcpp::create_subscription<M, F, Allocator, T>(parameters_, base_, in_sub(topic), qos,
                                                            std::forward<F>(callback), options);
   }
@@ -102,6 +106,8 @@ class NodeApi {
     return std::make_shared<GenericSubscription>(*base_, in_sub(topic), type, qos,
                                                  std::forward<F>(callback), options);
   }
+
+  RCLCPP_REFUSED_(create_generic_client, "generic clients")
 
   // ---- Parameters ----
 

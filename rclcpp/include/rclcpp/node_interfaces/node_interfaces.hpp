@@ -59,6 +59,56 @@ RCLCPP_GET_INTERFACE_(NodeTypeDescriptionsInterface, get_node_type_descriptions_
 RCLCPP_GET_INTERFACE_(NodeWaitablesInterface, get_node_waitables_interface)
 #undef RCLCPP_GET_INTERFACE_
 
+/// Some of the interfaces of a node, as a function asks for them.
+/// Thread safety: a value. Real-time: no.
+template <class... Interfaces>
+class NodeInterfaces {
+  template <class I>
+  static constexpr bool kHas = (std::is_same_v<I, Interfaces> || ...);
+
+ public:
+  NodeInterfaces() = default;
+  template <class N>
+  requires(sizeof...(Interfaces) != 0 && !std::is_same_v<std::remove_cvref_t<N>, NodeInterfaces> &&
+           !(std::is_convertible_v<N, std::shared_ptr<Interfaces>> || ...))
+      NodeInterfaces(N&& node)  // NOLINT: as in rclcpp
+      : interfaces_(of(node, std::type_identity<Interfaces>())...) {}
+  explicit NodeInterfaces(std::shared_ptr<Interfaces>... interfaces)
+      : interfaces_(std::move(interfaces)...) {}
+
+  template <class I>
+  std::shared_ptr<I> get() const {
+    return std::get<std::shared_ptr<I>>(interfaces_);
+  }
+#define RCLCPP_HAS_INTERFACE_(Type, getter)                            \
+  std::shared_ptr<Type> getter() const requires kHas<Type> {           \
+    return get<Type>();                                                \
+  }                                                                    \
+                                                                       \
+ private:                                                              \
+  template <class N>                                                   \
+  static std::shared_ptr<Type> of(N& node, std::type_identity<Type>) { \
+    return node_interfaces::getter(node);                              \
+  }                                                                    \
+                                                                       \
+ public:
+  RCLCPP_HAS_INTERFACE_(NodeBaseInterface, get_node_base_interface)
+  RCLCPP_HAS_INTERFACE_(NodeClockInterface, get_node_clock_interface)
+  RCLCPP_HAS_INTERFACE_(NodeGraphInterface, get_node_graph_interface)
+  RCLCPP_HAS_INTERFACE_(NodeLoggingInterface, get_node_logging_interface)
+  RCLCPP_HAS_INTERFACE_(NodeParametersInterface, get_node_parameters_interface)
+  RCLCPP_HAS_INTERFACE_(NodeServicesInterface, get_node_services_interface)
+  RCLCPP_HAS_INTERFACE_(NodeTimeSourceInterface, get_node_time_source_interface)
+  RCLCPP_HAS_INTERFACE_(NodeTimersInterface, get_node_timers_interface)
+  RCLCPP_HAS_INTERFACE_(NodeTopicsInterface, get_node_topics_interface)
+  RCLCPP_HAS_INTERFACE_(NodeTypeDescriptionsInterface, get_node_type_descriptions_interface)
+  RCLCPP_HAS_INTERFACE_(NodeWaitablesInterface, get_node_waitables_interface)
+#undef RCLCPP_HAS_INTERFACE_
+
+ private:
+  std::tuple<std::shared_ptr<Interfaces>...> interfaces_;
+};
+
 }  // namespace node_interfaces
 }  // namespace rclcpp
 

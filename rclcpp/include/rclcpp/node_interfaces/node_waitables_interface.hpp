@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 
 namespace rclcpp::node_interfaces {
@@ -15,6 +16,8 @@ class NodeWaitablesInterface {
   RCLCPP_SMART_PTR_ALIASES_ONLY(NodeWaitablesInterface)
   explicit NodeWaitablesInterface(NodeBaseInterface::SharedPtr node) : node_(std::move(node)) {}
   const NodeBaseInterface::SharedPtr& get_node_base_interface() const { return node_; }
+  RCLCPP_REFUSED_(add_waitable, "waitables")
+  RCLCPP_REFUSED_(remove_waitable, "waitables")
 
  private:
   const NodeBaseInterface::SharedPtr node_;

@@ -1,8 +1,24 @@
-// Not supported: memory strategies.
+// What gives an executor its memory in rclcpp. Takt's executors have their own, and take no other.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef RCLCPP__STRATEGIES__ALLOCATOR_MEMORY_STRATEGY_HPP_
 #define RCLCPP__STRATEGIES__ALLOCATOR_MEMORY_STRATEGY_HPP_
 
-#error "Takt's layer for rclcpp has no memory strategies: see docs/reference/rclcpp.md"
+#include <memory>
+
+#include "rclcpp/memory_strategy.hpp"
+
+namespace rclcpp::memory_strategies::allocator_memory_strategy {
+
+/// Nothing calls it: see docs/reference/rclcpp.md.
+/// Thread safety: immutable. Real-time: yes.
+template <class Allocator = std::allocator<void>>
+class AllocatorMemoryStrategy : public memory_strategy::MemoryStrategy {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(AllocatorMemoryStrategy)
+  AllocatorMemoryStrategy() = default;
+  explicit AllocatorMemoryStrategy(const std::shared_ptr<Allocator>&) {}
+};
+
+}  // namespace rclcpp::memory_strategies::allocator_memory_strategy
 
 #endif  // RCLCPP__STRATEGIES__ALLOCATOR_MEMORY_STRATEGY_HPP_
