@@ -19,6 +19,7 @@ import classes
 import cpp_source
 import files as file_rules
 import limits
+import rclcpp_elements
 import waiting
 from phrases import RETIRED
 from public_headers import is_public
@@ -50,6 +51,7 @@ RULES = {
     "one-list": "one page says what is not implemented",
     "waiting": "tests wait with an end",
     "limit": "each limit has a marker, and the page of limits has them",
+    "elements": "the page of rclcpp's elements has the rows of their checks",
     "time-sum": "no plain sum of a time and a duration: later()",
 }
 
@@ -320,6 +322,13 @@ def check_limits(files):
         yield Finding(limits.PAGE, 1, "limit", f"not what the markers give: tools/check/limits.py > {limits.PAGE}")
 
 
+def check_elements(files):
+    texts = {file.path: file.text for file in files}
+    if rclcpp_elements.PAGE in texts and texts[rclcpp_elements.PAGE] != rclcpp_elements.page(texts.__getitem__):
+        yield Finding(rclcpp_elements.PAGE, 1, "elements",
+                      f"not what the checks give: tools/check/rclcpp_elements.py > {rclcpp_elements.PAGE}")
+
+
 def check_generated(listed, root):
     for path in listed.split("\0"):
         if path.endswith(".html") and (root / path).is_file():
@@ -416,7 +425,8 @@ def main():
                    or path.endswith("CMakeLists.txt"))
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
-    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files)]
+    findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files),
+                *check_elements(files)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,

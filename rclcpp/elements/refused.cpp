@@ -1,0 +1,57 @@
+// What does not compile: each row of the table in docs/reference/rclcpp.md, and below it what the
+// compiler must refuse, with the name of that page. elements_test.py looks at what it says.
+// SPDX-License-Identifier: Apache-2.0
+#include "elements.hpp"
+
+// Row: generic clients | `takt::Node::create_client` of the service's type
+#include "rclcpp/create_generic_client.hpp"
+#include "rclcpp/generic_client.hpp"
+void generic_client(rclcpp::Node& node) {
+  node.create_generic_client("service", "std_srvs/srv/Empty");
+}
+// Row: type support by name: `get_typesupport_library`, `get_typesupport_handle` | types that are
+// linked in have names: `create_generic_subscription`
+#include "rclcpp/typesupport_helpers.hpp"
+// Row: `ParameterEventsFilter`, `ParameterMap`, `ParameterService` | `ParameterEventHandler`,
+// `AsyncParametersClient::load_parameters`; every node has its services
+#include "rclcpp/parameter_events_filter.hpp"
+#include "rclcpp/parameter_map.hpp"
+#include "rclcpp/parameter_service.hpp"
+// Row: `MessagePoolMemoryStrategy` | pools of Takt: `loans` of `takt::PublisherOptions`
+#include "rclcpp/strategies/message_pool_memory_strategy.hpp"
+// Row: `experimental::buffers` | messages inside a process always go by pointer
+#include "rclcpp/experimental/buffers/intra_process_buffer.hpp"
+// Row: `Waitable`, `add_waitable` | `takt::Node::create_guard_condition`, `create_file_descriptor`
+#include "rclcpp/waitable.hpp"
+void waitables(rclcpp::Node& node, rclcpp::WaitSet& set) {
+  node.get_node_waitables_interface()->add_waitable(nullptr, nullptr);
+  set.add_waitable(nullptr);
+}
+// Row: `rclcpp_components::ComponentManager` | `takt run`, and the services of its containers
+#include "rclcpp_components/component_manager.hpp"
+// Row: `class_loader` for other classes than components |
+#include "class_loader/class_loader.hpp"
+void class_loader_of_others(class_loader::ClassLoader& loader) {
+  loader.createInstance<rclcpp::Node>("name");
+}
+// Row: `NodeOptions::clock_type` | a clock of ROS time; `Clock(RCL_STEADY_TIME)` beside it
+void clock_type(rclcpp::NodeOptions& options) {
+  options.clock_type(RCL_STEADY_TIME);
+}
+// Row: `SerializedMessage::release_rcl_serialized_message` | copy the bytes
+void release(rclcpp::SerializedMessage& message) {
+  message.release_rcl_serialized_message();
+}
+// Row: `QoS::avoid_ros_namespace_conventions` |
+void conventions(rclcpp::QoS& qos) {
+  qos.avoid_ros_namespace_conventions(true);
+}
+// Row: events: liveliness of a publisher, incompatible type |
+void events(rclcpp::PublisherOptions& options) {
+  options.event_callbacks.liveliness_callback = [](rclcpp::QOSLivelinessLostInfo&) {};
+  options.event_callbacks.incompatible_type_callback = [](int&) {};
+}
+// Row: `rclcpp_action::Client::stop_callbacks` | drop what the callbacks use by a `weak_ptr`
+void stop_callbacks(rclcpp_action::Client<rclcpp::elements::Fibonacci>& client) {
+  client.stop_callbacks(nullptr);
+}
