@@ -3,6 +3,8 @@
 
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/lifecycle_msgs/msg/transition.hpp"
+#include "takt/messages/rcl_interfaces/srv/get_logger_levels.hpp"
+#include "takt/messages/rcl_interfaces/srv/set_logger_levels.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
 
 #include "rclcpp_action/rclcpp_action.hpp"
@@ -123,6 +125,33 @@ TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   own.add_node(node);
   EXPECT_TRUE(spin_until(own, [&] { return !heard.empty(); }));
   EXPECT_EQ(heard, std::vector<double>{0.75});
+}
+
+TEST_F(Nodes, LevelsOfLoggersAreReadAndSetByServices) {
+  const auto node = std::make_shared<Node>("levels", NodeOptions().enable_logger_service(true));
+  const auto set =
+      node->create_client<rcl_interfaces::srv::SetLoggerLevels>("/levels/set_logger_levels");
+  const auto get =
+      node->create_client<rcl_interfaces::srv::GetLoggerLevels>("/levels/get_logger_levels");
+  ASSERT_TRUE(set->wait_for_service(kLong) && get->wait_for_service(kLong));
+  auto wanted = std::make_shared<rcl_interfaces::srv::SetLoggerLevels::Request>();
+  wanted->levels.resize(2);
+  wanted->levels[0].set__name("levels").set__level(10);
+  wanted->levels[1].set__name("of nobody").set__level(10);
+  auto results = set->async_send_request(wanted);
+  ASSERT_EQ(spin_until_future_complete(node, results, kLong), FutureReturnCode::SUCCESS);
+  const auto response = results.get();
+  EXPECT_TRUE(response->results[0].successful);
+  EXPECT_FALSE(response->results[1].successful);
+  EXPECT_EQ(node->get_logger().get_effective_level(), Logger::Level::Debug);
+  auto asked = std::make_shared<rcl_interfaces::srv::GetLoggerLevels::Request>();
+  asked->names = {"levels", "of nobody"};
+  auto levels = get->async_send_request(asked);
+  ASSERT_EQ(spin_until_future_complete(node, levels, kLong), FutureReturnCode::SUCCESS);
+  const auto answer = levels.get();
+  EXPECT_EQ(answer->levels[0].level, 10u);
+  EXPECT_EQ(answer->levels[1].level, 0u);
+  node->get_logger().set_level(Logger::Level::Unset);
 }
 
 // What a typical node of 90 lines does, in the habits of rclcpp.

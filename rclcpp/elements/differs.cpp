@@ -56,17 +56,21 @@ void statistics(SubscriptionOptions& options) {
   options.ignore_local_publications = true;
 }
 // Row: `NodeOptions`: `start_parameter_event_publisher` (it comes with the services),
-// `enable_topic_statistics`, `enable_logger_service`, `use_clock_thread` (always), `clock_qos`,
-// `parameter_event_qos` | no effect
+// `enable_topic_statistics`, `use_clock_thread` (always), `clock_qos`, `parameter_event_qos` | no
+// effect
 void node_options(NodeOptions& options) {
   options.start_parameter_event_publisher(false).enable_topic_statistics(true);
-  options.enable_logger_service(true).use_clock_thread(false).clock_qos(QoS(1));
+  options.use_clock_thread(false).clock_qos(QoS(1));
   options.parameter_event_qos(QoS(1));
 }
 // Row: `RCUTILS_LOGGING_BUFFERED_STREAM`, `--log-config-file`, `--enable-stdout-logs` and the like
 // | no effect
 void log_arguments() {
   NodeOptions().arguments({"--ros-args", "--disable-stdout-logs"});
+}
+// Row: `NodeOptions::enable_logger_service` | its services know the loggers that the program has
+void logger_service(NodeOptions& options) {
+  options.enable_logger_service(true);
 }
 // Row: the QoS and the thread of a `TimeSource` | those of the context, which follows `/clock` once
 // for all its nodes

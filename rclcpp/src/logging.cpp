@@ -179,6 +179,13 @@ LoggerState& logger_state(const std::string& name) {
   return found->second;
 }
 
+LoggerState* known_logger(const std::string& name) {
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  const auto found = all.loggers.find(name);
+  return found != all.loggers.end() ? &found->second : nullptr;
+}
+
 void log(const Logger& logger, int severity, const LogLocation& where, const char* format, ...) {
   static const auto* console = new Console;
   std::va_list arguments;

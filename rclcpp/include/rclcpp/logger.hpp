@@ -17,6 +17,8 @@ struct LoggerState {
   std::atomic<int> own_level{0}, effective_level{20};
 };
 LoggerState& logger_state(const std::string& name);
+/// nullptr: nobody has asked for it.
+LoggerState* known_logger(const std::string& name);
 }  // namespace detail
 
 /// A name, and the level from which on its lines are written. The name "a.b" has the level of "a"

@@ -3,6 +3,8 @@
 #ifndef RCLCPP__NODE_INTERFACES__NODE_LOGGING_INTERFACE_HPP_
 #define RCLCPP__NODE_INTERFACES__NODE_LOGGING_INTERFACE_HPP_
 
+#include <memory>
+
 #include "rclcpp/logger.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 
@@ -23,6 +25,7 @@ class NodeLoggingInterface {
  private:
   const Logger logger_;
   const bool has_rosout_;
+  std::shared_ptr<takt::Entity> get_levels_, set_levels_;  // services
 };
 
 }  // namespace rclcpp::node_interfaces
