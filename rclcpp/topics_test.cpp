@@ -116,6 +116,30 @@ TEST_F(Topics, AMessageIsWaitedFor) {
   EXPECT_EQ(message.data, "a");
 }
 
+// A publisher that has to assert its liveliness, and does not, gets one callback until it does.
+TEST_F(Topics, LivelinessIsLostOnceUntilItIsAsserted) {
+  const auto node = std::make_shared<Node>("node");
+  int lost = 0;
+  PublisherOptions options;
+  options.event_callbacks.liveliness_callback = [&](QOSLivelinessLostInfo& info) {
+    EXPECT_EQ(info.total_count, ++lost);
+  };
+  const auto manual = QoS(1).liveliness(LivelinessPolicy::ManualByTopic);
+  const auto publisher =
+      node->create_publisher<String>("topic", QoS(manual).liveliness_lease_duration(4ms), options);
+  const auto patient = node->create_publisher<String>(
+      "topic", QoS(manual).liveliness_lease_duration(kLong), options);
+  const auto automatic =
+      node->create_publisher<String>("topic", QoS(1).liveliness_lease_duration(4ms), options);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  EXPECT_TRUE(spin_until(executor, [&] { return lost == 1; }));
+  for (int i = 0; i < 3; ++i) executor.spin_once(4ms);
+  EXPECT_EQ(lost, 1);
+  publisher->assert_liveliness();
+  EXPECT_TRUE(spin_until(executor, [&] { return lost == 2; }));
+}
+
 TEST_F(Topics, SerializedMessagesComeAndGo) {
   const auto node = std::make_shared<Node>("node");
   std::string received;

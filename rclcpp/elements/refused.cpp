@@ -46,9 +46,8 @@ void release(rclcpp::SerializedMessage& message) {
 void conventions(rclcpp::QoS& qos) {
   qos.avoid_ros_namespace_conventions(true);
 }
-// Row: events: liveliness of a publisher, incompatible type |
+// Row: events: incompatible type |
 void events(rclcpp::PublisherOptions& options) {
-  options.event_callbacks.liveliness_callback = [](rclcpp::QOSLivelinessLostInfo&) {};
   options.event_callbacks.incompatible_type_callback = [](int&) {};
 }
 // Row: `rclcpp_action::Client::stop_callbacks` | drop what the callbacks use by a `weak_ptr`

@@ -213,13 +213,13 @@ void qos_overrides(Node& node) {
   node.create_subscription<String>(
       "topic", 10, [](const String&) {}, options);
 }
-// Row: callbacks for events: matched, deadline, liveliness of a subscription, incompatible QoS,
-// lost messages |
+// Row: callbacks for events: matched, deadline, liveliness, incompatible QoS, lost messages |
 void events(SubscriptionOptions& subscription, PublisherOptions& publisher) {
   subscription.event_callbacks.deadline_callback = [](QOSDeadlineRequestedInfo&) {};
   subscription.event_callbacks.liveliness_callback = [](QOSLivelinessChangedInfo&) {};
   subscription.event_callbacks.message_lost_callback = [](QOSMessageLostInfo&) {};
   publisher.event_callbacks.matched_callback = [](MatchedInfo&) {};
+  publisher.event_callbacks.liveliness_callback = [](QOSLivelinessLostInfo&) {};
   publisher.event_callbacks.deadline_callback = [](QOSDeadlineOfferedInfo&) {};
   publisher.event_callbacks.incompatible_qos_callback = [](QOSOfferedIncompatibleQoSInfo&) {};
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <string_view>
 #include <utility>
 
@@ -54,6 +55,32 @@ void add(Events& events, takt::Node& node, const End& end, const Callback& callb
       group));
 }
 
+/// A timer that looks four times in a lease whether the publisher has published, or asserted that
+/// it is alive. An automatic one is alive as long as its process.
+void add_liveliness_lost(Events& events, takt::Node& node, const takt::PublisherBase& publisher,
+                         const SharedTime& asserted, const QOSLivelinessLostCallbackType& callback,
+                         const std::shared_ptr<takt::CallbackGroup>& group) {
+  const takt::Nanoseconds lease = publisher.qos().lease_duration;
+  if (!callback || publisher.qos().liveliness_kind != takt::Liveliness::manual_by_topic ||
+      takt::QoS::is_for_ever(lease)) {
+    return;
+  }
+  struct Lost {
+    std::atomic<takt::TimePoint> since{};
+    std::atomic<std::int32_t> count{0};
+  };
+  events.push_back(node.create_wall_timer(
+      std::max<takt::Nanoseconds>(lease / 4, std::chrono::milliseconds(1)),
+      [of = publisher.events(), asserted, callback, lease, lost = std::make_shared<Lost>()] {
+        const takt::TimePoint alive = std::max(of->last_message(), asserted->load());
+        if (takt::between(alive, takt::Clock::steady().now()) < lease) return;
+        if (lost->since.exchange(alive) == alive) return;  // it is known
+        rmw_liveliness_lost_status_t status{++lost->count, 1};
+        callback(status);
+      },
+      group));
+}
+
 }  // namespace
 
 Events make_events(takt::Node& node, const takt::SubscriptionBase& subscription,
@@ -70,13 +97,14 @@ Events make_events(takt::Node& node, const takt::SubscriptionBase& subscription,
   return events;
 }
 Events make_events(takt::Node& node, const takt::PublisherBase& publisher,
-                   const PublisherEventCallbacks& callbacks,
+                   const SharedTime& asserted, const PublisherEventCallbacks& callbacks,
                    const std::shared_ptr<takt::CallbackGroup>& group) {
   Events events;
   add<takt::DeadlineMissedStatus>(events, node, publisher, callbacks.deadline_callback, group);
   add<takt::IncompatibleQosStatus>(events, node, publisher, callbacks.incompatible_qos_callback,
                                    group);
   add<takt::MatchedStatus>(events, node, publisher, callbacks.matched_callback, group);
+  add_liveliness_lost(events, node, publisher, asserted, callbacks.liveliness_callback, group);
   return events;
 }
 

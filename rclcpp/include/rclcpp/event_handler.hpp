@@ -3,6 +3,7 @@
 #ifndef RCLCPP__EVENT_HANDLER_HPP_
 #define RCLCPP__EVENT_HANDLER_HPP_
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -12,9 +13,12 @@
 #include "takt/entities/subscription.hpp"
 #include "takt/nodes/node.hpp"
 
+#include "rclcpp/exceptions/exceptions.hpp"
 #include "rmw/types.h"
 
 namespace rclcpp {
+
+using exceptions::UnsupportedEventTypeException;
 
 using QOSDeadlineRequestedInfo = rmw_requested_deadline_missed_status_t;
 using QOSDeadlineOfferedInfo = rmw_offered_deadline_missed_status_t;
@@ -28,6 +32,7 @@ using MatchedInfo = rmw_matched_status_t;
 using QOSDeadlineRequestedCallbackType = std::function<void(QOSDeadlineRequestedInfo&)>;
 using QOSDeadlineOfferedCallbackType = std::function<void(QOSDeadlineOfferedInfo&)>;
 using QOSLivelinessChangedCallbackType = std::function<void(QOSLivelinessChangedInfo&)>;
+using QOSLivelinessLostCallbackType = std::function<void(QOSLivelinessLostInfo&)>;
 using QOSMessageLostCallbackType = std::function<void(QOSMessageLostInfo&)>;
 using QOSOfferedIncompatibleQoSCallbackType = std::function<void(QOSOfferedIncompatibleQoSInfo&)>;
 using QOSRequestedIncompatibleQoSCallbackType =
@@ -49,7 +54,7 @@ struct NoEvent {
 
 struct PublisherEventCallbacks {
   QOSDeadlineOfferedCallbackType deadline_callback;
-  detail::NoEvent liveliness_callback;
+  QOSLivelinessLostCallbackType liveliness_callback;
   QOSOfferedIncompatibleQoSCallbackType incompatible_qos_callback;
   detail::NoEvent incompatible_type_callback;
   PublisherMatchedCallbackType matched_callback;
@@ -68,8 +73,10 @@ using Events = std::vector<std::shared_ptr<takt::Entity>>;
 Events make_events(takt::Node& node, const takt::SubscriptionBase& subscription,
                    const SubscriptionEventCallbacks& callbacks,
                    const std::shared_ptr<takt::CallbackGroup>& group);
+using SharedTime = std::shared_ptr<std::atomic<takt::TimePoint>>;
+/// `asserted`: when its liveliness was asserted last.
 Events make_events(takt::Node& node, const takt::PublisherBase& publisher,
-                   const PublisherEventCallbacks& callbacks,
+                   const SharedTime& asserted, const PublisherEventCallbacks& callbacks,
                    const std::shared_ptr<takt::CallbackGroup>& group);
 }  // namespace detail
 

@@ -40,7 +40,11 @@ class PublisherBase {
   }
   QoS get_actual_qos() const { return QoS::from_takt(takt_->qos()); }
   bool can_loan_messages() const { return false; }
-  bool assert_liveliness() const { return takt_->assert_liveliness(), true; }
+  bool assert_liveliness() const {
+    takt_->assert_liveliness();
+    asserted_->store(takt::Clock::steady().now());
+    return true;
+  }
   template <class Rep = std::int64_t, class Period = std::milli>
   bool wait_for_all_acked(
       std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) const {
@@ -58,6 +62,8 @@ class PublisherBase {
       : takt_(std::move(publisher)) {}
 
   const std::shared_ptr<takt::PublisherBase> takt_;
+  const detail::SharedTime asserted_ =
+      std::make_shared<std::atomic<takt::TimePoint>>(takt::Clock::steady().now());
 };
 
 /// M: a message, or a TypeAdapter.
@@ -131,7 +137,7 @@ class Publisher : public PublisherBase {
             topic,
             overrides.apply(qos, topic, options.qos_overriding_options, false).to_takt(false))),
         typed_(static_cast<takt::Publisher<ROSMessageType>*>(takt_.get())),
-        events_(detail::make_events(*node.takt_node(), *takt_, options.event_callbacks,
+        events_(detail::make_events(*node.takt_node(), *takt_, asserted_, options.event_callbacks,
                                     options.callback_group)) {}
 
   void publish_adapted(const PublishedType& custom) {
