@@ -66,6 +66,7 @@ TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
   TimeSource source(node);
   EXPECT_THROW(source.attachClock(std::make_shared<Clock>()), std::invalid_argument);
   source.attachClock(clock);
+  source.attachClock(node->get_clock());  // which has that time already
   EXPECT_TRUE(clock->ros_time_is_active());
   EXPECT_EQ(clock->now().nanoseconds(), 0);
   std::atomic<std::int64_t> back{0};
@@ -84,6 +85,7 @@ TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
   EXPECT_TRUE(takt::eventually([&] { return back == -3'000'000'000; }));
   source.detachNode();
   EXPECT_FALSE(clock->ros_time_is_active());
+  EXPECT_TRUE(node->get_clock()->ros_time_is_active());
 }
 
 // The handler of tf2 goes whenever its buffer does, also in its own callback.

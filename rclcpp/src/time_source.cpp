@@ -34,7 +34,9 @@ class TimeSource::Link final : takt::SimulatedClock::Listener {
     {
       const std::lock_guard lock(mutex_);
       source = std::exchange(source_, nullptr);
-      for (const auto& clock : clocks_) clock->simulate(false);
+      for (const auto& clock : clocks_) {
+        if (clock != source) clock->simulate(false);
+      }
     }
     if (source != nullptr) source->remove(*this);
   }
@@ -45,11 +47,12 @@ class TimeSource::Link final : takt::SimulatedClock::Listener {
   }
   void remove(const std::shared_ptr<takt::SimulatedClock>& clock) {
     const std::lock_guard lock(mutex_);
-    if (std::erase(clocks_, clock) != 0) clock->simulate(false);
+    if (std::erase(clocks_, clock) != 0 && clock != source_) clock->simulate(false);
   }
 
  private:
   static void set(const takt::SimulatedClock& from, takt::SimulatedClock& to) noexcept {
+    if (&from == &to) return;  // that of the node itself was attached
     to.simulate(from.simulates());
     if (from.simulates() && from.now() != takt::TimePoint{}) to.set(from.now());
   }
