@@ -116,6 +116,22 @@ TEST_F(Topics, AMessageIsWaitedFor) {
   EXPECT_EQ(message.data, "a");
 }
 
+// Programs give callbacks for all events, whatever their QoS: Takt refused one for a deadline that
+// nothing has.
+TEST_F(Topics, CallbacksAreGivenForEventsThatNeverCome) {
+  const auto node = std::make_shared<Node>("node");
+  PublisherOptions offered;
+  offered.event_callbacks.deadline_callback = [](QOSDeadlineOfferedInfo&) { FAIL(); };
+  offered.event_callbacks.liveliness_callback = [](QOSLivelinessLostInfo&) { FAIL(); };
+  const auto publisher = node->create_publisher<String>("topic", 1, offered);
+  SubscriptionOptions asked;
+  asked.event_callbacks.deadline_callback = [](QOSDeadlineRequestedInfo&) { FAIL(); };
+  const auto subscription = node->create_subscription<String>(
+      "topic", 1, [](const String&) {}, asked);
+  publisher->publish(text("a"));
+  spin_some(node);
+}
+
 // A publisher that has to assert its liveliness, and does not, gets one callback until it does.
 TEST_F(Topics, LivelinessIsLostOnceUntilItIsAsserted) {
   const auto node = std::make_shared<Node>("node");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "rclcpp/event_handler.hpp"
@@ -46,6 +47,9 @@ template <class Status, class End, class Callback>
 void add(Events& events, takt::Node& node, const End& end, const Callback& callback,
          const std::shared_ptr<takt::CallbackGroup>& group) {
   if (!callback) return;
+  if constexpr (std::is_same_v<Status, takt::DeadlineMissedStatus>) {
+    if (takt::QoS::is_for_ever(end.qos().deadline_period)) return;  // it is never missed
+  }
   events.push_back(node.create_qos_event<Status>(
       end,
       [callback](const Status& status) {
