@@ -54,3 +54,21 @@ void events(rclcpp::PublisherOptions& options) {
 void stop_callbacks(rclcpp_action::Client<rclcpp::elements::Fibonacci>& client) {
   client.stop_callbacks(nullptr);
 }
+// Row: `get_publisher_handle` and the other handles of rcl | what is needed of them is in the
+// classes
+void handles(rclcpp::PublisherBase& publisher, rclcpp::Context& context) {
+  publisher.get_publisher_handle();
+  context.get_rcl_context();
+}
+// Row: `PublisherBase::get_gid` | `rmw_message_info_t::publisher_gid` is a number of the publisher
+void gid(rclcpp::PublisherBase& publisher) {
+  publisher.get_gid();
+}
+// Row: `set_on_new_message_callback` and its kin | an executor of Takt's, which has its own
+void on_new(rclcpp::SubscriptionBase& subscription) {
+  subscription.set_on_new_message_callback([](std::size_t) {});
+}
+// Row: `get_graph_event`, `wait_for_graph_change` | callbacks for matched events
+void graph_events(rclcpp::Node& node) {
+  node.wait_for_graph_change(nullptr, std::chrono::seconds(1));
+}

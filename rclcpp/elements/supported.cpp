@@ -103,7 +103,7 @@ void names(Node& node) {
   name = node.get_node_base_interface()->resolve_topic_or_service_name("topic", false);
 }
 // Row: queries of the graph: names and types, counts, `get_publishers_info_by_topic` |
-void graph(const Node& node) {
+std::size_t graph(const Node& node) {
   std::map<std::string, std::vector<std::string>> types = node.get_topic_names_and_types();
   types = node.get_service_names_and_types();
   std::vector<std::string> nodes = node.get_node_names();
@@ -112,12 +112,13 @@ void graph(const Node& node) {
   for (const TopicEndpointInfo& info : node.get_publishers_info_by_topic("topic")) {
     count += info.qos_profile().depth() + info.node_name().size() + info.topic_type().size();
   }
+  return count;
 }
 
 // ---- Messages ----
 
 // Row: `create_publisher`, `Publisher`, `PublisherOptions` | also `create_publisher(node, …)`
-void publishers(Node& node) {
+std::size_t publishers(Node& node) {
   PublisherOptions options;
   options.use_intra_process_comm = IntraProcessSetting::Enable;
   const Publisher<String>::SharedPtr publisher = node.create_publisher<String>("t", 10, options);
@@ -128,6 +129,7 @@ void publishers(Node& node) {
   count += base->get_actual_qos().depth() + base->get_queue_size();
   base->wait_for_all_acked(std::chrono::seconds(1));
   if (base->get_topic_name() != nullptr) base->assert_liveliness();
+  return count;
 }
 // Row: `borrow_loaned_message`, `LoanedMessage` | from the heap
 void loans(Publisher<String>& publisher) {

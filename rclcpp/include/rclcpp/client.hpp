@@ -15,6 +15,7 @@
 
 #include "takt/entities/client.hpp"
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/detail/service_introspection.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
@@ -77,6 +78,9 @@ class ClientBase : public detail::ServiceIntrospection {
                             std::chrono::duration_cast<std::chrono::nanoseconds>(timeout),
                             [this] { return service_is_ready(); });
   }
+  RCLCPP_REFUSED_(get_client_handle, "rcl's handles")
+  RCLCPP_REFUSED_(set_on_new_response_callback, "callbacks for what is new")
+  RCLCPP_REFUSED_(clear_on_new_response_callback, "callbacks for what is new")
   // For this library.
   const std::shared_ptr<takt::SubscriptionBase>& entity() const { return takt_; }
 

@@ -17,6 +17,7 @@
 #include "takt/base/simulated_clock.hpp"
 #include "takt/transport/dds/participant.hpp"
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/init_options.hpp"
 #include "rclcpp/macros.hpp"
 
@@ -77,6 +78,7 @@ class Context : public std::enable_shared_from_this<Context> {
   bool sleep_for(const std::chrono::nanoseconds& duration);
   bool sleep_until(std::chrono::steady_clock::time_point time);
 
+  RCLCPP_REFUSED_(get_rcl_context, "rcl's handles")
   // For this library.
 
   const detail::Arguments& arguments() const;

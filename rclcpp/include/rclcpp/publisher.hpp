@@ -12,6 +12,7 @@
 #include "takt/entities/publisher.hpp"
 
 #include "rclcpp/detail/qos_parameters.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/loaned_message.hpp"
 #include "rclcpp/macros.hpp"
@@ -45,6 +46,8 @@ class PublisherBase {
     asserted_->store(takt::Clock::steady().now());
     return true;
   }
+  RCLCPP_REFUSED_(get_gid, "gids of publishers")
+  RCLCPP_REFUSED_(get_publisher_handle, "rcl's handles")
   template <class Rep = std::int64_t, class Period = std::milli>
   bool wait_for_all_acked(
       std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) const {

@@ -12,6 +12,7 @@
 
 #include "takt/entities/service.hpp"
 
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/detail/service_introspection.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
@@ -44,6 +45,9 @@ class ServiceBase : public detail::ServiceIntrospection {
   ServiceBase& operator=(const ServiceBase&) = delete;
 
   const char* get_service_name() { return name_.c_str(); }
+  RCLCPP_REFUSED_(get_service_handle, "rcl's handles")
+  RCLCPP_REFUSED_(set_on_new_request_callback, "callbacks for what is new")
+  RCLCPP_REFUSED_(clear_on_new_request_callback, "callbacks for what is new")
   // For this library.
   const std::shared_ptr<takt::SubscriptionBase>& entity() const { return takt_; }
 

@@ -12,6 +12,7 @@
 #include "takt/entities/subscription.hpp"
 
 #include "rclcpp/detail/qos_parameters.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/detail/subscription_callback.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/macros.hpp"
@@ -43,6 +44,9 @@ class SubscriptionBase {
   std::vector<NetworkFlowEndpoint> get_network_flow_endpoints() const {
     refuse("network flow endpoints");
   }
+  RCLCPP_REFUSED_(get_subscription_handle, "rcl's handles")
+  RCLCPP_REFUSED_(set_on_new_message_callback, "callbacks for what is new")
+  RCLCPP_REFUSED_(clear_on_new_message_callback, "callbacks for what is new")
   bool take_serialized(SerializedMessage& message, MessageInfo& info);
   /// Calls the callback with this message, which must be one of the subscription's type.
   virtual void handle_message(std::shared_ptr<void>& message, const MessageInfo& info) = 0;

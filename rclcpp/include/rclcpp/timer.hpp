@@ -16,6 +16,7 @@
 #include "takt/nodes/node.hpp"
 
 #include "rclcpp/clock.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/macros.hpp"
 
 namespace rclcpp {
@@ -49,6 +50,9 @@ class TimerBase {
   /// Without an executor: takes the release that is due; nullptr if there is none.
   std::shared_ptr<void> call();
   void execute_callback(const std::shared_ptr<void>& = nullptr) { run_(); }
+
+  RCLCPP_REFUSED_(get_timer_handle, "rcl's handles")
+  RCLCPP_REFUSED_(set_on_reset_callback, "callbacks for what is new")
 
   // For this library.
   const std::shared_ptr<takt::Timer>& entity() const { return timer_; }

@@ -58,7 +58,7 @@ namespace detail {
 
 /// The entities of a wait set, and what is ready of them.
 /// Thread safety: one thread waits; others may add and remove. Real-time: no.
-class WaitSetCore : takt::Wakeable {
+class WaitSetCore final : takt::Wakeable {
  public:
   enum class Kind { subscription, guard_condition, timer, client, service };
   struct Member {

@@ -297,6 +297,8 @@ class NodeApi {
     return graph_->get_subscriptions_info_by_topic(topic, no_mangle);
   }
 
+  RCLCPP_REFUSED_(get_graph_event, "events of the graph")
+  RCLCPP_REFUSED_(wait_for_graph_change, "events of the graph")
   // ---- Interfaces ----
 
 #define RCLCPP_INTERFACE_(Type, get, member)          \

@@ -12,6 +12,7 @@
 
 #include "rclcpp/callback_group.hpp"
 #include "rclcpp/context.hpp"
+#include "rclcpp/detail/refused.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/node_options.hpp"
 
@@ -54,6 +55,8 @@ class NodeBaseInterface {
   std::string resolve_topic_or_service_name(const std::string& name, bool is_service,
                                             bool only_expand = false) const;
 
+  RCLCPP_REFUSED_(get_rcl_node_handle, "rcl's handles")
+  RCLCPP_REFUSED_(get_shared_rcl_node_handle, "rcl's handles")
   // For this library.
 
   const NodeOptions& options() const { return options_; }
