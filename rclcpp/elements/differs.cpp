@@ -68,10 +68,6 @@ void node_options(NodeOptions& options) {
 void log_arguments() {
   NodeOptions().arguments({"--ros-args", "--disable-stdout-logs"});
 }
-// Row: `NodeOptions::enable_logger_service` | its services know the loggers that the program has
-void logger_service(NodeOptions& options) {
-  options.enable_logger_service(true);
-}
 // Row: the QoS and the thread of a `TimeSource` | those of the context, which follows `/clock` once
 // for all its nodes
 void time_sources() {
@@ -88,6 +84,10 @@ void introspection(ServiceBase& service, ClientBase& client, Clock::SharedPtr cl
   service.configure_introspection(clock, QoS(1), RCL_SERVICE_INTROSPECTION_OFF);
   client.configure_introspection(clock, QoS(1), RCL_SERVICE_INTROSPECTION_OFF);
 #pragma GCC diagnostic pop
+}
+// Row: `NodeOptions::enable_logger_service` | its services know the loggers that the program has
+void logger_service(NodeOptions& options) {
+  options.enable_logger_service(true);
 }
 // Row: `StaticSingleThreadedExecutor` | the same as `SingleThreadedExecutor`
 void static_executor(Node::SharedPtr node) {
