@@ -63,10 +63,10 @@ TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
   EXPECT_FALSE(clock->ros_time_is_active());
   const auto node =
       std::make_shared<Node>("node", NodeOptions().append_parameter_override("use_sim_time", true));
-  TimeSource source(node);
-  EXPECT_THROW(source.attachClock(std::make_shared<Clock>()), std::invalid_argument);
-  source.attachClock(clock);
-  source.attachClock(node->get_clock());  // which has that time already
+  auto source = std::make_unique<TimeSource>(node);
+  EXPECT_THROW(source->attachClock(std::make_shared<Clock>()), std::invalid_argument);
+  source->attachClock(clock);
+  source->attachClock(node->get_clock());  // which has that time already
   EXPECT_TRUE(clock->ros_time_is_active());
   EXPECT_EQ(clock->now().nanoseconds(), 0);
   std::atomic<std::int64_t> back{0};
@@ -83,8 +83,9 @@ TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
     }));
   }
   EXPECT_TRUE(takt::eventually([&] { return back == -3'000'000'000; }));
-  source.detachNode();
+  source->detachNode();
   EXPECT_FALSE(clock->ros_time_is_active());
+  source.reset();  // it set the node's own clock back, which it had left before
   EXPECT_TRUE(node->get_clock()->ros_time_is_active());
 }
 

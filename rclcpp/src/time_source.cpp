@@ -34,11 +34,12 @@ class TimeSource::Link final : takt::SimulatedClock::Listener {
     {
       const std::lock_guard lock(mutex_);
       source = std::exchange(source_, nullptr);
+      if (source == nullptr) return;
       for (const auto& clock : clocks_) {
         if (clock != source) clock->simulate(false);
       }
     }
-    if (source != nullptr) source->remove(*this);
+    source->remove(*this);
   }
   void add(std::shared_ptr<takt::SimulatedClock> clock) {
     const std::lock_guard lock(mutex_);
@@ -47,7 +48,9 @@ class TimeSource::Link final : takt::SimulatedClock::Listener {
   }
   void remove(const std::shared_ptr<takt::SimulatedClock>& clock) {
     const std::lock_guard lock(mutex_);
-    if (std::erase(clocks_, clock) != 0 && clock != source_) clock->simulate(false);
+    if (std::erase(clocks_, clock) != 0 && source_ != nullptr && clock != source_) {
+      clock->simulate(false);
+    }
   }
 
  private:
