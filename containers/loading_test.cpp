@@ -346,8 +346,8 @@ TEST_F(Loading, AThousandTimesLeaksNeitherMemoryNorThreadsNorDescriptors) {
       ComponentDescription guest = guest_;
       guest.name = fmt::format("guest_{:06}", ++loaded);
       container_->unload(container_->load(guest).id);
-      // `isolated` may still hold it for a moment, and destroy it on its own thread.
-      ASSERT_TRUE(board.wait([](const Board& b) { return b.alive == 0; }));
+      // `isolated` still held one of 300 for a moment, and destroyed it on its own thread.
+      ASSERT_EQ(board.alive, 0);
     };
     for (int i = 0; i < 10; ++i) cycle();
     const std::size_t threads = entries_of("/proc/self/task");

@@ -215,17 +215,20 @@ void IsolatedExecutor::remove_forgotten() {
   }
 }
 
-// Ends the children that were removed inside a callback. It holds no node of others, not even for a
-// moment: the thread that drops what was its last pointer relies on its end.
+// Ends the children that were removed inside a callback. It holds nothing of others, not even for a
+// moment: the thread that drops the last pointer to a node relies on its end, and a child that goes
+// holds its node.
 void IsolatedExecutor::finish_removals() {
-  const auto may_end = [](const Child& child) { return child.may_go && !child.runs.load(); };
-  for (const auto& child : children()) {
-    std::unique_lock lock(mutex_);
-    if (!may_end(*child)) continue;
-    lock.unlock();
+  const auto may_end = [](const auto& child) { return child->may_go && !child->runs.load(); };
+  std::vector<std::shared_ptr<Child>> removed;
+  {
+    const std::lock_guard lock(mutex_);
+    std::copy_if(children_.begin(), children_.end(), std::back_inserter(removed), may_end);
+  }
+  for (const auto& child : removed) {
     const std::shared_ptr<Node> node = child->node.lock();  // destroyed after the lock
-    lock.lock();
-    if (may_end(*child)) end(child, node.get(), lock);
+    std::unique_lock lock(mutex_);
+    if (may_end(child)) end(child, node.get(), lock);
   }
 }
 
