@@ -16,7 +16,9 @@ Entity::~Entity() {
   detail::expect_no_lock("callback");
 }
 
-thread_local constinit const Dispatch* Dispatch::current_ = nullptr;
+// The model is repeated: otherwise this file would call a function for each access.
+[[gnu::tls_model("initial-exec")]] thread_local constinit const Dispatch* Dispatch::current_ =
+    nullptr;
 
 Entity::Entity(EntityKind kind, std::string name, std::shared_ptr<CallbackGroup> group)
     : kind_(kind),

@@ -60,7 +60,9 @@ void Dispatcher::announce(CallbackRecord& record, Arrival arrival) noexcept {
 
 // ---- How it is dispatched ----
 
-bool Dispatcher::run_next(Worker& worker, const ReadySet::Limits& limits) noexcept {
+// Flat: without work a callback takes 1.06 times as long if this calls its steps.
+[[gnu::flatten]] bool Dispatcher::run_next(Worker& worker,
+                                           const ReadySet::Limits& limits) noexcept {
   install_update();
   if (workers_.watch_file_descriptors()) [[unlikely]]
     workers_.look_at_file_descriptors();

@@ -19,7 +19,7 @@ constexpr Nanoseconds kMoment(1'000);
 
 }  // namespace
 
-thread_local constinit Worker* Worker::current_ = nullptr;
+[[gnu::tls_model("initial-exec")]] thread_local constinit Worker* Worker::current_ = nullptr;
 
 Workers::Workers(const ExecutorOptions& options, const std::vector<ThreadAttributes>& threads,
                  Dispatcher& dispatcher, ReadySet& ready, const Updates& updates)

@@ -38,7 +38,8 @@ struct alignas(64) Worker {
   void leave() noexcept { current_ = outer; }
 
  private:
-  static thread_local constinit Worker* current_;
+  // As Dispatch::current_.
+  [[gnu::tls_model("initial-exec")]] static thread_local constinit Worker* current_;
 };
 
 /// All of an executor's. A worker that has found nothing to run searches for a moment, then it
