@@ -8,6 +8,7 @@
 #include <arpa/inet.h>
 #include <dds/ddsi/ddsi_guid.h>
 #include <dds/ddsi/q_thread.h>
+#include <dds/ddsi/q_xevent.h>
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
@@ -19,6 +20,7 @@
 extern "C" {
 dds_return_t ddsi_delete_writer(ddsi_domaingv* domain, const ddsi_guid* guid);
 dds_return_t ddsi_delete_reader(ddsi_domaingv* domain, const ddsi_guid* guid);
+xeventq* takt_timed_events(const ddsi_domaingv* domain);  // of timed_events.c
 }
 
 namespace takt {
@@ -29,6 +31,10 @@ dds_duration_t duration(Nanoseconds of) {
 }
 Nanoseconds nanoseconds(dds_duration_t of) {
   return of == DDS_INFINITY ? Nanoseconds::zero() : Nanoseconds(of);
+}
+
+ddsi_domaingv* domain_of(const Topic& topic) noexcept {
+  return static_cast<ddsi_domaingv*>(ddsrt_atomic_ldvoidp(&topic.type().gv));
 }
 
 }  // namespace
@@ -145,6 +151,23 @@ Topic::Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_
   type_ = static_cast<const Sertype*>(used);
 }
 
+TimedCall::TimedCall(const Topic& topic, std::function<void()> function)
+    : function_(std::move(function)),
+      event_(qxev_callback(
+          takt_timed_events(domain_of(topic)), DDSRT_MTIME_NEVER,
+          [](xevent*, void* self, ddsrt_mtime_t) { static_cast<TimedCall*>(self)->function_(); },
+          this)) {
+}
+
+TimedCall::~TimedCall() {
+  delete_xevent_callback(event_);
+}
+
+void TimedCall::set(Nanoseconds from_now) noexcept {
+  resched_xevent_if_earlier(event_,
+                            ddsrt_mtime_add_duration(ddsrt_time_monotonic(), from_now.count()));
+}
+
 // The first half of dds_delete, by the functions that it uses.
 void begin_deletion(dds_entity_t end, const Topic& topic, bool is_writer) noexcept {
   dds_set_listener(end, nullptr);
@@ -154,7 +177,7 @@ void begin_deletion(dds_entity_t end, const Topic& topic, bool is_writer) noexce
   std::memcpy(words.data(), on_wire.v, sizeof on_wire.v);
   for (std::uint32_t& word : words) word = ntohl(word);
   const auto guid = std::bit_cast<ddsi_guid_t>(words);
-  auto* domain = static_cast<ddsi_domaingv*>(ddsrt_atomic_ldvoidp(&topic.type().gv));
+  ddsi_domaingv* const domain = domain_of(topic);
   auto* const self = lookup_thread_state();
   thread_state_awake(self, domain);
   is_writer ? ddsi_delete_writer(domain, &guid) : ddsi_delete_reader(domain, &guid);

@@ -4,6 +4,7 @@
 #define TAKT_TRANSPORT_DDS_CYCLONE_ENTITY_HPP_
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -15,6 +16,8 @@
 #include "takt/transport/dds/cyclone_type.hpp"
 #include "takt/transport/dds/graph.hpp"
 #include "takt/transport/intra_process.hpp"
+
+struct xevent;  // Cyclone's
 
 namespace takt {
 
@@ -57,6 +60,25 @@ class Topic {
  private:
   dds_entity_t handle_;
   const Sertype* type_ = nullptr;  // Cyclone's, alive as long as the topic
+};
+
+/// A function that Cyclone's thread for timed events calls once after each `set`.
+/// Thread safety: from any thread; but the destructor, which waits for a call that runs, not from
+/// that function.
+/// Real-time: `set` takes a lock of Cyclone's, for a moment.
+class TimedCall {
+ public:
+  /// `topic`: of the same domain.
+  TimedCall(const Topic& topic, std::function<void()> function);
+  ~TimedCall();
+  TimedCall(const TimedCall&) = delete;
+  TimedCall& operator=(const TimedCall&) = delete;
+  /// Ignored while an earlier time is set.
+  void set(Nanoseconds from_now) noexcept;
+
+ private:
+  const std::function<void()> function_;
+  xevent* event_;
 };
 
 /// Deletes what others and Cyclone's threads see of a writer or reader. What is left frees

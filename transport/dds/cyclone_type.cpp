@@ -25,12 +25,15 @@ const Sertype& of(const ddsi_sertype* type) noexcept {
   return static_cast<const Sertype&>(*type);
 }
 
+Serdata* allocate() {
+  auto* data = new Serdata;
+  data->from_heap = true;
+  return data;
+}
+
 Serdata* make(const Sertype& type, ddsi_serdata_kind kind) {
   Serdata* data = type.pool->acquire();
-  if (data == nullptr) {
-    data = new Serdata;
-    data->from_heap = true;
-  }
+  if (data == nullptr) data = allocate();
   data->buffer.clear();
   data->size = 0;
   ddsi_serdata_init(data, &type, kind);
@@ -130,8 +133,7 @@ bool to_sample(const ddsi_serdata* data, void* sample, void**, void*) {
 }
 // Stays in Cyclone's map of instances: so it is of its own, without the message's bytes.
 ddsi_serdata* to_untyped(const ddsi_serdata* data) {
-  auto* untyped = new Serdata;
-  untyped->from_heap = true;
+  Serdata* untyped = allocate();
   ddsi_serdata_init(untyped, data->type, SDK_KEY);
   untyped->type = nullptr;
   return untyped;
@@ -247,7 +249,8 @@ ddsi_serdata* encode(const Sertype& type, const void* message) {
 }
 
 ddsi_serdata* make_question(const Sertype& type) {
-  Serdata* data = make(type, SDK_KEY);
+  Serdata* data = allocate();  // the pool is for messages
+  ddsi_serdata_init(data, &type, SDK_KEY);
   std::copy(kCdrHeader.begin(), kCdrHeader.end(), data->buffer.extend(kCdrHeader.size()));
   finish(*data);
   data->statusinfo = NN_STATUSINFO_UNREGISTER;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include <dds/dds.h>
@@ -50,8 +51,8 @@ class CycloneWriter final : public CycloneEndpoint {
         [](dds_entity_t handle, const dds_publication_matched_status_t status, void* self) {
           auto& writer = *static_cast<CycloneWriter*>(self);
           if (status.total_count_change > 0) writer.readers_ever_.fetch_add(1);
-          writer.note_match(handle, status.last_subscription_handle, status.current_count_change);
           if (status.current_count_change > 0) writer.ask(handle);  // before it is counted
+          writer.note_match(handle, status.last_subscription_handle, status.current_count_change);
           writer.count_matched(handle, status.current_count, status.current_count_change);
           writer.send_waiting();
         });
@@ -61,13 +62,16 @@ class CycloneWriter final : public CycloneEndpoint {
           static_cast<CycloneWriter*>(self)->events_->incompatible(
               policy_name(status.last_policy_id));
         });
+    if (is_service_) look_again_.emplace(topic_, [this] { send_waiting(); });
     make(&dds_create_writer, endpoint_.qos.depth, listener);
     if (is_shared()) is_known_at_ = later(Clock::steady().now(), kHearsayTime);
     is_made_.store(true);
-    if (matched_.load() != 0) ask(handle_);
+    ask(handle_);  // those that have come meanwhile
   }
 
   ~CycloneWriter() override {
+    look_again_.reset();
+    if (question_ != nullptr) ddsi_serdata_unref(question_);
     for (const Waiting& response : waiting_) {
       if (response.data != nullptr) ddsi_serdata_unref(response.data);
     }
@@ -145,29 +149,35 @@ class CycloneWriter final : public CycloneEndpoint {
  private:
   // A reader that has discovered us takes what it finds at its first heartbeat for older than
   // itself, and we learn of no heartbeat. What is written as soon as there is a reader would be
-  // lost: so until the first message each new reader has something to confirm, and each new service
-  // of a client, too. One that has gone without a word is not waited for any longer than that.
+  // lost: so each new reader has something to confirm, but not that of a topic that has messages
+  // already. One that has gone without a word is waited for no longer than for kPatience.
   void ask(dds_entity_t handle) noexcept {
     constexpr auto kPatience = std::chrono::seconds(1);
     if (is_shared() || endpoint_.qos.reliability != Reliability::reliable ||
         endpoint_.qos.durability != Durability::volatile_ || !is_made_.load()) {
       return;
     }
-    const bool is_client = services_ != nullptr && !is_service_;
-    if (messages_.load() != 0 && !is_client) return;
-    if (is_confirmed()) known_before_.store(matched());
-    ddsi_serdata* question = make_question(topic_.type());
+    if (messages_.load() != 0 && services_ == nullptr) return;
+    ddsi_serdata* const question = make_question(topic_.type());
     question->timestamp.v = dds_time();
+    {
+      const std::lock_guard lock(asking_mutex_);
+      if (question_ == nullptr) known_before_.store(matched());
+      if (question_ != nullptr) ddsi_serdata_unref(question_);
+      question_ = ddsi_serdata_ref(question);
+      asks_until_ = later(Clock::steady().now(), kPatience);
+    }
     dds_forwardcdr(handle, question);
-    asks_until_.store(later(Clock::steady().now(), kPatience));  // before the reader is counted
   }
 
-  // Once it is, later messages that are not confirmed yet do not matter.
+  // All have confirmed what was asked last when Cyclone keeps it for none of them any more.
   bool is_confirmed() const noexcept {
-    TimePoint until = asks_until_.load();
-    if (Clock::steady().now() >= until) return true;
-    if (dds_wait_for_acks(handle_, 0) != DDS_RETCODE_OK) return false;
-    return asks_until_.compare_exchange_strong(until, TimePoint{});  // else it has asked again
+    const std::lock_guard lock(asking_mutex_);
+    if (question_ == nullptr) return true;
+    if (ddsrt_atomic_ld32(&question_->refc) != 1 && Clock::steady().now() < asks_until_)
+      return false;
+    ddsi_serdata_unref(std::exchange(question_, nullptr));
+    return true;
   }
 
   /// A response for a client that cannot hear it yet.
@@ -189,13 +199,14 @@ class CycloneWriter final : public CycloneEndpoint {
   }
 
   // Keeps a response whose client's reader has not been discovered, which may take its time after
-  // that of its writer. Beyond the depth it replaces the oldest.
+  // that of its writer, or has not confirmed that it hears. Beyond the depth it replaces the
+  // oldest.
   bool waits(const void* message, dds_time_t published) {
     const ForeignCode cyclone;
     std::uint64_t client = 0;
     std::memcpy(&client, message, sizeof client);
     const std::lock_guard lock(waiting_mutex_);  // before looking: send_waiting comes later
-    if (services_->can_hear(client)) return false;
+    if (can_hear(client)) return false;
     if (waiting_.size() == endpoint_.qos.depth) {
       if (waiting_.front().data != nullptr) ddsi_serdata_unref(waiting_.front().data);
       waiting_.erase(waiting_.begin());
@@ -205,12 +216,24 @@ class CycloneWriter final : public CycloneEndpoint {
     waiting_.push_back(
         is_shared() ? Waiting{client, nullptr, {bytes, bytes + endpoint_.type->size}, published}
                     : Waiting{client, encode_at(message, published), {}, published});
+    look_again_soon();
     return true;
+  }
+  bool can_hear(std::uint64_t client) noexcept {
+    if (services_->can_hear(client)) return true;
+    const std::uint64_t ends = services_->ends();  // before: each was asked before it was counted
+    if (!is_confirmed()) return false;
+    services_->confirm(ends);
+    return services_->can_hear(client);
+  }
+  void look_again_soon() noexcept {
+    constexpr auto kBetweenLooks = std::chrono::milliseconds(1);
+    if (!is_confirmed()) look_again_->set(kBetweenLooks);
   }
   void send_waiting() noexcept {
     const std::lock_guard lock(waiting_mutex_);
     std::erase_if(waiting_, [this](const Waiting& response) {
-      if (!services_->can_hear(response.client)) return false;
+      if (!can_hear(response.client)) return false;
       if (response.data != nullptr) {
         count(dds_forwardcdr(handle_, response.data));
       } else {
@@ -218,6 +241,7 @@ class CycloneWriter final : public CycloneEndpoint {
       }
       return true;
     });
+    if (!waiting_.empty()) look_again_soon();
   }
 
   // Cyclone and iceoryx allow eight at once; one is for messages that are copied.
@@ -284,7 +308,10 @@ class CycloneWriter final : public CycloneEndpoint {
   std::vector<Waiting> waiting_;  // of a service
   std::atomic<std::uint64_t> readers_ever_{0};
   std::atomic<bool> is_made_{false};
-  mutable std::atomic<TimePoint> asks_until_{};
+  std::optional<TimedCall> look_again_;  // of a service
+  mutable PiMutex asking_mutex_;
+  mutable ddsi_serdata* question_ = nullptr;  // nullptr: all have confirmed
+  TimePoint asks_until_{};
   std::atomic<std::size_t> known_before_{0};  // readers, when what is not confirmed was asked
   PiMutex mutex_;                             // guards what follows
   std::uint64_t sequence_ = 0;                // of the last one sent by shared memory

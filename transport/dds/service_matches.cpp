@@ -10,43 +10,44 @@ namespace takt {
 
 void ServiceMatches::add(Topic topic, dds_instance_handle_t end, const std::string& id) {
   const std::lock_guard lock(mutex_);
-  ids_[topic][end] = id;
+  ends_[topic].insert_or_assign(end, End{id, ++come_});
 }
 
 void ServiceMatches::remove(Topic topic, dds_instance_handle_t end) {
   const std::lock_guard lock(mutex_);
-  ids_[topic].erase(end);
+  ends_[topic].erase(end);
   if (topic == requests) forget_caller(end);
 }
 
 bool ServiceMatches::knows(Topic topic, dds_instance_handle_t end) const {
   const std::lock_guard lock(mutex_);
-  return ids_[topic].contains(end);
+  return ends_[topic].contains(end);
 }
 
-bool ServiceMatches::has(Topic topic, const std::string& id) const {
-  return std::any_of(ids_[topic].begin(), ids_[topic].end(),
-                     [&](const auto& end) { return end.second == id; });
+const ServiceMatches::End* ServiceMatches::find(Topic topic, const std::string& id) const {
+  const auto found = std::find_if(ends_[topic].begin(), ends_[topic].end(),
+                                  [&](const auto& end) { return end.second.id == id; });
+  return found != ends_[topic].end() ? &found->second : nullptr;
 }
 
 std::size_t ServiceMatches::count() const {
   const std::lock_guard lock(mutex_);
   return static_cast<std::size_t>(
-      std::count_if(ids_[requests].begin(), ids_[requests].end(),
-                    [this](const auto& end) { return has(responses, end.second); }));
+      std::count_if(ends_[requests].begin(), ends_[requests].end(),
+                    [this](const auto& end) { return find(responses, end.second.id) != nullptr; }));
 }
 
 void ServiceMatches::called(std::uint64_t client, dds_instance_handle_t writer) {
   const std::lock_guard lock(mutex_);
   const auto known = clients_.find(writer);
   if (known != clients_.end() && known->second == client) return;
-  if (!ids_[requests].contains(writer)) return;
+  if (!ends_[requests].contains(writer)) return;
   if (known != clients_.end()) {
     ++changed_callers_;
     forget_caller(writer);
     if (static constinit LogThrottle throttle; throttle.may_log()) {
       log(LogLevel::warn, "a client of a service ({}) changes its number with its requests",
-          ids_[requests].at(writer));
+          ends_[requests].at(writer).id);
     }
   }
   if (callers_.try_emplace(client, writer).second) clients_[writer] = client;
@@ -73,8 +74,20 @@ bool ServiceMatches::can_hear(std::uint64_t client) const {
   const std::lock_guard lock(mutex_);
   const auto caller = callers_.find(client);
   if (caller == callers_.end()) return true;
-  const std::string& id = ids_[requests].at(caller->second);
-  return id.empty() || has(responses, id);
+  const std::string& id = ends_[requests].at(caller->second).id;
+  if (id.empty()) return true;
+  const End* const reader = find(responses, id);
+  return reader != nullptr && reader->number <= confirmed_;
+}
+
+std::uint64_t ServiceMatches::ends() const {
+  const std::lock_guard lock(mutex_);
+  return come_;
+}
+
+void ServiceMatches::confirm(std::uint64_t ends) {
+  const std::lock_guard lock(mutex_);
+  confirmed_ = std::max(confirmed_, ends);
 }
 
 }  // namespace takt

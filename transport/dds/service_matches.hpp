@@ -37,15 +37,24 @@ class ServiceMatches {
   /// How many clients are known, and how often a writer has said that it is another one.
   std::size_t callers() const;
   std::uint64_t changed_callers() const;
-  /// Whether the client's reader of responses is matched, or the client has gone.
+  /// Whether the client's reader of responses is matched, and confirmed; or the client has gone.
   bool can_hear(std::uint64_t client) const;
+  /// How many ends have come so far.
+  std::uint64_t ends() const;
+  /// The first so many ends that have come hear what is sent to them.
+  void confirm(std::uint64_t ends);
 
  private:
-  bool has(Topic topic, const std::string& id) const;
+  struct End {
+    std::string id;
+    std::uint64_t number;  // in the order of their coming, from 1
+  };
+  const End* find(Topic topic, const std::string& id) const;
   void forget_caller(dds_instance_handle_t writer);
 
   mutable PiMutex mutex_;
-  std::map<dds_instance_handle_t, std::string> ids_[2];
+  std::map<dds_instance_handle_t, End> ends_[2];
+  std::uint64_t come_ = 0, confirmed_ = 0;
   std::map<std::uint64_t, dds_instance_handle_t> callers_;
   std::map<dds_instance_handle_t, std::uint64_t> clients_;  // by their writers: as many as these
   std::uint64_t changed_callers_ = 0;

@@ -19,6 +19,8 @@ TEST(ServiceMatches, RemembersAsManyClientsAsThereAreWriters) {
   EXPECT_FALSE(matches.can_hear(20)) << "the other client's number was taken over";
   EXPECT_FALSE(matches.can_hear(1000));
   matches.add(ServiceMatches::responses, 3, "clientid=1;");
+  EXPECT_FALSE(matches.can_hear(1000)) << "its reader has confirmed nothing";
+  matches.confirm(matches.ends());
   EXPECT_TRUE(matches.can_hear(1000));
   EXPECT_FALSE(matches.can_hear(20));
   matches.remove(ServiceMatches::requests, 1);
