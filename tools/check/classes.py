@@ -17,7 +17,7 @@ EXCEPTIONS = {
     ("containers/model/model_builder.hpp", "ModelBuilder"): (42, 15, "a step for each part of a model"),
     ("entities/entity.hpp", "Entity"): (37, 11, "what executors see of every kind of entity"),
     ("executors/engine/callbacks.hpp", "Callbacks"): (34, 14, "16 of them belong to the interfaces of executor and listener"),
-    ("executors/engine/ready_set.hpp", "ReadySet"): (44, 18, "what each dispatch touches, in neighbouring cache lines"),
+    ("executors/engine/ready_set.hpp", "ReadySet"): (45, 19, "what each dispatch touches, in neighbouring cache lines"),
     ("executors/isolated_executor.hpp", "IsolatedExecutor"): (41, 16, "16 of them are the interface of an executor"),
     ("nodes/lifecycle_node.hpp", "LifecycleNode"): (34, 7, "the façade that rclcpp_lifecycle has"),
     ("nodes/node.hpp", "Node"): (86, 15, "the façade that rclcpp has"),

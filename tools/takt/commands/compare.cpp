@@ -349,7 +349,8 @@ void set_up(CLI::App* command) {
   command->add_option("--compositions", options->compositions,
                       "file, single, per-node, or a list; all: single,per-node");
   command->add_option("--duration", options->duration, "Duration of each run (5s)");
-  command->add_option("--repeat", options->repeat, "Runs of each row")->check(CLI::Range(1, 1000));
+  command->add_option("--repeat", options->repeat, "Runs of each row (1)")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--report", options->report, "Also write an HTML page");
   command->add_option("--json", options->json, "Also write every run as JSON; - for stdout");
   command->footer(

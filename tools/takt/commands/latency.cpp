@@ -257,7 +257,7 @@ void add_threads(CLI::App& command, Options& options) {
 void set_up(CLI::App* command) {
   command->set_help_flag("--help", "Print this help message and exit");
   const auto options = std::make_shared<Options>();
-  command->add_option("-p,--priority", options->priority, "SCHED_FIFO priority; 0: SCHED_OTHER")
+  command->add_option("-p,--priority", options->priority, "SCHED_FIFO priority; SCHED_OTHER (0)")
       ->check(CLI::Range(0, 99));
   command->add_option("--policy", options->policy,
                       "Instead: fifo, rr, other, batch or idle, or Linux's names: SCHED_FIFO");

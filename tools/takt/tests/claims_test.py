@@ -3,7 +3,8 @@
 
 Each sentence there that says "is an error", "rejected", "exits with" or "exit status" has a line in CLAIMS: words that
 stand in the sentence, and how the claim is tried: here, or by another test, whose name the line gives. A sentence
-without a line fails, and so does a line whose sentence is gone.
+without a line fails, and so does a line whose sentence is gone. The page of the command line says all options, and
+their defaults, as --help does.
 
 SPDX-License-Identifier: Apache-2.0
 """
@@ -148,6 +149,36 @@ def check_commands(page):
             check(f"{page.name}: takt {line.strip()[:90]}", not missing, missing)
 
 
+def options_of(words):
+    """{a name of each option of the command: (all its names, its line of --help)}, those of its subcommands, too."""
+    text = run_any(*words, "--help")[1]
+    known = {}
+    part = re.search(r"^options:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL | re.MULTILINE | re.IGNORECASE)
+    for line in re.split(r"\n(?=  -)", part[1]) if part else []:
+        names = re.findall(r"(?<![\w-])--?[A-Za-z][\w-]*(?=[, ]|$)", re.split(r"\s{2,}", line.strip())[0])
+        known.update({each: (names, " ".join(line.split())) for each in names})
+    part = re.search(r"^Subcommands:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    for subcommand in re.findall(r"^  (\w+)", part[1], re.MULTILINE) if part else []:
+        known.update(options_of((*words, subcommand)))
+    return known
+
+
+def check_options(page):
+    """The page has each option of each command by one of its names, no other, and the defaults of --help."""
+    sections = {}
+    for title, body in re.findall(r"^## (takt .*?)\n(.*?)(?=^## |\Z)", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+        for command in dict.fromkeys(re.findall(r"takt (\w+)", title)):
+            sections[command] = sections.get(command, "") + title + body
+    for command, text in sections.items():
+        known = options_of((command,))
+        said = set(re.findall(r"(?<![\w-])(--[a-z][\w-]*|-[A-Za-z](?![\w-]))", text))
+        silent = {names[-1] for names, _ in known.values() if not said & set(names)} - {"--help"}
+        check(f"{page.name} says all options of takt {command}", not silent, sorted(silent))
+        for option, default in re.findall(r"^\| `(--?[\w-]+).*default: `?(\d\w*)", text, re.MULTILINE):
+            check(f"takt {command} --help: the default of {option} is {default}",
+                  option in known and re.search(rf"(?:\(|=|default: ){default}\b", known[option][1]), known.get(option))
+
+
 def removed_options():
     """Of the table in the code: (command, option, what to write instead)."""
     text = (ROOT / "containers/configuration/removed.hpp").read_text(encoding="utf-8")
@@ -170,6 +201,7 @@ with tempfile.TemporaryDirectory() as name:
         check_tables(page)
         check_commands(page)
     check_commands(ROOT / "README.md")
+    check_options(ROOT / "docs/reference/command_line.md")
     removed = removed_options()
     check("the table of what was removed is read", len(removed) >= 2, removed)
     for command, option, instead in removed:
