@@ -43,6 +43,7 @@ def test_packages(work):
     status, output, errors = run(work / "install/lib/sky_nodes/measure")
     check("a program finds the libraries of other packages without a setup file",
           output == "the lowest cloud is at 1000 m\n", output, errors)
+    test_run(work)
     check("folders are installed", (work / "install/share/sky_nodes/launch/sky.launch.yaml").is_file())
     status, output, errors = run(work / "install/lib/sky_components/watch")
     check("a component is a program", status == 0 and "[watcher]: it has 3 clouds" in output + errors, output, errors)
@@ -53,6 +54,21 @@ def test_packages(work):
     check("takt finds the component", "sky_components::Watcher" in output, output, errors)
     status, output, errors = run("ctest", "--test-dir", work / "build/sky_library", "--no-tests=error")
     check("tests of GoogleTest run", status == 0, output, errors)
+
+
+# A name that follows the program is the program's, also if it looks like an option of the command.
+def test_run(work):
+    measure = ("run", "--install-base", work / "install", "sky_nodes", "measure")
+    status, output, errors = run(takt, "ros2", *measure, "--help", "--ros-args", "-r", "a:=b", "--", "--install-base")
+    check("takt ros2 run starts it", status == 0 and output == "the lowest cloud is at 1000 m\n", output, errors)
+    status, output, errors = run(takt, "ros2", "run", "sky_nodes", "measure", AMENT_PREFIX_PATH=str(work / "install"))
+    check("it is found in AMENT_PREFIX_PATH", status == 0, output, errors)
+    for words, message in ((("sky_node", "measure"), "did you mean 'sky_nodes'?"),
+                           (("sky_nodes", "mesure"), "package 'sky_nodes' has no program 'mesure'; did you mean 'measure'?")):
+        status, _, errors = run(takt, "ros2", *measure[:3], *words)
+        check(f"'{message}'", status == 2 and message in errors, errors)
+    status, output, errors = run(takt, "ros2", *measure[:3], "sky_components", "watch", "--ros-args", "-r", "__node:=guard")
+    check("it gets its arguments", status == 0 and "[guard]: it has 3 clouds" in output + errors, output, errors)
 
 
 def configure(work, text, *options, **more):

@@ -133,7 +133,8 @@ void parameter_events(Node::SharedPtr node) {
 // ---- Logging ----
 
 // Row: `Logger`, `get_logger`, its levels and children | to stderr and to `/rosout`;
-// `RCUTILS_CONSOLE_OUTPUT_FORMAT` and `--log-level`
+// `RCUTILS_CONSOLE_OUTPUT_FORMAT`, `RCUTILS_COLORIZED_OUTPUT`, `RCUTILS_LOGGING_USE_STDOUT` and
+// `--log-level`
 void loggers() {
   Logger logger = get_logger("name").get_child("child");
   logger.set_level(Logger::Level::Debug);

@@ -2,7 +2,6 @@
 #include "arguments.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <utility>
 
@@ -25,25 +24,44 @@ std::pair<std::string, std::string> split_rule(const std::string& rule) {
   return {rule.substr(0, at), rule.substr(at + 2)};
 }
 
+/// Takes "node:" away from the front; empty: every node's. The colon may be that of a scheme.
+std::string take_node(std::string& name) {
+  const auto colon = name.find(':');
+  if (colon == std::string::npos || name.compare(colon, 3, "://") == 0) return {};
+  std::string node = name.substr(0, colon);
+  if (!is_token(node)) refuse(name, "before ':' must be the name of a node");
+  name.erase(0, colon + 1);
+  return node;
+}
+
+/// Of a topic or service in a rule: "/a/b", "a/b" or "~/a".
+bool is_name_in_rule(std::string_view name) {
+  if (name.starts_with("~/")) name.remove_prefix(1);
+  return is_path(name.starts_with('/') ? std::string(name) : "/" + std::string(name));
+}
+
 RemapRule parse_remap(const std::string& text) {
   auto [from, to] = split_rule(text);
   RemapRule rule;
   constexpr std::pair<std::string_view, RemapRule::Kind> kSchemes[] = {
       {"rostopic://", RemapRule::Kind::topic}, {"rosservice://", RemapRule::Kind::service}};
-  // "node:from", unless the colon belongs to the scheme
-  if (const auto colon = from.find(':');
-      colon != std::string::npos && from.compare(colon, 3, "://") != 0) {
-    rule.node = from.substr(0, colon);
-    from.erase(0, colon + 1);
-  }
+  rule.node = take_node(from);
   for (const auto& [scheme, kind] : kSchemes) {
     if (!from.starts_with(scheme)) continue;
     rule.kind = kind;
     from.erase(0, scheme.size());
   }
-  if (from == "__node" || from == "__name") rule.kind = RemapRule::Kind::node_name;
-  if (from == "__ns") rule.kind = RemapRule::Kind::name_space;
-  if (to.empty()) refuse(text, "there is no name after ':='");
+  if (from == "__node" || from == "__name") {
+    rule.kind = RemapRule::Kind::node_name;
+    if (!is_token(to)) refuse(text, "'" + to + "' cannot be the name of a node");
+  } else if (from == "__ns") {
+    rule.kind = RemapRule::Kind::name_space;
+    if (to != "/" && !is_path(to)) refuse(text, "a namespace must be '/', or '/a/b'");
+  } else {
+    for (const std::string& name : {from, to}) {
+      if (!is_name_in_rule(name)) refuse(text, "'" + name + "' cannot be the name of a topic");
+    }
+  }
   rule.from = std::move(from);
   rule.to = std::move(to);
   return rule;
@@ -51,11 +69,9 @@ RemapRule parse_remap(const std::string& text) {
 
 ParameterRule parse_parameter(const std::string& text) {
   auto [name, value] = split_rule(text);
-  ParameterRule rule{.node = "/**", .name = {}, .value = {}};
-  if (const auto colon = name.find(':'); colon != std::string::npos) {
-    rule.node = name.substr(0, colon);
-    name.erase(0, colon + 1);
-  }
+  ParameterRule rule{.node = take_node(name), .name = {}, .value = {}};
+  if (rule.node.empty()) rule.node = "/**";
+  if (name.empty()) refuse(text, "there is no name before ':='");
   rule.name = std::move(name);
   rule.value = parameter_from_yaml(value);
   return rule;
@@ -63,6 +79,7 @@ ParameterRule parse_parameter(const std::string& text) {
 
 void parse_level(const std::string& text, Arguments& arguments) {
   const auto at = text.find(":=");
+  if (at == 0) refuse(text, "there is no name of a logger before ':='");
   const std::string logger = at == std::string::npos ? "" : text.substr(0, at);
   std::string level = at == std::string::npos ? text : text.substr(at + 2);
   std::transform(level.begin(), level.end(), level.begin(),
@@ -80,20 +97,27 @@ void parse_level(const std::string& text, Arguments& arguments) {
   refuse(text, "it is no log level");
 }
 
-/// Whether it was one of the flags that take a value.
-bool parse_with_value(const std::string& flag, const std::string& value, Arguments& arguments) {
-  if (flag == "-r" || flag == "--remap") {
-    arguments.remaps.push_back(parse_remap(value));
-  } else if (flag == "-p" || flag == "--param") {
-    arguments.parameters.push_back(parse_parameter(value));
-  } else if (flag == "--params-file") {
-    const auto rules = parameters_from_file(value);
+/// Whether it is one of the flags that take a value. `value`: nullptr if it is the last argument.
+bool parse_with_value(const std::string& flag, const std::string* value, Arguments& arguments) {
+  constexpr std::string_view kIgnored[] = {"--log-config-file", "--log-file-name", "-e",
+                                           "--enclave"};
+  const auto is = [&](std::string_view brief, std::string_view name) {
+    if (flag != brief && flag != name) return false;
+    if (value == nullptr) refuse(flag, "nothing follows it");
+    return true;
+  };
+  if (is("-r", "--remap")) {
+    arguments.remaps.push_back(parse_remap(*value));
+  } else if (is("-p", "--param")) {
+    arguments.parameters.push_back(parse_parameter(*value));
+  } else if (is("--params-file", "--params-file")) {
+    const auto rules = parameters_from_file(*value);
     arguments.parameters.insert(arguments.parameters.end(), rules.begin(), rules.end());
-  } else if (flag == "--log-level") {
-    parse_level(value, arguments);
+  } else if (is("--log-level", "--log-level")) {
+    parse_level(*value, arguments);
   } else {
-    return flag == "--log-config-file" || flag == "--log-file-name" || flag == "-e" ||
-           flag == "--enclave";
+    return std::any_of(std::begin(kIgnored), std::end(kIgnored),
+                       [&](std::string_view name) { return is(name, name); });
   }
   return true;
 }
@@ -134,6 +158,25 @@ bool match(const std::string_view* pattern, const std::string_view* pattern_end,
 
 }  // namespace
 
+bool is_token(std::string_view text) {
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  return !text.empty() && is_letter(text[0]) && std::all_of(text.begin(), text.end(), [&](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9');
+  });
+}
+bool is_path(std::string_view text) {
+  if (!text.starts_with('/')) return false;
+  text.remove_prefix(1);
+  for (;;) {
+    const auto end = std::min(text.find('/'), text.size());
+    if (!is_token(text.substr(0, end))) return false;
+    if (end == text.size()) return true;
+    text.remove_prefix(end + 1);
+  }
+}
+
 Arguments parse_arguments(const std::vector<std::string>& arguments) {
   Arguments result;
   std::vector<std::string> unknown;
@@ -147,8 +190,8 @@ Arguments parse_arguments(const std::vector<std::string>& arguments) {
       is_ros = false;
     } else if (parse_switch(argument, result)) {
       continue;
-    } else if (i + 1 < arguments.size() && argument.starts_with('-') &&
-               parse_with_value(argument, arguments[i + 1], result)) {
+    } else if (parse_with_value(argument, i + 1 < arguments.size() ? &arguments[i + 1] : nullptr,
+                                result)) {
       ++i;
     } else {
       unknown.push_back(argument);

@@ -33,6 +33,11 @@ struct Arguments {
   std::vector<std::string> rest;  // which are not ROS's
 };
 
+/// Letters, digits and '_', not beginning with a digit.
+bool is_token(std::string_view text);
+/// "/a/b", of tokens; the root is none.
+bool is_path(std::string_view text);
+
 /// Throws UnknownROSArgsError or RCLInvalidROSArgsError.
 Arguments parse_arguments(const std::vector<std::string>& arguments);
 

@@ -6,6 +6,7 @@
 
 #include "arguments.hpp"
 #include "context_time_source.hpp"
+#include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/logging.hpp"
 #include "rclcpp/utilities.hpp"
 #include "signals.hpp"
@@ -13,7 +14,11 @@
 namespace rclcpp {
 
 std::size_t InitOptions::get_domain_id() const {
-  return domain_ ? *domain_ : static_cast<std::size_t>(takt::default_domain());
+  try {
+    return domain_ ? *domain_ : static_cast<std::size_t>(takt::default_domain());
+  } catch (const takt::Error& error) {
+    throw exceptions::RCLError(RCL_RET_ERROR, error.what());
+  }
 }
 
 Context::Context() : arguments_(std::make_unique<detail::Arguments>()) {
@@ -24,6 +29,7 @@ Context::~Context() {
 
 void Context::init(int argc, char const* const* argv, const InitOptions& options) {
   if (is_valid()) throw ContextAlreadyInitialized();
+  options.get_domain_id();  // a wrong ROS_DOMAIN_ID is an error of init, not of the first node
   auto arguments = std::make_unique<detail::Arguments>(
       detail::parse_arguments(std::vector<std::string>(argv, argv + argc)));
   if (options.auto_initialize_logging()) {

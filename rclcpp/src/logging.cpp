@@ -5,6 +5,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -95,12 +96,34 @@ std::string value_of(std::string_view token, const Line& line) {
   if (token == "file_name") return line.where.file;
   if (token == "line_number") return std::to_string(line.where.line);
   if (token == "time_as_nanoseconds") return std::to_string(ns);
+  if (token == "date_time_with_ms") {
+    const std::time_t seconds = ns / 1'000'000'000;
+    std::tm parts{};
+    localtime_r(&seconds, &parts);
+    const auto size = std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
+    std::snprintf(text + size, sizeof text - size, ".%03d",
+                  static_cast<int>(ns / 1'000'000 % 1000));
+    return text;
+  }
   if (token == "time") {
     std::snprintf(text, sizeof text, "%lld.%09lld", static_cast<long long>(ns / 1'000'000'000),
                   static_cast<long long>(ns % 1'000'000'000));
     return text;
   }
   return "{" + std::string(token) + "}";
+}
+
+/// With what "\\n" and the like stand for.
+std::string unescaped(std::string_view format) {
+  constexpr std::string_view kLetters = "abnrt", kMeant = "\a\b\n\r\t";
+  std::string text;
+  for (std::size_t i = 0; i < format.size(); ++i) {
+    const auto known = format[i] == '\\' && i + 1 < format.size() ? kLetters.find(format[i + 1])
+                                                                  : std::string_view::npos;
+    text += known != std::string_view::npos ? kMeant[known] : format[i];
+    if (known != std::string_view::npos) ++i;
+  }
+  return text;
 }
 
 /// How RCUTILS_CONSOLE_OUTPUT_FORMAT and its like want it.
@@ -111,7 +134,7 @@ struct Console {
                          : isatty(fileno(file)) != 0;
   std::string format = [] {
     const char* wanted = std::getenv("RCUTILS_CONSOLE_OUTPUT_FORMAT");
-    return std::string(wanted != nullptr ? wanted : "[{severity}] [{time}] [{name}]: {message}");
+    return unescaped(wanted != nullptr ? wanted : "[{severity}] [{time}] [{name}]: {message}");
   }();
 
   void write(const Line& line) const {

@@ -13,29 +13,9 @@ namespace {
 using detail::Arguments;
 using detail::RemapRule;
 
-bool is_name(std::string_view token) {
-  const auto is_letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-  };
-  return !token.empty() && is_letter(token[0]) &&
-         std::all_of(token.begin(), token.end(),
-                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
-}
-/// "/a/b"; the root is "/".
-bool is_path(std::string_view path) {
-  if (!path.starts_with('/')) return false;
-  path.remove_prefix(1);
-  for (;;) {
-    const auto end = std::min(path.find('/'), path.size());
-    if (!is_name(path.substr(0, end))) return false;
-    if (end == path.size()) return true;
-    path.remove_prefix(end + 1);
-  }
-}
-
 /// Of a name that has become this path.
 std::string checked_path(std::string path, const std::string& name, bool is_service) {
-  if (is_path(path)) return path;
+  if (detail::is_path(path)) return path;
   constexpr const char* kWhy = "its parts must be names of letters, digits and '_'";
   if (is_service) throw exceptions::InvalidServiceNameError(name.c_str(), kWhy);
   throw exceptions::InvalidTopicNameError(name.c_str(), kWhy);
@@ -53,22 +33,23 @@ std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_c
                                                          const std::string& space_in_code,
                                                          const MakeNode& make) const {
   takt::NodeOptions how = options_.takt().value_or(takt::NodeOptions{});
-  if (!is_name(in_code)) {
+  if (!detail::is_token(in_code)) {
     throw exceptions::InvalidNodeNameError(
         in_code.c_str(), "it must be of letters, digits and '_', not beginning with a digit");
   }
+  if (how.name.empty()) {
+    how.name = remapped(*own_, global(), RemapRule::Kind::node_name, in_code, in_code);
+  }
+  // Rules of one node have the name that it has got.
   std::string space =
-      remapped(*own_, global(), RemapRule::Kind::name_space, in_code, space_in_code);
+      remapped(*own_, global(), RemapRule::Kind::name_space, how.name, space_in_code);
   if (!how.name_space.empty()) space = how.name_space;
   if (!space.starts_with('/')) space.insert(0, "/");
-  if (space != "/" && !is_path(space)) {
+  if (space != "/" && !detail::is_path(space)) {
     throw exceptions::InvalidNamespaceError(space.c_str(),
                                             "its parts must be names of letters, digits and '_'");
   }
   how.name_space = space == "/" ? "" : space;
-  if (how.name.empty()) {
-    how.name = remapped(*own_, global(), RemapRule::Kind::node_name, in_code, in_code);
-  }
   how.parameters = parameter_overrides(how.name_space + "/" + how.name);
   // The others are looked at when they are declared, see NodeParametersInterface.
   std::erase_if(how.parameters, [](const auto& given) { return given.first != takt::kUseSimTime; });

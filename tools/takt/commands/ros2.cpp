@@ -1,8 +1,11 @@
-// takt ros2: builds packages written for rclcpp on Takt.
+// takt ros2: builds packages written for rclcpp on Takt, and runs their programs.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -12,6 +15,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/printable.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -36,16 +40,77 @@ fs::path prefix() {
   return result;
 }
 
-// Replaces this process: the rest is a script, as package.xml is to be read.
-void build(const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{"python3", prefix() / "share/takt_ros2/cmake/build.py"};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+/// Does not return. `advice`: if it cannot be started.
+[[noreturn]] void replace_this_process(std::vector<std::string> words, const char* advice) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   execvp(argv.front(), argv.data());
-  throw Error(fmt::format("python3 cannot be started: {}", std::generic_category().message(errno)),
-              "on Debian: apt-get install python3");
+  throw Error(fmt::format("{} cannot be started: {}", words.front(), errno_message(errno)), advice);
+}
+
+// The rest is a script, as package.xml is to be read.
+void build(const std::vector<std::string>& arguments) {
+  std::vector<std::string> words{"python3", prefix() / "share/takt_ros2/cmake/build.py"};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  replace_this_process(std::move(words), "on Debian: apt-get install python3");
+}
+
+struct Program {
+  std::string package, name, install_base = "install";
+  std::vector<std::string> arguments;
+};
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    if (entry.is_regular_file(none) && access(entry.path().c_str(), X_OK) == 0) {
+      names.push_back(entry.path().filename());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+/// What takt ros2 build has installed comes before a ROS 2 in the environment.
+fs::path find(const Program& program) {
+  std::vector<fs::path> prefixes{program.install_base};
+  if (const char* const path = std::getenv("AMENT_PREFIX_PATH")) {
+    std::istringstream parts(path);
+    for (std::string part; std::getline(parts, part, ':');) {
+      if (!part.empty()) prefixes.emplace_back(part);
+    }
+  }
+  std::vector<std::string> packages, programs;
+  for (const fs::path& folder : prefixes) {
+    const std::vector<std::string> names = names_in(folder / "lib" / program.package);
+    if (std::find(names.begin(), names.end(), program.name) != names.end()) {
+      return fs::absolute(folder / "lib" / program.package / program.name);
+    }
+    programs.insert(programs.end(), names.begin(), names.end());
+    std::error_code none;
+    for (const auto& entry : fs::directory_iterator(folder / "lib", none)) {
+      if (!names_in(entry.path()).empty()) packages.push_back(entry.path().filename());
+    }
+  }
+  if (!programs.empty()) {
+    throw Error(
+        fmt::format("package '{}' has no program '{}'", program.package, printable(program.name)),
+        suggest(program.name, programs));
+  }
+  throw Error(fmt::format("no package '{}' with programs is installed in '{}' or a prefix of "
+                          "AMENT_PREFIX_PATH",
+                          printable(program.package), printable(program.install_base)),
+              packages.empty() ? "build it with `takt ros2 build`, or name the folder with "
+                                 "--install-base"
+                               : suggest(program.package, packages));
+}
+
+void run(const Program& program) {
+  std::vector<std::string> words{find(program)};
+  words.insert(words.end(), program.arguments.begin(), program.arguments.end());
+  replace_this_process(std::move(words), "build its package again");
 }
 
 void set_up(CLI::App* command) {
@@ -53,7 +118,8 @@ void set_up(CLI::App* command) {
   command->footer(
       "Example:\n"
       "  cmake -S my_package -B build -D CMAKE_PREFIX_PATH=$(takt ros2 prefix)\n"
-      "  takt ros2 build src\n");
+      "  takt ros2 build src\n"
+      "  takt ros2 run my_package my_program --ros-args -p rate:=10\n");
   CLI::App* const where = command->add_subcommand(
       "prefix", "Prints the folder for CMAKE_PREFIX_PATH with which a package builds on Takt");
   where->callback([] { rt::print("{}\n", prefix().string()); });
@@ -64,8 +130,22 @@ void set_up(CLI::App* command) {
   made->set_help_flag();  // the script has its own
   made->prefix_command();
   made->callback([made] { build(made->remaining()); });
+
+  const auto program = std::make_shared<Program>();
+  CLI::App* const started =
+      command->add_subcommand("run", "Runs a program of an installed package");
+  started->positionals_at_end();  // what follows is the program's
+  started
+      ->add_option("--install-base", program->install_base,
+                   "Where `takt ros2 build` has installed it, before AMENT_PREFIX_PATH")
+      ->capture_default_str();
+  started->add_option("PACKAGE", program->package)->required();
+  started->add_option("EXECUTABLE", program->name)->required();
+  started->add_option("ARGUMENT", program->arguments, "For the program");
+  started->callback([program] { run(*program); });
 }
-const Command registered("ros2", "Builds packages written for rclcpp, unchanged, on Takt", set_up);
+const Command registered("ros2", "Builds and runs packages written for rclcpp, unchanged, on Takt",
+                         set_up);
 
 }  // namespace
 }  // namespace takt::tools::ros2_command
