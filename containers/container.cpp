@@ -344,7 +344,7 @@ void Container::release() {
   }
   for (const auto& running : executors_) running->executor->release_timers(true);
   if (lifecycle_ != nullptr) lifecycle_->bring_up();
-  if (lifecycle_ == nullptr && participant_ == nullptr) {
+  if (lifecycle_ == nullptr && participant_ == nullptr && !overrides_.find_node) {
     for (const std::string& name : unconfigured()) {
       log(LogLevel::warn,
           "lifecycle: nobody can configure '{}': the file has neither `lifecycle` nor `dds`", name);
@@ -433,16 +433,6 @@ void Container::hold() {
   }
 }
 
-std::vector<std::string> Container::unconfigured() const {
-  std::vector<std::string> names;
-  for (const auto& loaded : loaded_components()) {
-    const LifecycleNode* node = loaded->lifecycle();
-    if (node == nullptr || node->get_current_state() != LifecycleState::unconfigured) continue;
-    names.push_back(node->fully_qualified_name());
-  }
-  return names;
-}
-
 // Which no manager has led there: they are not under `bring_up`, or it could not reach them. In the
 // reverse order of construction, as the manager does.
 void Container::bring_down_rest() {
@@ -477,15 +467,30 @@ void Container::stop() {
                      kDrainLimit.count()));
   }
   bring_down_rest();
-  for (const auto& running : executors_) running->executor->cancel();
-  for (const auto& running : executors_) {
-    if (running->thread.joinable()) running->thread.join();
-  }
+  cancel();
+  const std::exception_ptr failure = end_of_executors();
   // One that is being unloaded may complete and leave the list meanwhile.
   for (const auto& loaded : loaded_components()) complete(*loaded);
+  if (failure != nullptr) std::rethrow_exception(failure);
+}
+
+void Container::cancel() noexcept {
+  for (const auto& running : executors_) running->executor->cancel();
+}
+
+void Container::join() {
+  if (held_ == TimePoint{}) end_counting();
+  if (const auto failure = end_of_executors()) std::rethrow_exception(failure);
+}
+
+// Waits for it; returns what a callback threw.
+std::exception_ptr Container::end_of_executors() {
+  std::exception_ptr failure;
   for (const auto& running : executors_) {
-    if (running->exception != nullptr) std::rethrow_exception(running->exception);
+    if (running->thread.joinable()) running->thread.join();
+    if (failure == nullptr) failure = running->exception;
   }
+  return failure;
 }
 
 }  // namespace takt

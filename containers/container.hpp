@@ -3,6 +3,7 @@
 #ifndef TAKT_CONTAINERS_CONTAINER_HPP_
 #define TAKT_CONTAINERS_CONTAINER_HPP_
 
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -45,6 +46,9 @@ struct ContainerOverrides {
   /// Called on the constructing thread before a component's constructor, with the component's name
   /// in the file, and after it with an empty string.
   std::function<void(std::string_view component)> on_making;
+  /// The node of a description without a class, which a program has made; nullptr: not yet, then
+  /// the component is left out.
+  std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
 };
 
 /// Constructs the components of a description, adds them and their callback groups to executors,
@@ -97,6 +101,11 @@ class Container {
   /// Serves pending callbacks, brings down the lifecycle nodes that are not finalized, within 10 s,
   /// then stops the executors. Rethrows the exception of a callback.
   void stop();
+  /// Instead of hold to stop, for a program that keeps its nodes: the executors end when what runs
+  /// has returned. Does not wait. Thread safety: from any thread.
+  void cancel() noexcept;
+  /// Waits until they have ended. Rethrows the exception of a callback.
+  void join();
 
   /// Constructs a component and adds it to the executor that it names, else to `default`, else to
   /// the first one; its timers start. Throws Error, and changes nothing, if the class is unknown,
@@ -195,6 +204,7 @@ class Container {
   double capacity_of(const ExecutorDescription& executor) const;
   bool handle(const FailedCallback& failed);
   bool drain();
+  std::exception_ptr end_of_executors();
   void begin_counting();
   void end_counting();
   void set_counted(ThreadStatistics& thread) const;

@@ -18,9 +18,9 @@ void check_names(const ComponentDescription& component, const Node& node,
                  std::vector<std::string>& errors) {
   const auto add = [&](const SourceLine& where, std::string_view what, const std::string& name,
                        const std::string& what_to_do) {
-    errors.push_back(Error(fmt::format("component '{}' has no {} '{}'", component.type, what, name),
-                           what_to_do, where)
-                         .what());
+    errors.push_back(
+        Error(fmt::format("{} has no {} '{}'", noun_of(component), what, name), what_to_do, where)
+            .what());
   };
   const auto line = [&](const auto& lines, const std::string& name) {
     const auto found = lines.find(name);
@@ -34,10 +34,9 @@ void check_names(const ComponentDescription& component, const Node& node,
     add(line(component.remap_lines, name), "topic to remap", name, "");
   }
   for (const std::string& name : node.timers_of_one_name()) {
-    errors.push_back(
-        Error(fmt::format("component '{}' makes two timers called '{}'", component.type, name),
-              "give each its own name in the code", component.where)
-            .what());
+    errors.push_back(Error(fmt::format("{} makes two timers called '{}'", noun_of(component), name),
+                           "give each its own name in the code", component.where)
+                         .what());
   }
   const auto check = [&](const auto& described, const auto& objects, std::string_view what) {
     std::vector<std::string> names;
@@ -68,7 +67,7 @@ void set_parameters(const ComponentDescription& component, Node& node,
     node.set_callback_parameters(changes);
   } catch (const Error& error) {
     errors.push_back(
-        Error(fmt::format("component '{}': {}", component.type, error.what()), "", where).what());
+        Error(fmt::format("{}: {}", noun_of(component), error.what()), "", where).what());
   }
 }
 
@@ -76,6 +75,7 @@ void set_parameters(const ComponentDescription& component, Node& node,
 
 void Container::make_components() {
   for (const ComponentDescription& component : description_.components) {
+    if (overrides_.find_node && overrides_.find_node(component) == nullptr) continue;  // not yet
     if (auto loaded = make(component, errors_)) {
       const auto shared = shared_.lock();
       loaded->id = ++shared->last_id;
@@ -104,6 +104,12 @@ void Container::check_topics() {
 
 std::unique_ptr<Component> Container::construct(const ComponentDescription& component,
                                                 const NodeOptions& options) const {
+  if (component.type.empty()) {
+    if (overrides_.find_node) {
+      return std::make_unique<Component>(Component{overrides_.find_node(component)});
+    }
+    throw Error("a program makes it", "start that with TAKT_CONFIG=" + description_.file);
+  }
   if (!overrides_.on_making) return takt::components().make(component.type, options);
   struct EndOfMaking {
     const std::function<void(std::string_view)>& on_making;
@@ -132,9 +138,9 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   options.time_source = time_source_;
   const std::size_t before = errors.size();
   const auto failed = [&](std::string_view why) {
-    errors.push_back(Error(fmt::format("component '{}' could not be made: {}", component.type, why),
-                           "", component.where)
-                         .what());
+    errors.push_back(
+        Error(fmt::format("{} could not be made: {}", noun_of(component), why), "", component.where)
+            .what());
   };
   try {
     loaded->component = construct(component, options);
@@ -234,7 +240,7 @@ void Container::admit(const std::shared_ptr<Loaded>& loaded) {
 }
 
 LoadedComponent Container::load(ComponentDescription component) {
-  find_component(component.type, component.library);
+  if (!component.type.empty()) find_component(component.type, component.library);
   choose_executors(component);
   Errors errors;
   const std::shared_ptr<Loaded> loaded = make(component, errors);
@@ -357,8 +363,19 @@ std::vector<LoadedComponent> Container::components() const {
   return result;
 }
 
+std::vector<std::string> Container::unconfigured() const {
+  std::vector<std::string> names;
+  for (const auto& loaded : loaded_components()) {
+    const LifecycleNode* node = loaded->lifecycle();
+    if (node == nullptr || node->get_current_state() != LifecycleState::unconfigured) continue;
+    names.push_back(node->fully_qualified_name());
+  }
+  return names;
+}
+
 void Container::serve(Loaded& loaded) {
-  if (manager_ != nullptr) loaded.services = manager_->serve(loaded.node());
+  const bool serves_itself = loaded.description.type.empty();  // as nodes of programs do
+  if (manager_ != nullptr && !serves_itself) loaded.services = manager_->serve(loaded.node());
   const auto node = std::dynamic_pointer_cast<LifecycleNode>(loaded.node());
   if (heartbeats_ != nullptr && node != nullptr) loaded.heartbeat = heartbeats_->add(node);
 }

@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/testing/eventually.hpp"
 #include "takt/testing/peer_process.hpp"
 #include "takt/transport/local_topics.hpp"
 
@@ -339,6 +340,38 @@ TEST(Container, AnExceptionOfACallbackEndsTheRun) {
   failed.wait(false);
   container.hold();
   EXPECT_THROW(container.stop(), std::runtime_error);
+}
+
+TEST(Container, ServesTheNodesThatAProgramMakes) {
+  SystemDescription system;
+  system.file = "test.yaml";
+  system.components = {{.name = "ticker", .where = "test.yaml:2"},
+                       {.name = "later", .where = "test.yaml:3"}};
+  try {
+    Container container(system);
+    FAIL() << "it was made";
+  } catch (const ConfigurationError& error) {
+    EXPECT_EQ(error.errors().at(0),
+              "test.yaml:2: node '/ticker' could not be made: a program makes it; start that with "
+              "TAKT_CONFIG=test.yaml");
+  }
+  const auto first = std::make_shared<Ticker>(NodeOptions());
+  const auto later = std::make_shared<Ticker>(NodeOptions{.name = "later"});
+  std::atomic<int> heard = 0;
+  const auto ends = later->create_subscription<Tick>("ticks", 10, [&](const Tick&) { ++heard; });
+  bool is_there = false;
+  Container container(system, {.find_node = [&](const ComponentDescription& wanted) {
+                        return wanted.name == "ticker" ? first : is_there ? later : nullptr;
+                      }});
+  EXPECT_EQ(container.components().size(), 1u);
+  container.start();
+  container.release();
+  is_there = true;
+  container.load(system.components[1]);
+  EXPECT_TRUE(eventually([&] { return heard > 3; }));
+  container.cancel();
+  container.join();
+  EXPECT_GT(container.result().callbacks.size(), 3u);
 }
 
 }  // namespace

@@ -122,7 +122,13 @@ class Node : public std::enable_shared_from_this<Node> {
   template <class F>
   [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
       Nanoseconds period, F callback, std::shared_ptr<CallbackGroup> group = nullptr) {
-    return make_timer(clock().real(), next_wall_timer_name(), period, std::move(callback),
+    return create_wall_timer(next_wall_timer_name(), period, std::move(callback), std::move(group));
+  }
+  template <class F>
+  [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
+      std::string name, Nanoseconds period, F callback,
+      std::shared_ptr<CallbackGroup> group = nullptr) {
+    return make_timer(clock().real(), std::move(name), period, std::move(callback),
                       std::move(group));
   }
 

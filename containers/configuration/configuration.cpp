@@ -30,6 +30,11 @@ std::string full_name(const ComponentDescription& component) {
   return Node(component.name, {.name_space = component.name_space}).fully_qualified_name();
 }
 
+std::string noun_of(const ComponentDescription& component) {
+  return component.type.empty() ? fmt::format("node '{}'", full_name(component))
+                                : fmt::format("component '{}'", component.type);
+}
+
 LoadPolicy load_policy(const SystemDescription& process) {
   const std::string& container =
       process.components.empty() ? process.name : process.components.front().container;

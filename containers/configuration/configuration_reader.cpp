@@ -118,7 +118,11 @@ void ConfigurationReader::read_file(const Value& root) {
         each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},
        {"executors", "Executors by name.",
         each_in_map([this](const Value& executor) { read_executor(executor); })},
-       {"container", "The only container. Either this key or `containers` is required.",
+       {"nodes",
+        "Instead of containers, the nodes of a program for rclcpp by full name. It makes them "
+        "itself, and is started with [`TAKT_CONFIG`](rclcpp.md#the-environment) set to this file.",
+        each_in_map([this](const Value& node) { read_node(node); })},
+       {"container", "The only container. Either this key, `containers` or `nodes` is required.",
         [this](const Value& container) { system_.name = read_container(container); }},
        {"containers", "Several containers, each a separate process with a unique `name`.",
         [this](const Value& containers) { read_containers(containers); }},

@@ -85,6 +85,7 @@ class ConfigurationReader : private SystemReader {
   // Containers
   void read_containers(const Value& value);
   void check_number_of_containers(const Value& root);
+  void check_file_of_program(const Value& root, const Value& nodes);
   void check_that_loading_can_be_asked_for(const Value& root);
   std::string read_container(const Value& value);
   Read into_load(LoadPolicy& load);
@@ -101,6 +102,8 @@ class ConfigurationReader : private SystemReader {
 
   // Components
   void read_component(const Value& value);
+  void read_node(const Value& value);
+  std::vector<Field> serving_fields(ComponentDescription& node);
   void read_library(const Value& value, std::string& library);
   std::string beside(const std::string& path) const;
   void read_parameters(const Value& map, const std::string& prefix,

@@ -114,7 +114,7 @@ enum class OnException {
 /// One component of a container.
 struct ComponentDescription {
   std::string container = "takt";  // the container's name
-  std::string type;                // the registered class: "demo::Lidar"
+  std::string type;                // the registered class; empty: `nodes:` of a program has it
   std::string library;             // registers the class; empty: see find_component()
   std::string name;                // empty: the class names its node
   std::string name_space;
@@ -133,6 +133,9 @@ struct ComponentDescription {
 
 /// The node name with its namespace: "/front/lidar"; empty if the class names its node.
 std::string full_name(const ComponentDescription& component);
+
+/// For messages: "component 'demo::Lidar'", or "node '/front/lidar'" of a program.
+std::string noun_of(const ComponentDescription& component);
 
 /// When `takt run` restarts the process of a container.
 struct RestartOptions {

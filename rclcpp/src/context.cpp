@@ -6,6 +6,7 @@
 
 #include "arguments.hpp"
 #include "context_time_source.hpp"
+#include "program.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/logging.hpp"
 #include "rclcpp/utilities.hpp"
@@ -29,6 +30,7 @@ Context::~Context() {
 
 void Context::init(int argc, char const* const* argv, const InitOptions& options) {
   if (is_valid()) throw ContextAlreadyInitialized();
+  detail::Program::instance();
   options.get_domain_id();  // a wrong ROS_DOMAIN_ID is an error of init, not of the first node
   auto arguments = std::make_unique<detail::Arguments>(
       detail::parse_arguments(std::vector<std::string>(argv, argv + argc)));
@@ -70,6 +72,7 @@ bool Context::shutdown(const std::string& reason) {
     for (takt::Wakeable* waiter : waiters_) waiter->wake();
     ended_.notify_all();
   }
+  if (contexts::get_global_default_context().get() == this) detail::Program::instance().cancel();
   detail::forget_on_signal(*this);
   call(after);
   return true;

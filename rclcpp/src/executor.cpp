@@ -7,11 +7,18 @@
 #include <thread>
 #include <utility>
 
+#include "program.hpp"
 #include "rclcpp/executors.hpp"
 
 namespace rclcpp {
 
+using detail::Program;
 using node_interfaces::NodeBaseInterface;
+
+namespace {
+/// How often a spin looks for what cannot wake it.
+constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(10);
+}  // namespace
 
 std::string to_string(FutureReturnCode code) {
   switch (code) {
@@ -30,13 +37,12 @@ std::ostream& operator<<(std::ostream& stream, FutureReturnCode code) {
 namespace detail {
 bool wait_for(Context& context, std::chrono::nanoseconds timeout,
               const std::function<bool()>& is_true) {
-  constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(5);
   const auto end = takt::end_of(timeout, takt::Clock::steady().now());
   for (;;) {
     if (is_true()) return true;
     const auto left = takt::between(takt::Clock::steady().now(), end);
     if (left <= std::chrono::nanoseconds::zero()) return false;
-    if (!context.sleep_for(std::min(left, kStep))) return false;
+    if (!context.sleep_for(std::min(left, kStep / 2))) return false;
   }
 }
 }  // namespace detail
@@ -44,9 +50,15 @@ bool wait_for(Context& context, std::chrono::nanoseconds timeout,
 /// A spin; the second at a time throws.
 class Executor::Spinning {
  public:
-  Spinning(Executor& executor, const char* function) : executor_(executor) {
+  Spinning(Executor& executor, const char* function, bool is_long = false) : executor_(executor) {
     if (executor_.is_spinning_.exchange(true)) {
       throw std::runtime_error(std::string(function) + " called while already spinning");
+    }
+    try {
+      if (executor.context_->is_valid()) Program::instance().begin_spin(executor, is_long);
+    } catch (...) {
+      executor_.is_spinning_.store(false);
+      throw;
     }
   }
   ~Spinning() { executor_.is_spinning_.store(false); }
@@ -61,17 +73,15 @@ Executor::Executor(const ExecutorOptions& options) : Executor(options, "single_t
 }
 Executor::Executor(const ExecutorOptions& options, const std::string& name,
                    const takt::ExecutorOptions& how)
-    : context_(options.context), takt_(takt::executors().make(name, how)) {
+    : context_(options.context), takt_(Program::instance().make_executor(name, how)) {
   context_->add_waiter(*this);
 }
 Executor::~Executor() {
   context_->remove_waiter(*this);
+  takt_.reset();  // and with it all nodes: a static one would not remove them
   const std::lock_guard lock(mutex_);
   for (const auto& weak : nodes_) {
-    const auto node = weak.lock();
-    if (node == nullptr) continue;
-    takt_->remove_node(node->takt_node());
-    node->get_associated_with_executor_atomic().store(false);
+    if (const auto node = weak.lock()) node->get_associated_with_executor_atomic().store(false);
   }
 }
 
@@ -81,7 +91,11 @@ void Executor::add_node(NodeBaseInterface::SharedPtr node, bool) {
                              "' has already been added to an executor.");
   }
   try {
-    takt_->add_node(node->takt_node());
+    if (Program::instance().serves(*node->takt_node())) {
+      Program::instance().add(node->takt_node());
+    } else {
+      takt_->add_node(node->takt_node());
+    }
   } catch (...) {
     node->get_associated_with_executor_atomic().store(false);
     throw;
@@ -100,7 +114,7 @@ void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
       throw std::runtime_error("Node needs to be associated with this executor.");
     }
   }
-  takt_->remove_node(node->takt_node());
+  if (!Program::instance().serves(*node->takt_node())) takt_->remove_node(node->takt_node());
   node->get_associated_with_executor_atomic().store(false);
 }
 void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
@@ -109,8 +123,11 @@ void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
 
 void Executor::add_callback_group(CallbackGroup::SharedPtr group, NodeBaseInterface::SharedPtr node,
                                   bool) {
+  if (Program::instance().serves(*node->takt_node())) Program::instance().add(node->takt_node());
   try {
-    takt_->add_callback_group(group, node->takt_node());
+    if (!Program::instance().serves(*node->takt_node(), *group)) {
+      takt_->add_callback_group(group, node->takt_node());
+    }
   } catch (const takt::Error& error) {
     throw std::runtime_error("Callback group has already been added to an executor: " +
                              std::string(error.what()));
@@ -130,7 +147,9 @@ void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
     node = found->second.lock();
     groups_.erase(found);
   }
-  if (node != nullptr) takt_->remove_callback_group(group, node->takt_node());
+  if (node != nullptr && !Program::instance().serves(*node->takt_node(), *group)) {
+    takt_->remove_callback_group(group, node->takt_node());
+  }
 }
 std::vector<std::weak_ptr<CallbackGroup>> Executor::get_manually_added_callback_groups() {
   const std::lock_guard lock(mutex_);
@@ -153,12 +172,24 @@ std::vector<std::weak_ptr<CallbackGroup>> Executor::get_all_callback_groups() {
 
 // Takt's cancel also ends the next spin, so one that is left from an earlier spin may end this one.
 void Executor::spin() {
-  const Spinning spinning(*this, "spin()");
-  while (may_go_on()) takt_->spin();
+  const Spinning spinning(*this, "spin()", /*is_long=*/true);
+  try {
+    while (may_go_on()) takt_->spin();
+  } catch (...) {
+    try {
+      Program::instance().end_spin(*this);
+    } catch (...) {  // the first one counts
+    }
+    throw;
+  }
+  Program::instance().end_spin(*this);
 }
+// What executors of a file serve does not end it: so it returns now and then.
 void Executor::spin_once(std::chrono::nanoseconds timeout) {
   const Spinning spinning(*this, "spin_once()");
-  if (may_go_on()) takt_->spin_once(timeout);
+  if (!may_go_on()) return;
+  const bool waits = timeout < std::chrono::nanoseconds::zero() || timeout > kStep;
+  takt_->spin_once(waits && Program::instance().is_serving() ? kStep : timeout);
 }
 void Executor::spin_some(std::chrono::nanoseconds max_duration) {
   const Spinning spinning(*this, "spin_some()");
@@ -183,7 +214,6 @@ void Executor::spin_node_some(std::shared_ptr<Node> node) {
 // others it asks now and then.
 FutureReturnCode Executor::spin_until(const std::function<bool()>& is_ready,
                                       std::chrono::nanoseconds timeout) {
-  constexpr std::chrono::nanoseconds kStep = std::chrono::milliseconds(10);
   if (is_ready()) return FutureReturnCode::SUCCESS;
   const Spinning spinning(*this, "spin_until_future_complete()");
   const auto end = takt::end_of(timeout, takt::Clock::steady().now());
@@ -228,7 +258,6 @@ void spin(NodeBaseInterface::SharedPtr node) {
   executors::SingleThreadedExecutor executor(options);
   executor.add_node(node);
   executor.spin();
-  executor.remove_node(node);
 }
 void spin(std::shared_ptr<Node> node) {
   spin(node->get_node_base_interface());
@@ -236,7 +265,9 @@ void spin(std::shared_ptr<Node> node) {
 void spin_some(NodeBaseInterface::SharedPtr node) {
   ExecutorOptions options;
   options.context = node->get_context();
-  executors::SingleThreadedExecutor(options).spin_node_some(std::move(node));
+  executors::SingleThreadedExecutor executor(options);
+  executor.add_node(node);
+  executor.spin_some();
 }
 void spin_some(std::shared_ptr<Node> node) {
   spin_some(node->get_node_base_interface());
@@ -247,7 +278,6 @@ void spin_all(NodeBaseInterface::SharedPtr node, std::chrono::nanoseconds max_du
   executors::SingleThreadedExecutor executor(options);
   executor.add_node(node);
   executor.spin_all(max_duration);
-  executor.remove_node(node);
 }
 void spin_all(std::shared_ptr<Node> node, std::chrono::nanoseconds max_duration) {
   spin_all(node->get_node_base_interface(), max_duration);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "arguments.hpp"
+#include "program.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/expand_topic_or_service_name.hpp"
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
@@ -68,8 +69,11 @@ NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string&
   }
   node_ = make_node(name, name_space, make);
   name_space_ = node_->name_space().empty() ? "/" : node_->name_space();
+  detail::Program::instance().made(*node_);
 }
-NodeBaseInterface::~NodeBaseInterface() = default;
+NodeBaseInterface::~NodeBaseInterface() {
+  detail::Program::instance().gone(*node_);
+}
 
 const Arguments& NodeBaseInterface::global() const {
   static const Arguments kNone;
@@ -101,8 +105,10 @@ std::string NodeBaseInterface::resolve_topic_or_service_name(const std::string& 
   return checked_path(std::move(resolved), name, is_service);
 }
 
-std::string NodeBaseInterface::next_timer_name() {
-  return "timer_" + std::to_string(++timers_);
+std::string NodeBaseInterface::next_timer_name(std::chrono::nanoseconds period) {
+  const std::lock_guard lock(mutex_);
+  const int number = ++timers_[period];
+  return "timer_" + takt::to_string(period) + (number > 1 ? "_" + std::to_string(number) : "");
 }
 
 takt::Parameters NodeBaseInterface::parameter_overrides(const std::string& node) const {

@@ -13,7 +13,7 @@ void TimerBase::start(takt::Node& node, std::chrono::nanoseconds period, const s
   if (clock_->get_clock_type() == RCL_ROS_TIME) {
     timer_ = node.create_timer(name, period, run, std::move(group));
   } else {
-    timer_ = node.create_wall_timer(period, run, std::move(group));
+    timer_ = node.create_wall_timer(name, period, run, std::move(group));
   }
   if (!autostart) timer_->cancel();
 }

@@ -10,51 +10,69 @@ namespace takt {
 
 void ConfigurationReader::read_component(const Value& value) {
   ComponentDescription component{.where = errors_.where(value.line)};
-  read_map(
-      value, "a component",
-      {{"library",
-        "The shared library that registers the class, as for a scheduler. Without it, the class "
-        "must be in the component index or in `takt` itself.",
-        [&](const Value& library) { read_library(library, component.library); }},
-       {"component", "The component class, see `takt list components`.",
-        into_checked(component.type, [&] { find_component(component.type, component.library); }),
-        true},
-       {"name", "The node's name. By default, the class names it. The full name must be unique.",
-        into_node_name(component.name)},
-       {"namespace", "The node's namespace, for example `/front`. By default, the root.",
-        into_name_space(component.name_space)},
-       {"executor",
-        "A name in `executors`, or `default`. By default, the executor of its chain, else "
-        "`default`.",
-        into_executor(component.executor)},
-       {"parameters",
-        "The node's parameters. Integers are taken for floating-point numbers, in lists also for "
-        "bytes, and an empty list for one of any type. A nested map is a prefix: `{a: {b: 1}}` "
-        "sets "
-        "the parameter `a.b`.",
-        [&](const Value& parameters) { read_parameters(parameters, "", component); }},
-       {"remap", "Topic or service name in the code → the name to use instead.",
-        each_in_map([&](const Value& topic) { read_remap(topic, component); })},
-       {"callback_groups",
-        "Settings by name of the group. Each node has a group `default`; its code creates others.",
-        each_in_map([&](const Value& group) { read_group(group, component); })},
-       {"callbacks",
-        "Settings by name of the callback: a timer's name, or the topic or service in the code. "
-        "They take precedence over those of the group.",
-        each_in_map([&](const Value& callback) { read_callback(callback, component); })},
-       {"on_exception",
-        "Reaction to an exception from a callback. `terminate`: the container stops. "
-        "`remove_node`: the component's node is removed from its executors. `ignore`: the "
-        "exception is only logged.",
-        into(component.on_exception, {{"terminate", OnException::terminate},
-                                      {"remove_node", OnException::remove_node},
-                                      {"ignore", OnException::ignore}})},
-       {"log_level", "Lowest level that the node logs. By default, that of the process.",
-        into(component.log_level, Words<LogLevel>{{"debug", LogLevel::debug},
-                                                  {"info", LogLevel::info},
-                                                  {"warn", LogLevel::warn},
-                                                  {"error", LogLevel::error}})}});
+  std::vector<Field> fields{
+      {"library",
+       "The shared library that registers the class, as for a scheduler. Without it, the class "
+       "must be in the component index or in `takt` itself.",
+       [&](const Value& library) { read_library(library, component.library); }},
+      {"component", "The component class, see `takt list components`.",
+       into_checked(component.type, [&] { find_component(component.type, component.library); }),
+       true},
+      {"name", "The node's name. By default, the class names it. The full name must be unique.",
+       into_node_name(component.name)},
+      {"namespace", "The node's namespace, for example `/front`. By default, the root.",
+       into_name_space(component.name_space)},
+      {"parameters",
+       "The node's parameters. Integers are taken for floating-point numbers, in lists also for "
+       "bytes, and an empty list for one of any type. A nested map is a prefix: `{a: {b: 1}}` sets "
+       "the parameter `a.b`.",
+       [&](const Value& parameters) { read_parameters(parameters, "", component); }},
+      {"remap", "Topic or service name in the code → the name to use instead.",
+       each_in_map([&](const Value& topic) { read_remap(topic, component); })},
+      {"log_level", "Lowest level that the node logs. By default, that of the process.",
+       into(component.log_level, Words<LogLevel>{{"debug", LogLevel::debug},
+                                                 {"info", LogLevel::info},
+                                                 {"warn", LogLevel::warn},
+                                                 {"error", LogLevel::error}})}};
+  for (Field& field : serving_fields(component)) fields.push_back(std::move(field));
+  read_map(value, "a component", fields);
   add(std::move(component), value.line);
+}
+
+// How the callbacks of a node are served, of a component as of a program.
+std::vector<SystemReader::Field> ConfigurationReader::serving_fields(ComponentDescription& node) {
+  return {{"executor",
+           "A name in `executors`, or `default`. By default, the executor of its chain, else "
+           "`default`.",
+           into_executor(node.executor)},
+          {"callback_groups",
+           "Settings by name of the group. Each node has a group `default`; its code creates "
+           "others.",
+           each_in_map([&](const Value& group) { read_group(group, node); })},
+          {"callbacks",
+           "Settings by name of the callback: a timer's name, or the topic or service in the code. "
+           "They take precedence over those of the group.",
+           each_in_map([&](const Value& callback) { read_callback(callback, node); })},
+          {"on_exception",
+           "Reaction to an exception from a callback. `terminate`: the container stops. "
+           "`remove_node`: the component's node is removed from its executors. `ignore`: the "
+           "exception is only logged.",
+           into(node.on_exception, {{"terminate", OnException::terminate},
+                                    {"remove_node", OnException::remove_node},
+                                    {"ignore", OnException::ignore}})}};
+}
+
+// Its key is the full name.
+void ConfigurationReader::read_node(const Value& value) {
+  ComponentDescription node{.where = errors_.where(value.line)};
+  if (!is_describing()) {
+    const std::string full = value.name.starts_with('/') ? value.name : "/" + value.name;
+    const std::size_t end = full.rfind('/');
+    into_node_name(node.name)({value.name, value.line, full.substr(end + 1)});
+    if (end != 0) into_name_space(node.name_space)({value.name, value.line, full.substr(0, end)});
+  }
+  read_map(value, "a node of a program", serving_fields(node));
+  add(std::move(node), value.line);
 }
 
 // dlopen resolves a path from the current directory and a bare name in system folders only; the

@@ -29,12 +29,30 @@ void ConfigurationReader::check_number_of_containers(const Value& root) {
   if (!std::holds_alternative<document::Map>(root.content)) return;
   const Value* one = document::find(root, "container");
   const Value* several = document::find(root, "containers");
-  if (one == nullptr && several == nullptr) {
+  if (const Value* nodes = document::find(root, "nodes")) {
+    check_file_of_program(root, *nodes);
+  } else if (one == nullptr && several == nullptr) {
     errors_.add(root.line, "the file describes no container",
                 "add the key 'containers' with a list of components");
   } else if (one != nullptr && several != nullptr) {
     errors_.add(std::max(one->line, several->line),
                 "the file has both 'container' and 'containers'", "remove one of them");
+  }
+}
+
+// The program makes its nodes, and decides all that this happens with.
+void ConfigurationReader::check_file_of_program(const Value& root, const Value& nodes) {
+  for (const std::string_view key :
+       {"container", "containers", "dds", "topics", "lifecycle", "machine", "model"}) {
+    if (const Value* other = document::find(root, key)) {
+      errors_.add(other->line,
+                  fmt::format("'{}' has no place in a file with 'nodes', for a program", key),
+                  "remove one of them");
+    }
+  }
+  const auto* map = std::get_if<document::Map>(&nodes.content);
+  if (map != nullptr && map->values.empty()) {
+    errors_.add(nodes.line, "the map of nodes is empty", "add at least one of the program's nodes");
   }
 }
 

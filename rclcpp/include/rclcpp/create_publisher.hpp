@@ -107,9 +107,10 @@ typename WallTimer<std::decay_t<F>>::SharedPtr create_wall_timer(
     node_interfaces::NodeBaseInterface* node, node_interfaces::NodeTimersInterface*,
     bool autostart = true) {
   if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
+  const auto ns = detail::timer_period(period);
   return std::make_shared<WallTimer<std::decay_t<F>>>(
-      std::make_shared<Clock>(RCL_STEADY_TIME), *node->takt_node(), detail::timer_period(period),
-      node->next_timer_name(), std::forward<F>(callback), std::move(group), autostart);
+      std::make_shared<Clock>(RCL_STEADY_TIME), *node->takt_node(), ns, node->next_timer_name(ns),
+      std::forward<F>(callback), std::move(group), autostart);
 }
 template <class Rep, class Period, class F>
 typename GenericTimer<std::decay_t<F>>::SharedPtr create_timer(
@@ -118,8 +119,9 @@ typename GenericTimer<std::decay_t<F>>::SharedPtr create_timer(
     node_interfaces::NodeTimersInterface*, bool autostart = true) {
   if (clock == nullptr) throw std::invalid_argument("clock cannot be null");
   if (node == nullptr) throw std::invalid_argument("input node_base cannot be null");
+  const auto ns = detail::timer_period(period);
   return std::make_shared<GenericTimer<std::decay_t<F>>>(
-      std::move(clock), *node->takt_node(), detail::timer_period(period), node->next_timer_name(),
+      std::move(clock), *node->takt_node(), ns, node->next_timer_name(ns),
       std::forward<F>(callback), std::move(group), autostart);
 }
 template <class F>

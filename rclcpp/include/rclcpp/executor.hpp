@@ -88,7 +88,7 @@ class Executor : takt::Wakeable {
         : executor_(executor), node_(std::move(node)) {
       executor_.add_node(node_, false);
     }
-    ~With() { executor_.remove_node(node_, false); }
+    ~With() noexcept(false) { executor_.remove_node(node_, false); }
     With(const With&) = delete;
     With& operator=(const With&) = delete;
 
@@ -103,7 +103,7 @@ class Executor : takt::Wakeable {
                               std::chrono::nanoseconds timeout);
 
   const Context::SharedPtr context_;
-  const std::unique_ptr<takt::Executor> takt_;
+  std::unique_ptr<takt::Executor> takt_;
   std::atomic<bool> is_spinning_{false};
   std::mutex mutex_;  // guards all below
   std::vector<std::weak_ptr<node_interfaces::NodeBaseInterface>> nodes_;

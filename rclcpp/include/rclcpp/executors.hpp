@@ -60,7 +60,7 @@ FutureReturnCode spin_node_until_future_complete(
   struct Removal {
     Executor& executor;
     const N& node;
-    ~Removal() { executor.remove_node(node); }
+    ~Removal() noexcept(false) { executor.remove_node(node); }
   } const removal{executor, node};
   return executor.spin_until_future_complete(future, timeout);
 }
@@ -90,7 +90,8 @@ FutureReturnCode spin_until_future_complete(
     node_interfaces::NodeBaseInterface::SharedPtr node, const F& future,
     std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
   rclcpp::executors::SingleThreadedExecutor executor;
-  return rclcpp::executors::spin_node_until_future_complete(executor, node, future, timeout);
+  executor.add_node(node);
+  return executor.spin_until_future_complete(future, timeout);
 }
 template <class N, class F, class Rep = std::int64_t, class Period = std::milli>
 FutureReturnCode spin_until_future_complete(

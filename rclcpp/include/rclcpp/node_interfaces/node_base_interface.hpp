@@ -4,8 +4,11 @@
 #define RCLCPP__NODE_INTERFACES__NODE_BASE_INTERFACE_HPP_
 
 #include <atomic>
+#include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "takt/nodes/node.hpp"
@@ -61,8 +64,9 @@ class NodeBaseInterface {
 
   const NodeOptions& options() const { return options_; }
   const std::shared_ptr<takt::Node>& takt_node() const { return node_; }
-  /// "timer_1", and so on.
-  std::string next_timer_name();
+  /// "timer_500ms", the next one of this period "timer_500ms_2", and so on: a start of the program
+  /// gives the same names as the one before.
+  std::string next_timer_name(std::chrono::nanoseconds period);
   /// What arguments and options give the node of this full name.
   takt::Parameters parameter_overrides(const std::string& node) const;
 
@@ -76,7 +80,9 @@ class NodeBaseInterface {
   std::shared_ptr<takt::Node> node_;
   std::string name_space_;
   std::atomic_bool has_executor_{false};
-  std::atomic<int> timers_{0}, groups_{0};
+  std::atomic<int> groups_{0};
+  std::mutex mutex_;                                // guards all below
+  std::map<std::chrono::nanoseconds, int> timers_;  // how many by period
 };
 
 }  // namespace node_interfaces

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <utility>
+
+#include <unistd.h>
+
+#include "takt/base/printable.hpp"
+#include "takt/sched/scheduler.hpp"
+
+namespace rclcpp::detail {
+namespace {
+
+void print(const char* kind, const std::string& text) {
+  std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text).c_str());
+}
+
+/// Empty: it is not set. What somebody exported long ago would surprise.
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  if (value == nullptr || *value == 0) return {};
+  print("note", std::string(name) + "=" + value + " is in force");
+  return value;
+}
+
+template <class Registry>
+void check(const Registry& registry, const std::string& name, const char* variable) {
+  if (name.empty()) return;
+  try {
+    registry.check(name);
+  } catch (const takt::Error& error) {
+    throw takt::Error(takt::printable(error.what()), "", variable);
+  }
+}
+
+}  // namespace
+
+Program& Program::instance() {
+  static auto* const program = new Program;  // never destroyed: nodes with static storage use it
+  return *program;
+}
+
+Program::Program() : executor_(variable("TAKT_EXECUTOR")), scheduler_(variable("TAKT_SCHEDULER")) {
+  if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
+    file_ = takt::read_system(path);
+    if (!file_->components.empty() && !file_->components.front().type.empty()) {
+      throw takt::Error("the file describes containers",
+                        "run it with `takt run`, or describe the "
+                        "nodes of this program under 'nodes'",
+                        path);
+    }
+    std::atexit([] { instance().at_exit(); });
+  }
+  // The file may have loaded them.
+  check(takt::executors(), executor_, "TAKT_EXECUTOR");
+  check(takt::schedulers(), scheduler_, "TAKT_SCHEDULER");
+}
+
+std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
+                                                       takt::ExecutorOptions options) const {
+  const std::string& chosen = executor_.empty() ? type : executor_;
+  if (!scheduler_.empty()) options.scheduler = scheduler_;
+  const std::size_t most = takt::executors().traits(chosen).max_threads;
+  if (options.threads.size() > most) options.threads.resize(most);
+  return takt::executors().make(chosen, options);
+}
+
+// ---- Nodes ----
+
+const takt::ComponentDescription* Program::find(const std::string& name) const {
+  if (!file_) return nullptr;
+  const auto found =
+      std::find_if(file_->components.begin(), file_->components.end(),
+                   [&](const auto& component) { return takt::full_name(component) == name; });
+  return found != file_->components.end() ? &*found : nullptr;
+}
+
+bool Program::serves(const takt::Node& node, const takt::CallbackGroup& group) const {
+  const takt::ComponentDescription* const described = find(node.fully_qualified_name());
+  if (described == nullptr || group.automatically_add_to_executor()) return described != nullptr;
+  const auto found = described->callback_groups.find(group.name());
+  return found != described->callback_groups.end() && !found->second.executor.empty();
+}
+
+void Program::made(const takt::Node& node) {
+  if (!file_) return;
+  const std::lock_guard lock(mutex_);
+  names_.insert(node.fully_qualified_name());
+}
+
+namespace {
+/// Of the component with this name; 0: there is none.
+std::uint64_t id_of(const takt::Container& container, const std::string& name) {
+  for (const takt::LoadedComponent& component : container.components()) {
+    if (component.name == name) return component.id;
+  }
+  return 0;
+}
+}  // namespace
+
+void Program::gone(const takt::Node& node) noexcept {
+  if (!serves(node)) return;
+  std::shared_ptr<takt::Container> container;
+  {
+    const std::lock_guard lock(mutex_);
+    container = container_;
+  }
+  if (container == nullptr) return;
+  try {
+    const std::uint64_t id = id_of(*container, node.fully_qualified_name());
+    if (id != 0) container->unload(id);
+  } catch (const std::exception& error) {
+    print("note", error.what());
+  }
+}
+
+void Program::add(const std::shared_ptr<takt::Node>& node) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(added_, [&](const auto& known) { return known.expired() || known.lock() == node; });
+  added_.push_back(node);
+  const std::string& name = node->fully_qualified_name();
+  if (container_ != nullptr && !is_over_ && id_of(*container_, name) == 0) {
+    container_->load(*find(name));
+  }
+}
+
+void Program::check_nodes() const {
+  std::vector<std::string> errors;
+  const std::vector<std::string> names(names_.begin(), names_.end());
+  for (const takt::ComponentDescription& component : file_->components) {
+    const std::string name = takt::full_name(component);
+    if (names_.contains(name)) continue;
+    errors.push_back(takt::Error("this program has no node '" + name + "'",
+                                 takt::suggest(name, names), component.where)
+                         .what());
+  }
+  if (!errors.empty()) throw takt::ConfigurationError(errors);
+}
+
+// ---- Spinning ----
+
+// With the mutex held.
+void Program::start() {
+  takt::ContainerOverrides overrides;
+  overrides.executor = executor_;
+  overrides.scheduler = scheduler_;
+  overrides.find_node = [this](const takt::ComponentDescription& wanted) {
+    for (const auto& weak : added_) {
+      const auto node = weak.lock();
+      if (node != nullptr && node->fully_qualified_name() == takt::full_name(wanted)) return node;
+    }
+    return std::shared_ptr<takt::Node>();
+  };
+  const auto made = std::make_shared<takt::Container>(*file_, overrides);
+  is_over_ = false;
+  made->start([this] { on_failure(); });  // which waits for the mutex
+  made->release();
+  container_ = made;
+  is_serving_.store(true);
+}
+
+// Without the mutex, as callbacks may wait for it.
+void Program::stop() {
+  std::shared_ptr<takt::Container> ended;
+  {
+    const std::lock_guard lock(mutex_);
+    ended.swap(container_);
+    is_serving_.store(false);
+  }
+  if (ended == nullptr) return;
+  ended->cancel();
+  std::exception_ptr failure;
+  try {
+    ended->join();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  for (const std::string& text : ended->result().notes) {
+    const std::lock_guard lock(mutex_);
+    if (notes_.insert(text).second) print("note", text);
+  }
+  ended.reset();
+  if (failure != nullptr) std::rethrow_exception(failure);
+}
+
+void Program::on_failure() {
+  const std::lock_guard lock(mutex_);
+  is_over_ = true;
+  for (Executor* executor : spinning_) executor->cancel();
+}
+
+void Program::cancel() noexcept {
+  if (!is_serving()) return;
+  const std::lock_guard lock(mutex_);
+  is_over_ = true;
+  if (container_ != nullptr) container_->cancel();
+}
+
+void Program::begin_spin(Executor& executor, bool is_long) {
+  if (!file_) return;
+  std::unique_lock lock(mutex_);
+  if (is_long && getpid() == gettid()) check_nodes();
+  if (container_ != nullptr && is_over_) {
+    lock.unlock();
+    stop();
+    lock.lock();
+  }
+  const bool has_any =
+      std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
+  if (container_ == nullptr && has_any) start();
+  if (is_long) spinning_.push_back(&executor);
+}
+
+void Program::end_spin(Executor& executor) {
+  if (!file_) return;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase(spinning_, &executor);
+    if (!spinning_.empty() && !is_over_) return;
+  }
+  stop();
+}
+
+void Program::at_exit() noexcept {
+  try {
+    stop();
+    const std::lock_guard lock(mutex_);
+    check_nodes();
+  } catch (const std::exception& error) {
+    print("error", error.what());
+  }
+}
+
+}  // namespace rclcpp::detail

@@ -1,0 +1,80 @@
+// What the environment changes in a program: its executors, and who serves which node.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP_PROGRAM_HPP_
+#define RCLCPP_PROGRAM_HPP_
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "takt/containers/container.hpp"
+
+#include "rclcpp/executor.hpp"
+
+namespace rclcpp::detail {
+
+/// `TAKT_EXECUTOR` and `TAKT_SCHEDULER` name the type of every executor. `TAKT_CONFIG` names a file
+/// whose `nodes` are served by its executors, not by those that the program adds them to:
+/// 1. The first call that spins makes a container of those that have been added by then. Others are
+///    loaded into it when they are added.
+/// 2. It ends, and what a callback threw is thrown, before the last `spin()` returns; where the
+///    program has only called `spin_some` and the like, at shutdown, with its nodes, or at exit.
+///    Another spin then makes another one.
+/// 3. A group or callback that nobody has is an error of 1, a node one of the main thread's first
+///    `spin()`; where that never comes, of the exit.
+/// Thread safety: every method from any thread. Real-time: set-up only.
+class Program {
+ public:
+  /// Reads the environment at its first call, of which init makes one. Throws takt::Error.
+  static Program& instance();
+
+  /// With the type and the scheduler of the environment, if it has them.
+  std::unique_ptr<takt::Executor> make_executor(const std::string& type,
+                                                takt::ExecutorOptions options) const;
+
+  /// Whether executors of the file serve it.
+  bool serves(const takt::Node& node) const { return find(node.fully_qualified_name()) != nullptr; }
+  bool serves(const takt::Node& node, const takt::CallbackGroup& group) const;
+  bool is_serving() const noexcept { return is_serving_.load(); }
+
+  /// A node of the program, which makes or drops it.
+  void made(const takt::Node& node);
+  void gone(const takt::Node& node) noexcept;
+  /// It has been added to an executor, for the first time or again.
+  void add(const std::shared_ptr<takt::Node>& node);
+
+  void begin_spin(Executor& executor, bool is_long);
+  /// Of a long one: throws what a callback threw.
+  void end_spin(Executor& executor);
+  /// Lets the container end, without waiting.
+  void cancel() noexcept;
+
+ private:
+  Program();
+  const takt::ComponentDescription* find(const std::string& name) const;
+  void check_nodes() const;
+  void start();
+  void stop();
+  void on_failure();
+  void at_exit() noexcept;
+
+  std::string executor_, scheduler_;
+  std::optional<takt::SystemDescription> file_;
+  std::atomic<bool> is_serving_{false};
+
+  mutable std::mutex mutex_;     // guards all below; nothing of the program's runs under it
+  std::set<std::string> names_;  // of all nodes that there have been
+  std::vector<std::weak_ptr<takt::Node>> added_;
+  std::vector<Executor*> spinning_;  // for long
+  std::shared_ptr<takt::Container> container_;
+  bool is_over_ = false;         // it ends, as a callback has thrown or a context was shut down
+  std::set<std::string> notes_;  // that have been printed
+};
+
+}  // namespace rclcpp::detail
+
+#endif  // RCLCPP_PROGRAM_HPP_
