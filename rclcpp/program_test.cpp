@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <optional>
+#include <regex>
 #include <thread>
 
 #include "takt/base/temporary.hpp"
@@ -12,18 +14,6 @@
 
 namespace rclcpp {
 namespace {
-
-/// A file of this content while the program runs.
-class ConfigurationFile {
- public:
-  explicit ConfigurationFile(const std::string& text) {
-    std::ofstream(folder_ / "robot.yaml") << text;
-    setenv("TAKT_CONFIG", (folder_ / "robot.yaml").c_str(), 1);
-  }
-
- private:
-  const takt::TemporaryFolder folder_;
-};
 
 /// Ends the program with what the function throws, as a program without `try` would, but with a
 /// status.
@@ -57,7 +47,24 @@ auto once(Executor& executor) {
 
 class ProgramDeathTest : public testing::Test {
  protected:
-  ProgramDeathTest() { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
+  // A program of a test begins the test anew, with the environment of the one that it belongs to.
+  ProgramDeathTest() {
+    GTEST_FLAG_SET(death_test_style, "threadsafe");
+    if (std::getenv("TAKT_TEST_FILE") != nullptr) return;
+    folder_.emplace();
+    setenv("TAKT_TEST_FILE", (*folder_ / "robot.yaml").c_str(), 1);
+  }
+  ~ProgramDeathTest() override { unsetenv("TAKT_TEST_FILE"); }
+
+  static std::string file() { return std::getenv("TAKT_TEST_FILE"); }
+  /// For the program that calls it.
+  static void configure(const std::string& text) {
+    std::ofstream(file()) << text;
+    setenv("TAKT_CONFIG", file().c_str(), 1);
+  }
+
+ private:
+  std::optional<takt::TemporaryFolder> folder_;
 };
 const auto kEndsWell = testing::ExitedWithCode(0);
 const auto kThrows = testing::ExitedWithCode(3);
@@ -137,13 +144,13 @@ const std::string kThreads =
 TEST_F(ProgramDeathTest, AFileGivesThreadsToNodesAndGroups) {
   EXPECT_EXIT(
       {
-        const ConfigurationFile file(kThreads +
-                                     "  slow: {threads: []}\n"
-                                     "nodes:\n"
-                                     "  /front/node:\n"
-                                     "    executor: fast\n"
-                                     "    callback_groups: {group_1: {executor: slow}}\n"
-                                     "    callbacks: {timer_1ms: {deadline: 1h}}\n");
+        configure(kThreads +
+                  "  slow: {threads: []}\n"
+                  "nodes:\n"
+                  "  /front/node:\n"
+                  "    executor: fast\n"
+                  "    callback_groups: {group_1: {executor: slow}}\n"
+                  "    callbacks: {timer_1ms: {deadline: 1h}}\n");
         run([] {
           const auto node = std::make_shared<Node>("node", "front");
           const auto other = std::make_shared<Node>("other");
@@ -176,7 +183,7 @@ TEST_F(ProgramDeathTest, AFileGivesThreadsToNodesAndGroups) {
 // What follows is wrong at the first spin, and not before, as a program makes its nodes by then.
 TEST_F(ProgramDeathTest, ANameThatNobodyHasIsAnError) {
   const auto spin_with = [](const std::string& nodes) {
-    const ConfigurationFile file(kThreads + nodes);
+    configure(kThreads + nodes);
     run([] {
       const auto node = std::make_shared<Node>("camera");
       const auto timer = node->create_wall_timer(100ms, [] { rclcpp::shutdown(); });
@@ -201,7 +208,7 @@ TEST_F(ProgramDeathTest, ANameThatNobodyHasIsAnError) {
 TEST_F(ProgramDeathTest, ANameIsMissedAtTheExitOfAProgramThatOnlySpinsSome) {
   EXPECT_EXIT(
       {
-        const ConfigurationFile file("nodes:\n  /camera: {}\n  /lidar: {}\n");
+        configure("nodes:\n  /camera: {}\n  /lidar: {}\n");
         run([] {
           const auto node = std::make_shared<Node>("camera");
           std::atomic<int> calls = 0;
@@ -218,7 +225,7 @@ TEST_F(ProgramDeathTest, ANameIsMissedAtTheExitOfAProgramThatOnlySpinsSome) {
 TEST_F(ProgramDeathTest, NodesMayComeLaterAndGo) {
   EXPECT_EXIT(
       {
-        const ConfigurationFile file("nodes:\n  /first: {}\n  /second: {}\n");
+        configure("nodes:\n  /first: {}\n  /second: {}\n");
         run([] {
           const auto first = std::make_shared<Node>("first");
           std::promise<void> called;
@@ -252,7 +259,7 @@ TEST_F(ProgramDeathTest, NodesMayComeLaterAndGo) {
 TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
   EXPECT_EXIT(
       {
-        const ConfigurationFile file("nodes:\n  /node: {}\n");
+        configure("nodes:\n  /node: {}\n");
         run([] {
           const auto node = std::make_shared<Node>("node");
           const auto timer = node->create_wall_timer(1ms, [] { throw std::runtime_error("oh"); });
@@ -265,7 +272,7 @@ TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
 TEST_F(ProgramDeathTest, ChainsAreMeasuredAndGetTheirExecutors) {
   EXPECT_EXIT(
       {
-        const ConfigurationFile file(
+        configure(
             "nodes:\n  /node: {}\n"
             "chains:\n  - {name: way, deadline: 1h, path: [node/timer_1ms, node/end]}\n");
         run([] {
@@ -282,6 +289,91 @@ TEST_F(ProgramDeathTest, ChainsAreMeasuredAndGetTheirExecutors) {
         });
       },
       kEndsWell, "the end is called by way");
+}
+
+/// Three nodes, two executors, groups, and callbacks that come too late for a file.
+void serve_three_nodes() {
+  const auto a = std::make_shared<Node>("a"), b = std::make_shared<Node>("b", "front");
+  const auto c = std::make_shared<Node>("c");
+  const auto group = a->create_callback_group(CallbackGroupType::Reentrant);
+  SubscriptionOptions options;
+  options.callback_group = group;
+  const auto heard = a->create_subscription<std_msgs::msg::String>(
+      "~/in", 10, [](const std_msgs::msg::String&) {}, options);
+  std::vector<TimerBase::SharedPtr> timers;
+  std::atomic<int> calls = 0;
+  std::atomic<bool> has_c_run = false;
+  const auto of_c = c->create_wall_timer(2ms, [&] { has_c_run = true; });
+  const auto count = [&] {
+    if (++calls == 2) timers.push_back(c->create_wall_timer(2h, [] {}));
+    if (calls >= 20 && has_c_run) rclcpp::shutdown();
+  };
+  const auto one = b->create_wall_timer(1ms, count), two = b->create_wall_timer(1ms, count);
+  executors::MultiThreadedExecutor pool(ExecutorOptions(), 2);
+  pool.add_node(a);
+  pool.add_node(c);
+  executors::SingleThreadedExecutor single;
+  single.add_node(b);
+  const Spinner spinner(pool);
+  single.spin();
+}
+
+const char* const kTemplate =
+    "realtime: prefer\n"
+    "threads:\n"
+    "  executor_1_1: {policy: SCHED_OTHER}\n"
+    "  executor_1_2: {policy: SCHED_OTHER}\n"
+    "  executor_2: {policy: SCHED_OTHER}\n"
+    "executors:\n"
+    "  executor_1: {type: multi_threaded, threads: [executor_1_1, executor_1_2]}\n"
+    "  executor_2: {type: single_threaded, threads: [executor_2]}\n"
+    "nodes:\n"
+    "  /a:\n"
+    "    executor: executor_1\n"
+    "    callback_groups:\n"
+    "      default: {}\n"
+    "      group_1: {}\n"
+    "    callbacks:\n"
+    "      /a/in: {}  # in group_1: subscription, never called\n"
+    "  /c:\n"
+    "    executor: executor_1\n"
+    "    callback_groups:\n"
+    "      default: {}\n"
+    "    callbacks:\n"
+    "      timer_2ms: {}  # in default: timer, N\n"
+    "  /front/b:\n"
+    "    executor: executor_2\n"
+    "    callback_groups:\n"
+    "      default: {}\n"
+    "    callbacks:\n"
+    "      timer_1ms: {}  # in default: timer, N\n"
+    "      timer_1ms_2: {}  # in default: timer, N\n";
+
+// The file of one start is valid for the next, which serves the nodes by it.
+TEST_F(ProgramDeathTest, TheFirstRunWritesTheFile) {
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_CONFIG_TEMPLATE", file().c_str(), 1);
+        run(serve_three_nodes);
+      },
+      kEndsWell, "in force");
+  std::ifstream written(file());
+  std::string text{std::istreambuf_iterator(written), {}};
+  EXPECT_EQ(text.find("# The nodes of a program"), 0u) << text;
+  text = std::regex_replace(text, std::regex("^#.*\n", std::regex::multiline), "");
+  EXPECT_EQ(std::regex_replace(text, std::regex("[0-9]+ calls? .*"), "N"), kTemplate);
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_CONFIG", file().c_str(), 1);
+        run(serve_three_nodes);
+      },
+      kEndsWell, "in force");
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_CONFIG_TEMPLATE", file().c_str(), 1);
+        run([] {});
+      },
+      kThrows, "robot.yaml: the file exists, and is not overwritten");
 }
 
 }  // namespace

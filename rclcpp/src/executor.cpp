@@ -78,6 +78,7 @@ Executor::Executor(const ExecutorOptions& options, const std::string& name,
 }
 Executor::~Executor() {
   context_->remove_waiter(*this);
+  Program::instance().ends(*takt_);
   takt_.reset();  // and with it all nodes: a static one would not remove them
   const std::lock_guard lock(mutex_);
   for (const auto& weak : nodes_) {
@@ -91,11 +92,7 @@ void Executor::add_node(NodeBaseInterface::SharedPtr node, bool) {
                              "' has already been added to an executor.");
   }
   try {
-    if (Program::instance().serves(*node->takt_node())) {
-      Program::instance().add(node->takt_node());
-    } else {
-      takt_->add_node(node->takt_node());
-    }
+    if (Program::instance().add(node->takt_node(), *takt_)) takt_->add_node(node->takt_node());
   } catch (...) {
     node->get_associated_with_executor_atomic().store(false);
     throw;
@@ -123,11 +120,9 @@ void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
 
 void Executor::add_callback_group(CallbackGroup::SharedPtr group, NodeBaseInterface::SharedPtr node,
                                   bool) {
-  if (Program::instance().serves(*node->takt_node())) Program::instance().add(node->takt_node());
+  const bool is_own = Program::instance().add(node->takt_node(), *takt_, group.get());
   try {
-    if (!Program::instance().serves(*node->takt_node(), *group)) {
-      takt_->add_callback_group(group, node->takt_node());
-    }
+    if (is_own) takt_->add_callback_group(group, node->takt_node());
   } catch (const takt::Error& error) {
     throw std::runtime_error("Callback group has already been added to an executor: " +
                              std::string(error.what()));
@@ -147,7 +142,7 @@ void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
     node = found->second.lock();
     groups_.erase(found);
   }
-  if (node != nullptr && !Program::instance().serves(*node->takt_node(), *group)) {
+  if (node != nullptr && !Program::instance().serves(*node->takt_node(), group.get())) {
     takt_->remove_callback_group(group, node->takt_node());
   }
 }

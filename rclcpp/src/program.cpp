@@ -53,20 +53,37 @@ Program::Program() : executor_(variable("TAKT_EXECUTOR")), scheduler_(variable("
                         "nodes of this program under 'nodes'",
                         path);
     }
-    std::atexit([] { instance().at_exit(); });
   }
+  if (const std::string path = variable("TAKT_CONFIG_TEMPLATE"); !path.empty()) {
+    if (file_) {
+      throw takt::Error("a file is in force already", "leave out TAKT_CONFIG",
+                        "TAKT_CONFIG_TEMPLATE=" + path);
+    }
+    template_.emplace(path);
+  }
+  if (file_ || template_) std::atexit([] { instance().at_exit(); });
   // The file may have loaded them.
   check(takt::executors(), executor_, "TAKT_EXECUTOR");
   check(takt::schedulers(), scheduler_, "TAKT_SCHEDULER");
 }
 
 std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
-                                                       takt::ExecutorOptions options) const {
+                                                       takt::ExecutorOptions options) {
   const std::string& chosen = executor_.empty() ? type : executor_;
   if (!scheduler_.empty()) options.scheduler = scheduler_;
-  const std::size_t most = takt::executors().traits(chosen).max_threads;
-  if (options.threads.size() > most) options.threads.resize(most);
-  return takt::executors().make(chosen, options);
+  const takt::ExecutorTraits traits = takt::executors().traits(chosen);
+  if (options.threads.size() > traits.max_threads) options.threads.resize(traits.max_threads);
+  auto executor = takt::executors().make(chosen, options);
+  const std::lock_guard lock(mutex_);
+  if (template_) {
+    const bool has_one = options.threads.empty() && traits.max_threads == 1 && !traits.isolates;
+    template_->made(*executor, chosen, has_one ? 1 : options.threads.size());
+  }
+  return executor;
+}
+void Program::ends(const takt::Executor& executor) {
+  const std::lock_guard lock(mutex_);
+  if (template_) template_->ends(executor);
 }
 
 // ---- Nodes ----
@@ -79,10 +96,11 @@ const takt::ComponentDescription* Program::find(const std::string& name) const {
   return found != file_->components.end() ? &*found : nullptr;
 }
 
-bool Program::serves(const takt::Node& node, const takt::CallbackGroup& group) const {
+bool Program::serves(const takt::Node& node, const takt::CallbackGroup* group) const {
   const takt::ComponentDescription* const described = find(node.fully_qualified_name());
-  if (described == nullptr || group.automatically_add_to_executor()) return described != nullptr;
-  const auto found = described->callback_groups.find(group.name());
+  if (described == nullptr) return false;
+  if (group == nullptr || group->automatically_add_to_executor()) return true;
+  const auto found = described->callback_groups.find(group->name());
   return found != described->callback_groups.end() && !found->second.executor.empty();
 }
 
@@ -118,14 +136,18 @@ void Program::gone(const takt::Node& node) noexcept {
   }
 }
 
-void Program::add(const std::shared_ptr<takt::Node>& node) {
+bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
+                  const takt::CallbackGroup* group) {
   const std::lock_guard lock(mutex_);
+  if (template_) template_->added(node, group, executor);
+  if (!serves(*node)) return true;
   std::erase_if(added_, [&](const auto& known) { return known.expired() || known.lock() == node; });
   added_.push_back(node);
   const std::string& name = node->fully_qualified_name();
   if (container_ != nullptr && !is_over_ && id_of(*container_, name) == 0) {
     container_->load(*find(name));
   }
+  return !serves(*node, group);
 }
 
 void Program::check_nodes() const {
@@ -201,8 +223,9 @@ void Program::cancel() noexcept {
 }
 
 void Program::begin_spin(Executor& executor, bool is_long) {
-  if (!file_) return;
   std::unique_lock lock(mutex_);
+  if (template_) template_->spins();
+  if (!file_) return;
   if (is_long && getpid() == gettid()) check_nodes();
   if (container_ != nullptr && is_over_) {
     lock.unlock();
@@ -229,7 +252,8 @@ void Program::at_exit() noexcept {
   try {
     stop();
     const std::lock_guard lock(mutex_);
-    check_nodes();
+    if (file_) check_nodes();
+    if (template_) template_->write();
   } catch (const std::exception& error) {
     print("error", error.what());
   }

@@ -14,6 +14,7 @@
 #include "takt/containers/container.hpp"
 
 #include "rclcpp/executor.hpp"
+#include "template.hpp"
 
 namespace rclcpp::detail {
 
@@ -26,6 +27,7 @@ namespace rclcpp::detail {
 ///    Another spin then makes another one.
 /// 3. A group or callback that nobody has is an error of 1, a node one of the main thread's first
 ///    `spin()`; where that never comes, of the exit.
+/// `TAKT_CONFIG_TEMPLATE` names such a file, which is written at exit: see Template.
 /// Thread safety: every method from any thread. Real-time: set-up only.
 class Program {
  public:
@@ -34,18 +36,21 @@ class Program {
 
   /// With the type and the scheduler of the environment, if it has them.
   std::unique_ptr<takt::Executor> make_executor(const std::string& type,
-                                                takt::ExecutorOptions options) const;
+                                                takt::ExecutorOptions options);
+  /// It spins no more.
+  void ends(const takt::Executor& executor);
 
-  /// Whether executors of the file serve it.
-  bool serves(const takt::Node& node) const { return find(node.fully_qualified_name()) != nullptr; }
-  bool serves(const takt::Node& node, const takt::CallbackGroup& group) const;
+  /// Whether executors of the file serve it, or this group of it.
+  bool serves(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
   bool is_serving() const noexcept { return is_serving_.load(); }
 
   /// A node of the program, which makes or drops it.
   void made(const takt::Node& node);
   void gone(const takt::Node& node) noexcept;
-  /// It has been added to an executor, for the first time or again.
-  void add(const std::shared_ptr<takt::Node>& node);
+  /// It, or this group of it, is to be added to an executor, for the first time or again. False:
+  /// one of the file serves it.
+  bool add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
+           const takt::CallbackGroup* group = nullptr);
 
   void begin_spin(Executor& executor, bool is_long);
   /// Of a long one: throws what a callback threw.
@@ -71,7 +76,8 @@ class Program {
   std::vector<std::weak_ptr<takt::Node>> added_;
   std::vector<Executor*> spinning_;  // for long
   std::shared_ptr<takt::Container> container_;
-  bool is_over_ = false;         // it ends, as a callback has thrown or a context was shut down
+  bool is_over_ = false;  // it ends, as a callback has thrown or a context was shut down
+  std::optional<Template> template_;
   std::set<std::string> notes_;  // that have been printed
 };
 

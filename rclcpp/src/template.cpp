@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "template.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include "takt/base/counted.hpp"
+#include "takt/base/error.hpp"
+
+namespace rclcpp::detail {
+namespace {
+
+/// Every node has them.
+bool is_own_service(const takt::Node& node, const takt::Entity& entity) {
+  constexpr std::string_view kNames[] = {"describe_parameters", "get_parameter_types",
+                                         "get_parameters",      "list_parameters",
+                                         "set_parameters",      "set_parameters_atomically"};
+  return entity.kind() == takt::EntityKind::service &&
+         std::any_of(std::begin(kNames), std::end(kNames), [&](std::string_view name) {
+           return entity.name() == fmt::format("{}/{}", node.fully_qualified_name(), name);
+         });
+}
+
+[[noreturn]] void exists(const std::string& path) {
+  throw takt::Error("the file exists, and is not overwritten",
+                    "name another one, or start the program with TAKT_CONFIG=" + path,
+                    "TAKT_CONFIG_TEMPLATE=" + path);
+}
+
+}  // namespace
+
+Template::Template(std::string path) : path_(std::move(path)) {
+  if (access(path_.c_str(), F_OK) == 0) exists(path_);
+}
+
+void Template::made(const takt::Executor& executor, const std::string& type, std::size_t threads) {
+  executors_[&executor] = std::make_shared<Served>(Served{type, threads});
+}
+
+void Template::added(const std::shared_ptr<takt::Node>& node, const takt::CallbackGroup* group,
+                     const takt::Executor& executor) {
+  const Added added{node, group != nullptr ? group->name() : "", executors_.at(&executor)};
+  if (begin_ != takt::TimePoint{}) return see(added);
+  added_.push_back(added);
+}
+
+void Template::spins() {
+  if (begin_ != takt::TimePoint{}) return;
+  begin_ = takt::Clock::steady().now();
+  for (const Added& added : added_) see(added);
+}
+
+// A group stays with the first executor that had it: others are made for one call, `spin_some`.
+void Template::see(const Added& added) {
+  const auto node = added.node.lock();
+  if (node == nullptr) return;
+  Node& seen = nodes_[node->fully_qualified_name()];
+  std::set<std::string> fresh;
+  for (const auto& group : node->groups()) {
+    const bool is_meant =
+        added.group.empty() ? group->automatically_add_to_executor() : group->name() == added.group;
+    if (is_meant && seen.groups.try_emplace(group->name(), added.served).second) {
+      fresh.insert(group->name());
+    }
+  }
+  for (const auto& entity : node->entities()) {
+    const auto is_namesake = [&](const Callback& other) { return other.name == entity->name(); };
+    if (!fresh.contains(entity->group()->name()) || is_own_service(*node, *entity) ||
+        std::any_of(seen.callbacks.begin(), seen.callbacks.end(), is_namesake)) {
+      continue;
+    }
+    seen.callbacks.push_back({entity->name(), entity->group()->name(), entity->kind(), 0, {}});
+  }
+}
+
+void Template::ends(const takt::Executor& executor) {
+  executors_.erase(&executor);
+  end_ = takt::Clock::steady().now();
+  for (const takt::CallbackStatistics& measured : executor.statistics()) {
+    const auto node = nodes_.find(measured.node);
+    if (node == nodes_.end()) continue;
+    for (Callback& callback : node->second.callbacks) {
+      if (callback.name != measured.callback) continue;
+      callback.received += measured.received;
+      callback.execution.merge(measured.execution);
+    }
+  }
+}
+
+std::string Template::comment(const Callback& callback) const {
+  if (callback.received == 0) return fmt::format("{}, never called", to_string(callback.kind));
+  const auto us = [](takt::Nanoseconds time) { return static_cast<double>(time.count()) / 1000; };
+  return fmt::format("{}, {} ({:.1f}/s), {:.1f} us on average, {:.1f} us at most",
+                     to_string(callback.kind), takt::counted(callback.received, "call"),
+                     static_cast<double>(callback.received) / seconds(),
+                     us(callback.execution.mean()), us(callback.execution.max()));
+}
+
+std::string Template::text() const {
+  std::vector<const Served*> all;
+  for (const auto& [name, node] : nodes_) {
+    for (const auto& [group, served] : node.groups) {
+      if (std::find(all.begin(), all.end(), served.get()) == all.end()) all.push_back(served.get());
+    }
+  }
+  const auto name_of = [&](const Served& served) {
+    const auto place = std::find(all.begin(), all.end(), &served) - all.begin();
+    return all.size() == 1 ? std::string("default") : fmt::format("executor_{}", place + 1);
+  };
+  std::string threads, executors, nodes;
+  for (const Served* served : all) {
+    std::vector<std::string> names;
+    for (std::size_t i = 1; i <= served->threads; ++i) {
+      names.push_back(served->threads == 1 ? name_of(*served)
+                                           : fmt::format("{}_{}", name_of(*served), i));
+      threads += fmt::format("  {}: {{policy: SCHED_OTHER}}\n", names.back());
+    }
+    executors += fmt::format("  {}: {{type: {}, threads: [{}]}}\n", name_of(*served), served->type,
+                             fmt::join(names, ", "));
+  }
+  for (const auto& [name, node] : nodes_) {
+    const Served& served = *node.groups.begin()->second;  // that of the group `default`, if any
+    nodes += fmt::format("  {}:\n    executor: {}\n    callback_groups:\n", name, name_of(served));
+    for (const auto& [group, own] : node.groups) {
+      nodes += fmt::format("      {}: {{{}}}\n", group,
+                           own.get() == &served ? "" : "executor: " + name_of(*own));
+    }
+    if (!node.callbacks.empty()) nodes += "    callbacks:\n";
+    for (const Callback& callback : node.callbacks) {
+      nodes += fmt::format("      {}: {{}}  # in {}: {}\n", callback.name, callback.group,
+                           comment(callback));
+    }
+  }
+  return fmt::format(
+      "# The nodes of a program and how it serves them, from a run of {:.1f} s. To serve them as\n"
+      "# this file says: TAKT_CONFIG={} PROGRAM\n"
+      "# A thread may be {{policy: SCHED_FIFO, priority: 80, affinity: [1]}}, an executor of type "
+      "events,\n# a group or callback have {{priority: 1, deadline: 5ms, budget: 1ms}}.\n"
+      "realtime: prefer\nthreads:\n{}executors:\n{}nodes:\n{}",
+      seconds(), path_, threads, executors, nodes);
+}
+
+void Template::write() const {
+  if (nodes_.empty()) {
+    throw takt::Error("the program has spun no node", "", "TAKT_CONFIG_TEMPLATE=" + path_);
+  }
+  const int fd = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (fd < 0 && errno == EEXIST) exists(path_);
+  const std::string content = text();
+  const bool is_written = fd >= 0 && ::write(fd, content.data(), content.size()) ==
+                                         static_cast<ssize_t>(content.size());
+  const int error = errno;
+  if (fd >= 0) close(fd);
+  if (!is_written) {
+    throw takt::Error("cannot be written: " + takt::errno_message(error), "",
+                      "TAKT_CONFIG_TEMPLATE=" + path_);
+  }
+}
+
+}  // namespace rclcpp::detail

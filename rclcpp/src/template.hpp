@@ -1,0 +1,67 @@
+// The file that TAKT_CONFIG_TEMPLATE asks for: what TAKT_CONFIG can give to a program.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP_TEMPLATE_HPP_
+#define RCLCPP_TEMPLATE_HPP_
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "takt/executors/executor.hpp"
+
+namespace rclcpp::detail {
+
+/// Notes which callbacks the nodes have at the program's first spin, or when they are added later:
+/// these names are there in time at the next start, too. And what is measured of them.
+/// Thread safety: none. Real-time: no.
+class Template {
+ public:
+  /// Throws takt::Error if there is such a file already.
+  explicit Template(std::string path);
+
+  /// `threads`: that the program has asked for; 0: it leaves their number to the type.
+  void made(const takt::Executor& executor, const std::string& type, std::size_t threads);
+  /// The executor has got the node, or this group of it.
+  void added(const std::shared_ptr<takt::Node>& node, const takt::CallbackGroup* group,
+             const takt::Executor& executor);
+  void spins();
+  void ends(const takt::Executor& executor);
+  /// Throws takt::Error if it cannot be written.
+  void write() const;
+
+ private:
+  struct Served {  // one of the program's executors
+    std::string type;
+    std::size_t threads = 0;
+  };
+  struct Callback {
+    std::string name, group;
+    takt::EntityKind kind;
+    std::uint64_t received = 0;
+    takt::Histogram execution;
+  };
+  struct Node {
+    std::map<std::string, std::shared_ptr<Served>> groups;
+    std::vector<Callback> callbacks;  // in the order in which they were made
+  };
+  struct Added {
+    std::weak_ptr<takt::Node> node;
+    std::string group;  // empty: all that come with the node
+    std::shared_ptr<Served> served;
+  };
+  void see(const Added& added);
+  std::string text() const;
+  std::string comment(const Callback& callback) const;
+  double seconds() const { return std::chrono::duration<double>(end_ - begin_).count(); }
+
+  const std::string path_;
+  std::map<const takt::Executor*, std::shared_ptr<Served>> executors_;
+  std::map<std::string, Node> nodes_;
+  std::vector<Added> added_;  // before the first spin
+  takt::TimePoint begin_{}, end_{};
+};
+
+}  // namespace rclcpp::detail
+
+#endif  // RCLCPP_TEMPLATE_HPP_
