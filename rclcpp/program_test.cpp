@@ -1,6 +1,7 @@
 // What the environment changes. Each test is a program of its own, as it is read once.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <optional>
@@ -103,6 +104,12 @@ TEST_F(ProgramDeathTest, EveryExecutorServesTheFunctionsThatSpin) {
               throw std::runtime_error("it was not called");
             }
             spin_some(node);
+            {
+              executors::SingleThreadedExecutor executor;
+              executor.add_node(node);
+              executor.spin_some();
+              executor.remove_node(node);
+            }
             const auto end = node->create_wall_timer(1ms, [] { rclcpp::shutdown(); });
             spin(node);
           });
@@ -267,6 +274,25 @@ TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
         });
       },
       kThrows, "threw: oh");
+}
+
+// It waited for its own thread.
+TEST_F(ProgramDeathTest, ACallbackMayExit) {
+  for (const std::string variable : {"TAKT_CONFIG", "TAKT_CONFIG_TEMPLATE"}) {
+    EXPECT_EXIT(
+        {
+          if (variable == "TAKT_CONFIG") configure("nodes:\n  /node: {}\n");
+          setenv(variable.c_str(), file().c_str(), 1);
+          run([] {
+            const auto node = std::make_shared<Node>("node");
+            const auto timer = node->create_wall_timer(1ms, [] { std::exit(0); });
+            spin(node);
+          });
+        },
+        kEndsWell, "in force")
+        << variable;
+    std::filesystem::remove(file());
+  }
 }
 
 TEST_F(ProgramDeathTest, ChainsAreMeasuredAndGetTheirExecutors) {

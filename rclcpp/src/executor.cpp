@@ -111,7 +111,7 @@ void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
       throw std::runtime_error("Node needs to be associated with this executor.");
     }
   }
-  if (!Program::instance().serves(*node->takt_node())) takt_->remove_node(node->takt_node());
+  if (Program::instance().removes(*node->takt_node())) takt_->remove_node(node->takt_node());
   node->get_associated_with_executor_atomic().store(false);
 }
 void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
@@ -142,7 +142,7 @@ void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
     node = found->second.lock();
     groups_.erase(found);
   }
-  if (node != nullptr && !Program::instance().serves(*node->takt_node(), group.get())) {
+  if (node != nullptr && Program::instance().removes(*node->takt_node(), group.get())) {
     takt_->remove_callback_group(group, node->takt_node());
   }
 }

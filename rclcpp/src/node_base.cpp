@@ -69,10 +69,10 @@ NodeBaseInterface::NodeBaseInterface(const std::string& name, const std::string&
   }
   node_ = make_node(name, name_space, make);
   name_space_ = node_->name_space().empty() ? "/" : node_->name_space();
-  detail::Program::instance().made(*node_);
+  if (!options_.takt()) detail::Program::instance().made(*node_);
 }
 NodeBaseInterface::~NodeBaseInterface() {
-  detail::Program::instance().gone(*node_);
+  if (!options_.takt()) detail::Program::instance().gone(*node_);
 }
 
 const Arguments& NodeBaseInterface::global() const {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <system_error>
 #include <utility>
 
 #include <unistd.h>
@@ -102,6 +103,11 @@ bool Program::serves(const takt::Node& node, const takt::CallbackGroup* group) c
   if (group == nullptr || group->automatically_add_to_executor()) return true;
   const auto found = described->callback_groups.find(group->name());
   return found != described->callback_groups.end() && !found->second.executor.empty();
+}
+
+bool Program::removes(const takt::Node& node, const takt::CallbackGroup* group) const {
+  const bool is_static = !executor_.empty() && takt::executors().traits(executor_).frozen;
+  return !is_static && !serves(node, group);
 }
 
 void Program::made(const takt::Node& node) {
@@ -248,15 +254,31 @@ void Program::end_spin(Executor& executor) {
   stop();
 }
 
-void Program::at_exit() noexcept {
+// The container stays: a callback on one of its threads may have called exit.
+void Program::join() {
+  std::unique_lock lock(mutex_);
+  const auto container = container_;
+  lock.unlock();
   try {
-    stop();
-    const std::lock_guard lock(mutex_);
-    if (file_) check_nodes();
-    if (template_) template_->write();
-  } catch (const std::exception& error) {
-    print("error", error.what());
+    if (container != nullptr) container->join();
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::resource_deadlock_would_occur) throw;
   }
+}
+
+void Program::at_exit() noexcept {
+  const auto report = [](const auto& function) {
+    try {
+      function();
+    } catch (const std::exception& error) {
+      print("error", error.what());
+    }
+  };
+  cancel();
+  report([this] { join(); });
+  const std::lock_guard lock(mutex_);
+  if (file_) report([this] { check_nodes(); });
+  if (template_) report([this] { template_->write(); });
 }
 
 }  // namespace rclcpp::detail

@@ -42,6 +42,9 @@ class Program {
 
   /// Whether executors of the file serve it, or this group of it.
   bool serves(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
+  /// Whether an executor of the program must remove it. A static one keeps what it has until it
+  /// goes, as it could only refuse.
+  bool removes(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
   bool is_serving() const noexcept { return is_serving_.load(); }
 
   /// A node of the program, which makes or drops it.
@@ -65,6 +68,7 @@ class Program {
   void start();
   void stop();
   void on_failure();
+  void join();
   void at_exit() noexcept;
 
   std::string executor_, scheduler_;

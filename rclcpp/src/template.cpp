@@ -77,7 +77,7 @@ void Template::see(const Added& added) {
         std::any_of(seen.callbacks.begin(), seen.callbacks.end(), is_namesake)) {
       continue;
     }
-    seen.callbacks.push_back({entity->name(), entity->group()->name(), entity->kind(), 0, {}});
+    seen.callbacks.push_back({entity->name(), entity->group()->name(), entity->kind()});
   }
 }
 
@@ -89,6 +89,7 @@ void Template::ends(const takt::Executor& executor) {
     if (node == nodes_.end()) continue;
     for (Callback& callback : node->second.callbacks) {
       if (callback.name != measured.callback) continue;
+      callback.is_measured = true;
       callback.received += measured.received;
       callback.execution.merge(measured.execution);
     }
@@ -96,7 +97,10 @@ void Template::ends(const takt::Executor& executor) {
 }
 
 std::string Template::comment(const Callback& callback) const {
-  if (callback.received == 0) return fmt::format("{}, never called", to_string(callback.kind));
+  if (callback.received == 0) {
+    return fmt::format("{}, {}", to_string(callback.kind),
+                       callback.is_measured ? "never called" : "not measured");
+  }
   const auto us = [](takt::Nanoseconds time) { return static_cast<double>(time.count()) / 1000; };
   return fmt::format("{}, {} ({:.1f}/s), {:.1f} us on average, {:.1f} us at most",
                      to_string(callback.kind), takt::counted(callback.received, "call"),
@@ -148,7 +152,8 @@ std::string Template::text() const {
       seconds(), path_, threads, executors, nodes);
 }
 
-void Template::write() const {
+void Template::write() {
+  if (end_ == takt::TimePoint{}) end_ = takt::Clock::steady().now();
   if (nodes_.empty()) {
     throw takt::Error("the program has spun no node", "", "TAKT_CONFIG_TEMPLATE=" + path_);
   }

@@ -28,7 +28,7 @@ class Template {
   void spins();
   void ends(const takt::Executor& executor);
   /// Throws takt::Error if it cannot be written.
-  void write() const;
+  void write();
 
  private:
   struct Served {  // one of the program's executors
@@ -38,6 +38,7 @@ class Template {
   struct Callback {
     std::string name, group;
     takt::EntityKind kind;
+    bool is_measured = false;  // not so while its executor spins at exit
     std::uint64_t received = 0;
     takt::Histogram execution;
   };

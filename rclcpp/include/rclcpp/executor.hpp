@@ -88,7 +88,7 @@ class Executor : takt::Wakeable {
         : executor_(executor), node_(std::move(node)) {
       executor_.add_node(node_, false);
     }
-    ~With() noexcept(false) { executor_.remove_node(node_, false); }
+    ~With() { executor_.remove_node(node_, false); }
     With(const With&) = delete;
     With& operator=(const With&) = delete;
 

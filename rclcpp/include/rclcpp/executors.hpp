@@ -60,7 +60,7 @@ FutureReturnCode spin_node_until_future_complete(
   struct Removal {
     Executor& executor;
     const N& node;
-    ~Removal() noexcept(false) { executor.remove_node(node); }
+    ~Removal() { executor.remove_node(node); }
   } const removal{executor, node};
   return executor.spin_until_future_complete(future, timeout);
 }

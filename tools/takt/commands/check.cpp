@@ -18,7 +18,10 @@ void check(const std::vector<std::string>& files) {
     try {
       const SystemDescription system = read_system(file);
       for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
-      rt::print("{}: valid: {}, {}, {}\n", file, counted(system.components.size(), "component"),
+      const bool is_of_program =
+          !system.components.empty() && system.components.front().type.empty();
+      rt::print("{}: valid: {}, {}, {}\n", file,
+                counted(system.components.size(), is_of_program ? "node" : "component"),
                 counted(system.executors.size(), "executor"),
                 counted(system.threads.size(), "thread"));
     } catch (const ConfigurationError& error) {
