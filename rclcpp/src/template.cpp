@@ -14,6 +14,7 @@
 
 #include "takt/base/counted.hpp"
 #include "takt/base/error.hpp"
+#include "takt/containers/planning/plan.hpp"
 
 namespace rclcpp::detail {
 namespace {
@@ -55,7 +56,34 @@ void Template::added(const std::shared_ptr<takt::Node>& node, const takt::Callba
 void Template::spins() {
   if (begin_ != takt::TimePoint{}) return;
   begin_ = takt::Clock::steady().now();
-  for (const Added& added : added_) see(added);
+  std::vector<std::shared_ptr<takt::Node>> nodes;
+  for (const Added& added : added_) {
+    see(added);
+    const auto node = added.node.lock();
+    if (node != nullptr && std::find(nodes.begin(), nodes.end(), node) == nodes.end()) {
+      nodes.push_back(node);
+    }
+  }
+  plan(nodes);
+}
+
+// Which callback wakes which inside the process, and what `chains: auto` would make of it.
+void Template::plan(const std::vector<std::shared_ptr<takt::Node>>& nodes) {
+  takt::SystemDescription description;
+  description.finds_chains = true;
+  std::vector<std::string> too_many;
+  const takt::Plan plan = takt::make_plan(takt::find_chains(description, nodes, too_many), nodes);
+  for (const takt::PlannedChain& chain : plan.chains) {
+    std::vector<std::string> steps;
+    for (const takt::Chain::Step& step : chain.path) steps.push_back(takt::to_string(step));
+    chains_ += fmt::format("#  {}: {}\n", chain.options.name, fmt::join(steps, " -> "));
+  }
+  for (const takt::Plan::Callback& planned : plan.callbacks) {
+    for (Callback& callback : nodes_[planned.node->fully_qualified_name()].callbacks) {
+      if (callback.name == planned.entity->name())
+        callback.priority = std::max(callback.priority, planned.priority);
+    }
+  }
 }
 
 // A group stays with the first executor that had it: others are made for one call, `spin_some`.
@@ -139,8 +167,11 @@ std::string Template::text() const {
     }
     if (!node.callbacks.empty()) nodes += "    callbacks:\n";
     for (const Callback& callback : node.callbacks) {
-      nodes += fmt::format("      {}: {{}}  # in {}: {}\n", callback.name, callback.group,
-                           comment(callback));
+      nodes += fmt::format("      {}: {{}}  # in {}: {}{}\n", callback.name, callback.group,
+                           comment(callback),
+                           callback.priority == 0
+                               ? ""
+                               : fmt::format("; priority {} by `chains: auto`", callback.priority));
     }
   }
   return fmt::format(
@@ -148,8 +179,9 @@ std::string Template::text() const {
       "# this file says: TAKT_CONFIG={} PROGRAM\n"
       "# A thread may be {{policy: SCHED_FIFO, priority: 80, affinity: [1]}}, an executor of type "
       "events,\n# a group or callback have {{priority: 1, deadline: 5ms, budget: 1ms}}.\n"
-      "realtime: prefer\nthreads:\n{}executors:\n{}nodes:\n{}",
-      seconds(), path_, threads, executors, nodes);
+      "realtime: prefer\nthreads:\n{}executors:\n{}nodes:\n{}{}",
+      seconds(), path_, threads, executors, nodes,
+      chains_.empty() ? "" : "# chains: auto  # with these chains:\n" + chains_);
 }
 
 void Template::write() {

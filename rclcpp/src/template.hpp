@@ -38,6 +38,7 @@ class Template {
   struct Callback {
     std::string name, group;
     takt::EntityKind kind;
+    int priority = 0;          // by the plan; 0: it is of no chain
     bool is_measured = false;  // not so while its executor spins at exit
     std::uint64_t received = 0;
     takt::Histogram execution;
@@ -52,6 +53,7 @@ class Template {
     std::shared_ptr<Served> served;
   };
   void see(const Added& added);
+  void plan(const std::vector<std::shared_ptr<takt::Node>>& nodes);
   std::string text() const;
   std::string comment(const Callback& callback) const;
   double seconds() const { return std::chrono::duration<double>(end_ - begin_).count(); }
@@ -59,6 +61,7 @@ class Template {
   const std::string path_;
   std::map<const takt::Executor*, std::shared_ptr<Served>> executors_;
   std::map<std::string, Node> nodes_;
+  std::string chains_;        // of the nodes at the first spin, as comments
   std::vector<Added> added_;  // before the first spin
   takt::TimePoint begin_{}, end_{};
 };
