@@ -3,6 +3,7 @@
 #ifndef TAKT_CONTAINERS_COMPONENT_HPP_
 #define TAKT_CONTAINERS_COMPONENT_HPP_
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,9 @@ namespace TAKT_PUBLIC takt {
 /// An instance of a component class, as its container holds it.
 struct Component {
   std::shared_ptr<Node> node;
+  /// Called once by the container that ends, on its control thread: when all messages are served,
+  /// before its executors end. Ends threads that the component has of its own. It does not throw.
+  std::function<void()> on_end = {};
 };
 
 /// Interface of a component that must finish some work after its last callback, for example write

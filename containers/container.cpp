@@ -65,6 +65,7 @@ Container::Container(const SystemDescription& description, const ContainerOverri
 }
 
 Container::~Container() {
+  end_components();
   for (const auto& running : executors_) {
     if (!running->thread.joinable()) continue;
     running->executor->cancel();
@@ -467,6 +468,7 @@ void Container::stop() {
                      kDrainLimit.count()));
   }
   bring_down_rest();
+  end_components();
   cancel();
   const std::exception_ptr failure = end_of_executors();
   // One that is being unloaded may complete and leave the list meanwhile.

@@ -49,6 +49,8 @@ struct ContainerOverrides {
   /// The node of a description without a class, which a program has made; nullptr: not yet, then
   /// the component is left out.
   std::function<std::shared_ptr<Node>(const ComponentDescription&)> find_node;
+  /// What a component calls to end the container, see NodeOptions.
+  std::function<void()> end;
 };
 
 /// Constructs the components of a description, adds them and their callback groups to executors,
@@ -194,6 +196,7 @@ class Container {
   void check_removable(const Loaded& loaded) const;
   void remove(const std::shared_ptr<Loaded>& loaded);
   void bring_down_rest();
+  void end_components() noexcept;
   void complete(Loaded& loaded);
   void note(std::string text);
   void displace_failed();

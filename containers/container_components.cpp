@@ -136,6 +136,7 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
   loaded->description = component;
   options.clock = overrides_.clock;
   options.time_source = time_source_;
+  options.end_container = overrides_.end;
   const std::size_t before = errors.size();
   const auto failed = [&](std::string_view why) {
     errors.push_back(
@@ -152,6 +153,12 @@ std::shared_ptr<Container::Loaded> Container::make(const ComponentDescription& c
     failed("it threw an object that is not a std::exception");
   }
   return errors.size() == before ? loaded : nullptr;
+}
+
+void Container::end_components() noexcept {
+  for (const auto& loaded : loaded_components()) {
+    if (const auto on_end = std::exchange(loaded->component->on_end, {})) on_end();
+  }
 }
 
 // Throws Error if the component names an executor that does not exist or cannot run it.

@@ -342,6 +342,39 @@ TEST(Container, AnExceptionOfACallbackEndsTheRun) {
   EXPECT_THROW(container.stop(), std::runtime_error);
 }
 
+TEST(Container, IsEndedByAComponentAndEndsWhatThatHasOfItsOwn) {
+  struct Guard : Node {
+    explicit Guard(const NodeOptions& options)
+        : Node("guard", options),
+          timer(create_timer("timer", 1ms, [end = options.end_container] { end(); })) {}
+    std::shared_ptr<Timer> timer;
+  };
+  static std::atomic<int> ends{0};
+  components().add("test::Guard", {"ends its container", [](const NodeOptions& options) {
+                                     return std::make_unique<Component>(Component{
+                                         std::make_shared<Guard>(options), [] { ++ends; }});
+                                   }});
+  SystemDescription system;
+  system.components.push_back({.type = "test::Guard"});
+  std::atomic<bool> wants_end{false};
+  ContainerOverrides overrides;
+  overrides.end = [&] {
+    wants_end = true;
+    wants_end.notify_one();
+  };
+  {
+    Container container(system, overrides);
+    container.start();
+    container.release();
+    wants_end.wait(false);
+    container.hold();
+    EXPECT_EQ(ends, 0) << "its messages are not served yet";
+    container.stop();
+    EXPECT_EQ(ends, 1);
+  }
+  EXPECT_EQ(ends, 1);
+}
+
 TEST(Container, ServesTheNodesThatAProgramMakes) {
   SystemDescription system;
   system.file = "test.yaml";

@@ -42,6 +42,9 @@ struct NodeOptions {
   /// Set if a request of another process makes the node: that process, not the owner of this one,
   /// gives the parameters. They must not make the node use rights that the requester lacks.
   std::optional<Guest> guest;
+  /// Ends the container that makes the node, in order, as a signal would; from any thread, without
+  /// waiting. Empty: it cannot, or there is no container.
+  std::function<void()> end_container;
 
   ~NodeOptions();  // not in each program's main
 };

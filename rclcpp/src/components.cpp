@@ -61,11 +61,14 @@ std::unique_ptr<takt::Component> component_of(NodeFactory& factory,
     rclcpp::node_interfaces::NodeBaseInterface::SharedPtr base;  // goes last
     NodeInstanceWrapper node;
   };
+  const auto context = rclcpp::contexts::get_global_default_context();
+  context->enter_container(options);
   const auto inside = std::make_shared<Inside>();
   inside->node = factory.create_node_instance(rclcpp::NodeOptions(options));
   inside->base = inside->node.get_node_base_interface();
   return std::make_unique<takt::Component>(
-      takt::Component{std::shared_ptr<takt::Node>(inside, inside->base->takt_node().get())});
+      takt::Component{std::shared_ptr<takt::Node>(inside, inside->base->takt_node().get()),
+                      [context] { context->shutdown("the container ends"); }});
 }
 
 }  // namespace rclcpp_components::detail

@@ -42,9 +42,18 @@ void Context::init(int argc, char const* const* argv, const InitOptions& options
   const std::lock_guard lock(mutex_);
   options_ = options;
   arguments_ = std::move(arguments);
+  container_.reset();
   reason_.clear();
   is_valid_.store(true);
   detail::shut_down_on_signal(*this);
+}
+
+void Context::enter_container(const takt::NodeOptions& options) {
+  const std::lock_guard lock(mutex_);
+  if (is_valid()) return;
+  container_ = {options.participant, options.time_source, options.end_container};
+  reason_.clear();
+  is_valid_.store(true);
 }
 
 std::string Context::shutdown_reason() const {
@@ -75,6 +84,7 @@ bool Context::shutdown(const std::string& reason) {
   if (contexts::get_global_default_context().get() == this) detail::Program::instance().cancel();
   detail::forget_on_signal(*this);
   call(after);
+  if (container_ && container_->end) container_->end();
   return true;
 }
 
@@ -124,6 +134,7 @@ const detail::Arguments& Context::arguments() const {
 }
 std::shared_ptr<takt::Participant> Context::participant() {
   const std::lock_guard lock(mutex_);
+  if (container_) return container_->participant.lock();  // which has DDS, or not
   auto participant = participant_.lock();
   if (participant == nullptr) {
     takt::DdsOptions options;
@@ -135,6 +146,7 @@ std::shared_ptr<takt::Participant> Context::participant() {
 }
 std::shared_ptr<takt::SimulatedClock::Source> Context::time_source() {
   const std::lock_guard lock(mutex_);
+  if (container_) return container_->time_source;
   auto source = time_source_.lock();
   if (source == nullptr) {
     source = std::make_shared<detail::ContextTimeSource>(*this);

@@ -9,12 +9,14 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "takt/base/future.hpp"
 #include "takt/base/simulated_clock.hpp"
+#include "takt/nodes/node_options.hpp"
 #include "takt/transport/dds/participant.hpp"
 
 #include "rclcpp/detail/refused.hpp"
@@ -88,8 +90,16 @@ class Context : public std::enable_shared_from_this<Context> {
   /// Woken by shutdown. Does not throw.
   void add_waiter(takt::Wakeable& waiter);
   void remove_waiter(takt::Wakeable& waiter) noexcept;
+  /// A container of Takt makes a component: the context is valid until that ends, shutdown ends it,
+  /// and nodes that the component makes are on its participant. Nothing where init was called.
+  void enter_container(const takt::NodeOptions& options);
 
  private:
+  struct InContainer {
+    std::weak_ptr<takt::Participant> participant;
+    std::shared_ptr<takt::SimulatedClock::Source> time_source;
+    std::function<void()> end;
+  };
   using Callbacks = std::vector<std::shared_ptr<std::function<void()>>>;
   static bool remove(Callbacks& callbacks, const ShutdownCallbackHandle& handle);
   void call(const Callbacks& callbacks) const;
@@ -104,6 +114,7 @@ class Context : public std::enable_shared_from_this<Context> {
   std::vector<takt::Wakeable*> waiters_;
   std::weak_ptr<takt::Participant> participant_;
   std::weak_ptr<detail::ContextTimeSource> time_source_;
+  std::optional<InContainer> container_;
 };
 
 namespace contexts {

@@ -65,11 +65,14 @@ class Child {
         container_(system, with_guard(std::move(overrides))),
         serves_itself_(system.dds && system.dds->serves_own_process) {}
 
-  /// Runs until the parent closes the connection. Rethrows an exception of a callback.
+  /// Runs until the parent closes the connection, or a component ends the container. Rethrows an
+  /// exception of a callback.
   void run() {
     parent_.send(state());
     for (;;) {
-      if (!wait_for_command()) continue;
+      const Event event = wait();
+      if (event == Event::ended) return;
+      if (event == Event::none) continue;
       const std::optional<json> command = parent_.receive();
       if (!command) return guard_.ends(guard_.signal());
       parent_.send(answer_to(*command));
@@ -79,6 +82,7 @@ class Child {
  private:
   ContainerOverrides with_guard(ContainerOverrides overrides) {
     overrides.on_making = [this](std::string_view component) { guard_.making(component); };
+    overrides.end = [ended = ended_] { eventfd_write(ended, 1); };
     return overrides;
   }
 
@@ -88,9 +92,10 @@ class Child {
             {"serves_itself", serves_itself_}};
   }
 
-  /// Returns false if an event other than a command arrived. Rethrows an exception of a callback.
-  bool wait_for_command() {
-    std::array<pollfd, 2> events{{{parent_.fd(), POLLIN, 0}, {failed_, POLLIN, 0}}};
+  enum class Event { none, command, ended };
+
+  Event wait() {
+    std::array<pollfd, 2> events{{{parent_.fd(), POLLIN, 0}, {ended_, POLLIN, 0}}};
     const TimePoint now = Clock::steady().now();
     if (now >= check_) {
       container_.check_matches();
@@ -101,9 +106,10 @@ class Child {
     if (events[1].revents != 0) {
       guard_.ends(0);
       container_.hold();
-      container_.stop();  // throws
+      container_.stop();  // throws what a callback has thrown
+      return Event::ended;
     }
-    return events[0].revents != 0;
+    return events[0].revents != 0 ? Event::command : Event::none;
   }
 
   json answer_to(const json& command) {
@@ -112,7 +118,7 @@ class Child {
     if (word == "match") {
       wait_for_matches(container_, command.at("wanted"), parent_);
     } else if (word == "start") {
-      container_.start([failed = failed_] { eventfd_write(failed, 1); });
+      container_.start([ended = ended_] { eventfd_write(ended, 1); });
     } else if (word == "release") {
       container_.release();
       guard_.has_begun();
@@ -135,7 +141,7 @@ class Child {
 
   Channel& parent_;
   EndGuard& guard_;
-  const int failed_ = eventfd(0, EFD_CLOEXEC);  // an executor of this process failed
+  const int ended_ = eventfd(0, EFD_CLOEXEC);  // an executor failed, or a component has had enough
   Container container_;
   const bool serves_itself_;
   TimePoint check_ = kNever;

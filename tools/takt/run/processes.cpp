@@ -62,10 +62,12 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   if (loads) later.swap(system.components);
   EndGuard guard(signals);
   overrides.on_making = [&guard](std::string_view component) { guard.making(component); };
+  overrides.end = [] { kill(getpid(), SIGUSR1); };
   guard.begins();
   Container container(system, overrides);
   begin_work();  // what the file says could be made
-  if (guard.signal() == 0) container.start([] { kill(getpid(), SIGUSR1); });
+  if (const int signal = guard.signal(); signal == 0 || signal == SIGUSR1)
+    container.start(overrides.end);
   // Does what load_node does, without the request, which would add to the measurement.
   for (ComponentDescription& component : later) {
     if (guard.signal() == 0) container.load(std::move(component));

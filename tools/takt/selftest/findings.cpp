@@ -152,7 +152,8 @@ void Comparison::compare_misses(const std::string& topic, const std::vector<Pair
       static_cast<double>(unclear));
 }
 
-// The component does not know when the first release was due.
+// The component does not know when the first release was due: so its percentile may be one value
+// beside takt's, and on a busy machine these are far apart.
 void Comparison::compare_chains(const std::vector<Pair>& pairs) {
   for (const json& chain : run_.run.at("chains")) {
     std::vector<double> values;
@@ -162,9 +163,13 @@ void Comparison::compare_chains(const std::vector<Pair>& pairs) {
     const auto count = static_cast<double>(values.size());
     add("chain: instances", chain.at("instances"), count, 1);
     for (const double fraction : {0.5, 0.99}) {
-      const double own = percentile(values, fraction);
-      add(fmt::format("chain: latency p{}, µs", 100 * fraction),
-          chain.at("latency_us").at(fraction == 0.5 ? "p50" : "p99"), own, limit_of(own));
+      const double shown = chain.at("latency_us").at(fraction == 0.5 ? "p50" : "p99");
+      double own = 0;
+      for (const double beside : {0., -1., 1.}) {
+        const double value = percentile(values, std::clamp(fraction + beside / count, 0., 1.));
+        if (beside == 0 || std::abs(value - shown) < std::abs(own - shown)) own = value;
+      }
+      add(fmt::format("chain: latency p{}, µs", 100 * fraction), shown, own, limit_of(own));
     }
   }
 }
