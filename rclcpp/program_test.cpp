@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <mutex>
 #include <optional>
 #include <regex>
 #include <thread>
@@ -144,7 +145,7 @@ TEST_F(ProgramDeathTest, AWrongNameIsAnErrorWithTheValidOnes) {
 const std::string kThreads =
     "realtime: prefer\n"
     "threads:\n"
-    "  fast_thread: {affinity: [0]}\n"
+    "  fast_thread: {}\n"
     "executors:\n"
     "  fast: {type: events, scheduler: fixed_priority, threads: [fast_thread]}\n";
 
@@ -161,30 +162,31 @@ TEST_F(ProgramDeathTest, AFileGivesThreadsToNodesAndGroups) {
         run([] {
           const auto node = std::make_shared<Node>("node", "front");
           const auto other = std::make_shared<Node>("other");
-          std::atomic<int> calls = 0;
+          std::mutex mutex;
+          std::set<std::string> calls;
           executors::SingleThreadedExecutor executor;
           const auto count = [&](const std::string& name) {
             return [&, name](TimerBase& self) {
-              std::cerr << name + " is called by " + thread_name() + "\n";
               self.cancel();
-              if (++calls == 3) executor.cancel();
+              const std::lock_guard lock(mutex);
+              calls.insert(name + " by " + thread_name());
+              if (calls.size() == 3) executor.cancel();
             };
           };
           const auto group = node->create_callback_group(CallbackGroupType::MutuallyExclusive,
                                                          /*automatically_add_to_executor=*/false);
-          const auto one = node->create_wall_timer(1ms, count("one"));
-          const auto two = node->create_wall_timer(20ms, count("two"), group);
-          const auto three = other->create_wall_timer(40ms, count("three"));
+          const auto one = node->create_wall_timer(1ms, count("first"));
+          const auto two = node->create_wall_timer(20ms, count("second"), group);
+          const auto three = other->create_wall_timer(40ms, count("of the program"));
           executor.add_node(node);
           executor.add_callback_group(group, node->get_node_base_interface());
           executor.add_node(other);
           executor.spin();
           executor.remove_node(node);
+          for (const std::string& call : calls) std::cerr << call << '\n';
         });
       },
-      kEndsWell,
-      "one is called by fast_thread\n(.*\n)*two is called by slow\n(.*\n)*three is called by "
-      ".*test");
+      kEndsWell, "first by fast_thread\nof the program by rclcpp_test\nsecond by slow\n");
 }
 
 // What follows is wrong at the first spin, and not before, as a program makes its nodes by then.
@@ -278,6 +280,9 @@ TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
 
 // It waited for its own thread.
 TEST_F(ProgramDeathTest, ACallbackMayExit) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "what is static ends while other threads run";
+#endif
   for (const std::string variable : {"TAKT_CONFIG", "TAKT_CONFIG_TEMPLATE"}) {
     EXPECT_EXIT(
         {
