@@ -411,6 +411,12 @@ TEST_F(ProgramDeathTest, TheFirstRunWritesTheFile) {
         run([] {});
       },
       kThrows, "robot.yaml: the file exists, and is not overwritten");
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_CONFIG_TEMPLATE", "/none/robot.yaml", 1);
+        run([] {});
+      },
+      kThrows, "/none/robot.yaml: no file can be made there: No such file");
 }
 
 }  // namespace

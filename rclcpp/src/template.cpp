@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <filesystem>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -40,6 +41,10 @@ bool is_own_service(const takt::Node& node, const takt::Entity& entity) {
 
 Template::Template(std::string path) : path_(std::move(path)) {
   if (access(path_.c_str(), F_OK) == 0) exists(path_);
+  const std::string folder = std::filesystem::absolute(path_).parent_path();
+  if (access(folder.c_str(), W_OK) == 0) return;
+  throw takt::Error("no file can be made there: " + takt::errno_message(errno), "",
+                    "TAKT_CONFIG_TEMPLATE=" + path_);
 }
 
 void Template::made(const takt::Executor& executor, const std::string& type, std::size_t threads) {

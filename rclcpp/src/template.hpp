@@ -17,7 +17,8 @@ namespace rclcpp::detail {
 /// Thread safety: none. Real-time: no.
 class Template {
  public:
-  /// Throws takt::Error if there is such a file already.
+  /// Throws takt::Error if there is such a file already, or none can be made: before the run, as it
+  /// would be in vain.
   explicit Template(std::string path);
 
   /// `threads`: that the program has asked for; 0: it leaves their number to the type.
