@@ -122,6 +122,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
     return limit != kNever && options_.clock->now() >= limit;
   }
   void wake() noexcept override;
+  /// Returns true if it was woken.
+  bool sleep(TimePoint deadline) noexcept;
 
   const ExecutorOptions options_;
   const ExecutorTraits traits_;  // of the children too

@@ -38,6 +38,14 @@ void IsolatedExecutor::wake() noexcept {
   if (!notified_.exchange(true)) backend_->post();
 }
 
+// From here on a wake-up is a new one: so whoever has slept looks at everything again. Where it did
+// so only before the next sleep, a spin that ended here left the next one deaf.
+bool IsolatedExecutor::sleep(TimePoint deadline) noexcept {
+  const bool is_woken = backend_->wait(0, deadline);
+  notified_.store(false);
+  return is_woken;
+}
+
 void IsolatedExecutor::cancel() noexcept {
   cancelled_.store(true);
   wake();
@@ -53,8 +61,7 @@ void IsolatedExecutor::spin(const ExceptionHandler& handler) {
       for (const auto& child : children_) start(*child);  // throws when there is no thread
     }
     while (!cancelled_.load()) {
-      backend_->wait(0, kNever);
-      notified_.store(false);
+      sleep(kNever);
       finish_removals();
     }
   }
@@ -110,7 +117,6 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
   const std::unique_ptr<void, decltype(stop_observing)> guard(this, stop_observing);
   observe(children_to_spin());
   while (!cancelled_.load() && !done()) {
-    notified_.store(false);
     if (run_one()) {
       if (once || is_over(limit)) return;
       continue;
@@ -124,7 +130,7 @@ void IsolatedExecutor::run_on_caller(TimePoint limit, bool once, Done&& done) {
       deadline = std::min(deadline, child->executor.next_release());
     }
     if (cancelled_.load() || done() || is_over(limit)) return;
-    if (!backend_->wait(0, deadline) && is_over(limit)) return;
+    if (!sleep(deadline) && is_over(limit)) return;
   }
 }
 

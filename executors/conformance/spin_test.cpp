@@ -318,6 +318,29 @@ TEST_P(ConformanceSpin, NothingRunsAfterASpinThatWasCancelledBefore) {
   EXPECT_EQ(ran_on, std::this_thread::get_id());
 }
 
+// `isolated` was deaf after a spin that had been woken from its last sleep by a cancel or a future:
+// neither cancel nor a removal woke the next one.
+TEST_P(ConformanceSpin, ACancelEndsASpinAfterOneThatWasWoken) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  const auto guard = node->create_guard_condition("guard", [] {});
+  executor->add_node(node);
+  for (int round = 0; round < 20; ++round) {
+    Promise<int> promise;
+    std::thread other([&] {
+      EXPECT_TRUE(eventually([&] { return executor->is_spinning(); }));
+      std::this_thread::sleep_for(1ms);  // likely, it sleeps by now; if not, this finds less
+      round % 2 == 0 ? executor->cancel() : promise.set_value(1);
+    });
+    (void)executor->spin_until_future_complete(promise.get_future());
+    other.join();
+    SpinThread spin(*executor);
+    EXPECT_TRUE(eventually([&] { return executor->is_spinning(); }));
+    executor->cancel();
+    spin.join();
+  }
+}
+
 TAKT_INSTANTIATE_CONFORMANCE(ConformanceSpin);
 
 }  // namespace
