@@ -6,6 +6,16 @@
 #include "takt/executors/engine/spin_always.hpp"
 
 namespace takt {
+namespace {
+
+// Without a pointer that might be the last one for a moment, and destroy what another thread lets
+// go.
+template <class A, class B>
+bool is_same(const A& a, const B& b) noexcept {
+  return !a.owner_before(b) && !b.owner_before(a);
+}
+
+}  // namespace
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)
     : options_(options),
@@ -25,13 +35,9 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(
   return find_child(node, group);
 }
 
-// Called with the mutex held: so it makes no pointer that might be the last one, and destroy a
-// node.
+// Called with the mutex held.
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
     const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) const {
-  const auto is_same = [](const auto& a, const auto& b) {
-    return !a.owner_before(b) && !b.owner_before(a);
-  };
   const auto child = std::find_if(children_.begin(), children_.end(), [&](const auto& candidate) {
     return is_same(candidate->node, node) && is_same(candidate->group, group);
   });
@@ -178,9 +184,13 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   }
   if (!node->belongs_to(this)) refuse_stranger(*node);
   node->remove_listener(*this);
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(nodes_, [&](const auto& known) { return is_same(known, node); });
+  }
   for (const auto& child : children()) {
+    if (!is_same(child->node, node)) continue;
     const auto group = child->group.lock();
-    if (child->node.lock() != node) continue;
     if (group != nullptr) child->executor.release_groups({group}, *node);
     remove_unless_used(child);
   }
@@ -232,8 +242,9 @@ void IsolatedExecutor::finish_removals() {
   }
 }
 
-// Called with the mutex held, which it releases while it waits for the child's thread.
-void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node,
+// Called with the mutex held, which it releases while it waits for the child's thread, and when the
+// child is gone: then that forgets the node.
+void IsolatedExecutor::end(const std::shared_ptr<Child>& child, Node* node,
                            std::unique_lock<std::mutex>& lock) {
   join(*child, lock);
   if (child->is_gone) return;  // another thread has removed it, too
@@ -246,7 +257,10 @@ void IsolatedExecutor::end(const std::shared_ptr<Child>& child, const Node* node
     child->is_gone = true;
   } catch (const Error&) {  // it is in a callback, on the thread that spins
     child->may_go = true;
+    return;
   }
+  lock.unlock();
+  if (node != nullptr) child->executor.forget(*node);
 }
 
 void IsolatedExecutor::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,

@@ -109,8 +109,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   void remove_unless_used(const std::shared_ptr<Child>& child);
   void remove_forgotten();
   void finish_removals();
-  void end(const std::shared_ptr<Child>& child, const Node* node,
-           std::unique_lock<std::mutex>& lock);
+  void end(const std::shared_ptr<Child>& child, Node* node, std::unique_lock<std::mutex>& lock);
   void join(Child& child, std::unique_lock<std::mutex>& lock);
   void start(Child& child);
   void run(Child& child, const ExceptionHandler& handler) noexcept;

@@ -109,6 +109,35 @@ TEST_P(IsolatedThreads, RunOnTheCallerWatchANodeThatIsAddedAgain) {
   }
 }
 
+// Whoever asked while a node was removed could hold its child last, whose destructor made a pointer
+// to the node: that was the last one, one time of 3,000, so the node ended on the thread that
+// asked.
+TEST_P(IsolatedThreads, WhoAsksMeanwhileDestroysNoNode) {
+  struct Guest : Node {
+    explicit Guest(std::atomic<std::thread::id>& thread) : Node("goes"), ended_on(thread) {}
+    ~Guest() override { ended_on.store(std::this_thread::get_id()); }
+    std::atomic<std::thread::id>& ended_on;
+  };
+  const SpinThread spin(*executor_);
+  std::vector<std::jthread> asking;
+  for (int i = 0; i < 2; ++i) {
+    asking.emplace_back([&](const std::stop_token& end) {
+      while (!end.stop_requested()) (void)executor_->pending();
+    });
+  }
+  for (int round = 0; round < 3000; ++round) {
+    std::atomic<std::thread::id> ended_on{};
+    auto guest = std::make_shared<Guest>(ended_on);
+    auto guard = guest->create_guard_condition("guard", [] {});
+    executor_->add_node(guest);
+    executor_->remove_node(guest);
+    guard.reset();
+    guest.reset();
+    EXPECT_TRUE(eventually([&] { return ended_on.load() != std::thread::id(); }));
+    ASSERT_EQ(ended_on.load(), std::this_thread::get_id());
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Per, IsolatedThreads, testing::Values(Isolation::node, Isolation::group),
                          [](const auto& per) {
                            return per.param == Isolation::node ? "node" : "group";

@@ -251,8 +251,16 @@ void Callbacks::remove_node(const std::shared_ptr<Node>& node) {
     throw Error("node '" + node->fully_qualified_name() + "' does not belong to executor '" +
                 options_.name + "'");
   }
-  node->remove_listener(*this);
+  forget(*node);
   release_groups(node->groups(), *node, /*with_node=*/true);
+}
+
+void Callbacks::forget(Node& node) noexcept {
+  node.remove_listener(*this);
+  const std::lock_guard lock(mutex_);
+  std::erase_if(nodes_, [gone = node.weak_from_this()](const auto& known) {
+    return !known.owner_before(gone) && !gone.owner_before(known);
+  });
 }
 
 void Callbacks::remove_callback_group(const std::shared_ptr<CallbackGroup>& group,

@@ -45,6 +45,7 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   // As DispatchingExecutor.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node,
                       bool with_node = false) noexcept;
+  void forget(Node& node) noexcept;
   bool is_used_by(const Node* node) const;
   TimePoint next_release() const noexcept;
 

@@ -64,6 +64,9 @@ class DispatchingExecutor final : public Executor {
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node) noexcept {
     callbacks_.release_groups(std::move(groups), node);
   }
+  /// Nothing of the node belongs to it, and nothing will: it does not even make a pointer to it any
+  /// more, which might be the last one for a moment.
+  void forget(Node& node) noexcept { callbacks_.forget(node); }
   /// Whether it has callbacks, or the node or one of its groups belongs to it. Callbacks may live
   /// longer than their node: then `node` is nullptr.
   bool is_used_by(const Node* node) const { return callbacks_.is_used_by(node); }
