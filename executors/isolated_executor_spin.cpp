@@ -38,8 +38,8 @@ void IsolatedExecutor::wake() noexcept {
   if (!notified_.exchange(true)) backend_->post();
 }
 
-// From here on a wake-up is a new one: so whoever has slept looks at everything again. Where it did
-// so only before the next sleep, a spin that ended here left the next one deaf.
+// From here on a wake-up is a new one: so the thread that has slept looks at everything again.
+// Where it did so only before the next sleep, a spin that ended here left the next one deaf.
 bool IsolatedExecutor::sleep(TimePoint deadline) noexcept {
   const bool is_woken = backend_->wait(0, deadline);
   notified_.store(false);

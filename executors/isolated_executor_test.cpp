@@ -109,9 +109,8 @@ TEST_P(IsolatedThreads, RunOnTheCallerWatchANodeThatIsAddedAgain) {
   }
 }
 
-// Whoever asked while a node was removed could hold its child last, whose destructor made a pointer
-// to the node: that was the last one, one time of 3,000, so the node ended on the thread that
-// asked.
+// A thread that asked while a node was removed could hold its child last, whose destructor made a
+// pointer to the node: that was the last one, one time of 3,000, so the node ended on that thread.
 TEST_P(IsolatedThreads, WhoAsksMeanwhileDestroysNoNode) {
   struct Guest : Node {
     explicit Guest(std::atomic<std::thread::id>& thread) : Node("goes"), ended_on(thread) {}
