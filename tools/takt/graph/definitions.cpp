@@ -84,7 +84,8 @@ std::size_t number(std::string_view& text) {
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || value == 0) {
-    throw Error(fmt::format("a definition has a type with the size '{}'", text),
+    throw Error(fmt::format("a definition has a type with the size '{}'",
+                            text.substr(0, text.find_first_of("[]"))),
                 "write a number from 1, such as uint8[3] or string<=10");
   }
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));

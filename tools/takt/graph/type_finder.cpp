@@ -87,7 +87,7 @@ const MessageType& TypeFinder::require(const std::string& name) {
 
 const MessageType* TypeFinder::find_here(const std::string& name) {
   if (const MessageType* known = message_types().find(name)) return known;
-  const auto description = defined(interface_of(name));
+  const auto description = as_usage([&] { return defined(interface_of(name)); });
   return description ? described(*description, name) : nullptr;
 }
 

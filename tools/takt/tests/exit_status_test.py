@@ -22,6 +22,12 @@ environment = {**environment, "WITNESS": folder.name}
 for name, component in (("good", f"component: Witness, library: {library}"), ("wrong", "component: Nobody")):
     with open(f"{name}.yaml", "w") as file:
         file.write("container:\n  components:\n      - {%s}\n" % component)
+# A definition that is wrong: `interface show` said 2, what sends and calls said 1.
+for kind, text in (("msg", "Loop a\n"), ("srv", "bad/Loop a\n---\n"), ("action", "bad/Loop a\n---\n---\n")):
+    os.makedirs(f"share/bad/{kind}")
+    with open(f"share/bad/{kind}/Loop.{kind}", "w") as file:
+        file.write(text)
+environment["AMENT_PREFIX_PATH"] = folder.name
 
 
 def start(*words, **options):
@@ -72,7 +78,9 @@ tried = [(expected, [command, *words]) for command, cases in COMMANDS.items()
 tried += [(2, [command, "--no-such-option"]) for command in COMMANDS]
 tried += [(0, [command, "--help"]) for command in COMMANDS] + [(0, ["--version"]), (2, []), (2, ["nothing"])]
 tried += [(2, ["run", "good.yaml", "--json", "no/folder"]), (2, ["plan", "good.yaml", "--json", "no/folder"]),
-          (1, ["plan", "good.yaml", "--json", "/dev/full"]),
+          (2, ["interface", "show", "bad/msg/Loop"]), (2, ["topic", "pub", "/a", "bad/msg/Loop", "{}"]),
+          (2, ["service", "call", "/a", "bad/srv/Loop"]),
+          (2, ["action", "send_goal", "/a", "bad/action/Loop", "{}"]), (1, ["plan", "good.yaml", "--json", "/dev/full"]),
           (1, ["run", "good.yaml", "--duration", "10ms", "--json", "/dev/full"])]
 with concurrent.futures.ThreadPoolExecutor(4) as pool:
     for (expected, words), (status, said) in zip(tried, pool.map(lambda each: status_of(each[1]), tried)):
