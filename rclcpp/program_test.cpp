@@ -131,6 +131,7 @@ TEST_F(ProgramDeathTest, AWrongNameIsAnErrorWithTheValidOnes) {
   EXPECT_EXIT(
       {
         setenv("TAKT_SCHEDULER", "edff", 1);
+        configure("nodes:\n  /camera: {}\n");  // which is looked at again at exit
         run([] {});
       },
       kThrows, "threw: TAKT_SCHEDULER: no scheduler is called 'edff'; did you mean 'edf'. valid: ");

@@ -62,10 +62,10 @@ Program::Program() : executor_(variable("TAKT_EXECUTOR")), scheduler_(variable("
     }
     template_.emplace(path);
   }
-  if (file_ || template_) std::atexit([] { instance().at_exit(); });
   // The file may have loaded them.
   check(takt::executors(), executor_, "TAKT_EXECUTOR");
   check(takt::schedulers(), scheduler_, "TAKT_SCHEDULER");
+  if (file_ || template_) std::atexit([] { instance().at_exit(); });  // nothing throws any more
 }
 
 std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
