@@ -106,6 +106,10 @@ CLAIMS = {
         ("The exit status is 1 if a verdict is", doctor),
         ("The exit status is 1 if a figure is `WRONG`", tested("tools/takt/selftest/findings_test.cpp", "SeeAStatisticThatIsWrong")),
     ],
+    "rclcpp.md": [
+        ("A file that exists is an error", tested("rclcpp/program_test.cpp", "the file exists, and is not overwritten")),
+        ("A name of the file that nobody has is an error", tested("rclcpp/program_test.cpp", "ANameThatNobodyHasIsAnError")),
+    ],
 }
 
 
