@@ -266,6 +266,35 @@ TEST_F(ProgramDeathTest, NodesMayComeLaterAndGo) {
       kEndsWell, "in force");
 }
 
+// The second of two spins returned while a callback of the file still ran.
+TEST_F(ProgramDeathTest, EverySpinReturnsAfterTheCallbacks) {
+  EXPECT_EXIT(
+      {
+        configure("nodes:\n  /first: {}\n  /second: {}\n");
+        run([] {
+          const auto first = std::make_shared<Node>("first"),
+                     second = std::make_shared<Node>("second");
+          executors::SingleThreadedExecutor own, other;
+          own.add_node(first);
+          other.add_node(second);
+          std::atomic<bool> is_done = false;
+          const auto timer = first->create_wall_timer(1ms, [&] {
+            if (!other.is_spinning() || !own.is_spinning()) return;
+            rclcpp::shutdown();
+            std::this_thread::sleep_for(50ms);
+            is_done = true;
+          });
+          auto spun = std::async(std::launch::async, [&] {
+            other.spin();
+            return is_done.load();
+          });
+          own.spin();
+          if (!is_done || !spun.get()) throw std::runtime_error("it is too early");
+        });
+      },
+      kEndsWell, "in force");
+}
+
 TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
   EXPECT_EXIT(
       {

@@ -55,7 +55,8 @@ class Executor::Spinning {
       throw std::runtime_error(std::string(function) + " called while already spinning");
     }
     try {
-      if (executor.context_->is_valid()) Program::instance().begin_spin(executor, is_long);
+      const Context& context = *executor.context_;
+      if (context.is_valid()) Program::instance().begin_spin(executor, context, is_long);
     } catch (...) {
       executor_.is_spinning_.store(false);
       throw;
@@ -172,12 +173,12 @@ void Executor::spin() {
     while (may_go_on()) takt_->spin();
   } catch (...) {
     try {
-      Program::instance().end_spin(*this);
+      Program::instance().end_spin(*this, *context_);
     } catch (...) {  // the first one counts
     }
     throw;
   }
-  Program::instance().end_spin(*this);
+  Program::instance().end_spin(*this, *context_);
 }
 // What executors of a file serve does not end it: so it returns now and then.
 void Executor::spin_once(std::chrono::nanoseconds timeout) {

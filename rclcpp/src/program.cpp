@@ -171,8 +171,11 @@ void Program::check_nodes() const {
 
 // ---- Spinning ----
 
-// With the mutex held.
+// With the mutex held; not if there is nothing to serve, or while another one ends.
 void Program::start() {
+  const bool has_any =
+      std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
+  if (container_ != nullptr || is_ending_ || !has_any) return;
   takt::ContainerOverrides overrides;
   overrides.executor = executor_;
   overrides.scheduler = scheduler_;
@@ -191,15 +194,17 @@ void Program::start() {
   is_serving_.store(true);
 }
 
-// Without the mutex, as callbacks may wait for it.
+// Without the mutex, as callbacks may wait for it. If another thread does it, waits for that one.
 void Program::stop() {
   std::shared_ptr<takt::Container> ended;
   {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [this] { return !is_ending_; });
+    if (container_ == nullptr) return;
     ended.swap(container_);
+    is_ending_ = true;
     is_serving_.store(false);
   }
-  if (ended == nullptr) return;
   ended->cancel();
   std::exception_ptr failure;
   try {
@@ -212,13 +217,19 @@ void Program::stop() {
     if (notes_.insert(text).second) print("note", text);
   }
   ended.reset();
+  const std::lock_guard lock(mutex_);
+  is_ending_ = false;
+  ended_.notify_all();
   if (failure != nullptr) std::rethrow_exception(failure);
+  const bool is_needed = std::any_of(spinning_.begin(), spinning_.end(),
+                                     [](const auto& known) { return known.second->is_valid(); });
+  if (is_needed) start();  // by a spin of another context, or that began meanwhile
 }
 
 void Program::on_failure() {
   const std::lock_guard lock(mutex_);
   is_over_ = true;
-  for (Executor* executor : spinning_) executor->cancel();
+  for (const auto& [executor, context] : spinning_) executor->cancel();
 }
 
 void Program::cancel() noexcept {
@@ -228,28 +239,28 @@ void Program::cancel() noexcept {
   if (container_ != nullptr) container_->cancel();
 }
 
-void Program::begin_spin(Executor& executor, bool is_long) {
+void Program::begin_spin(Executor& executor, const Context& context, bool is_long) {
   std::unique_lock lock(mutex_);
   if (template_) template_->spins();
   if (!file_) return;
-  if (is_long && getpid() == gettid()) check_nodes();
-  if (container_ != nullptr && is_over_) {
+  const bool is_main = getpid() == gettid();
+  if (is_long && is_main) check_nodes();
+  if (is_over_ && (is_long || is_main)) {  // not a callback of the container
     lock.unlock();
     stop();
     lock.lock();
   }
-  const bool has_any =
-      std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
-  if (container_ == nullptr && has_any) start();
-  if (is_long) spinning_.push_back(&executor);
+  start();
+  if (is_long) spinning_.emplace_back(&executor, &context);
 }
 
-void Program::end_spin(Executor& executor) {
+// One of others that goes on is enough for the container, but not after a shutdown.
+void Program::end_spin(const Executor& executor, const Context& context) {
   if (!file_) return;
   {
     const std::lock_guard lock(mutex_);
-    std::erase(spinning_, &executor);
-    if (!spinning_.empty() && !is_over_) return;
+    std::erase_if(spinning_, [&](const auto& known) { return known.first == &executor; });
+    if (!spinning_.empty() && !is_over_ && context.is_valid()) return;
   }
   stop();
 }

@@ -4,11 +4,13 @@
 #define RCLCPP_PROGRAM_HPP_
 
 #include <atomic>
+#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "takt/containers/container.hpp"
@@ -55,9 +57,9 @@ class Program {
   bool add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
            const takt::CallbackGroup* group = nullptr);
 
-  void begin_spin(Executor& executor, bool is_long);
+  void begin_spin(Executor& executor, const Context& context, bool is_long);
   /// Of a long one: throws what a callback threw.
-  void end_spin(Executor& executor);
+  void end_spin(const Executor& executor, const Context& context);
   /// Lets the container end, without waiting.
   void cancel() noexcept;
 
@@ -78,8 +80,10 @@ class Program {
   mutable std::mutex mutex_;     // guards all below; nothing of the program's runs under it
   std::set<std::string> names_;  // of all nodes that there have been
   std::vector<std::weak_ptr<takt::Node>> added_;
-  std::vector<Executor*> spinning_;  // for long
+  std::vector<std::pair<Executor*, const Context*>> spinning_;  // for long
   std::shared_ptr<takt::Container> container_;
+  bool is_ending_ = false;  // a thread waits for the end of one
+  std::condition_variable ended_;
   bool is_over_ = false;  // it ends, as a callback has thrown or a context was shut down
   std::optional<Template> template_;
   std::set<std::string> notes_;  // that have been printed
