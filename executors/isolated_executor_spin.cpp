@@ -147,8 +147,8 @@ void IsolatedExecutor::spin_some(Nanoseconds max_duration) {
     if (cancelled_.load()) return;
     const Nanoseconds used = options_.clock->now() - start;
     if (max_duration != Nanoseconds::zero() && used >= max_duration) return;
-    child->executor.spin_some(max_duration == Nanoseconds::zero() ? max_duration
-                                                                  : max_duration - used);
+    child->executor.spin_some(
+        max_duration == Nanoseconds::zero() ? max_duration : max_duration - used, &cancelled_);
   }
 }
 

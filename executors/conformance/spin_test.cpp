@@ -57,6 +57,31 @@ TEST_P(ConformanceSpin, CancelFromACallbackEndsSpin) {
   executor->spin();
 }
 
+// `isolated` ran all that was ready in a node though a callback of spin_some had cancelled it.
+TEST_P(ConformanceSpin, CancelFromACallbackIsTheEndOnTheCaller) {
+  const auto executor = make(Clock::steady());
+  const auto node = make_node(Clock::steady());
+  int ran = 0;
+  std::vector<std::shared_ptr<GuardCondition>> guards;
+  for (int i = 0; i < 5; ++i) {
+    guards.push_back(node->create_guard_condition("guard_" + std::to_string(i), [&] {
+      if (++ran == 2) executor->cancel();
+    }));
+  }
+  executor->add_node(node);
+  Promise<int> promise;
+  for (const auto& spin : std::vector<std::function<void()>>{
+           [&] { executor->spin_some(); }, [&] { executor->spin_all(); },
+           [&] { executor->spin_until_future_complete(promise.get_future()); }}) {
+    ran = 0;
+    for (const auto& guard : guards) guard->trigger();
+    spin();
+    EXPECT_EQ(ran, 2);
+    executor->spin_all();
+    EXPECT_EQ(ran, 5);
+  }
+}
+
 TEST_P(ConformanceSpin, SpinningTwiceAtOnceIsAnError) {
   const auto executor = make(Clock::steady());
   const auto node = make_node(Clock::steady());

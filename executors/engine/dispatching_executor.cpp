@@ -222,7 +222,8 @@ TimePoint DispatchingExecutor::limit_of(Nanoseconds max_duration) const {
   return max_duration == Nanoseconds::zero() ? kNever : later(options_.clock->now(), max_duration);
 }
 
-void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
+void DispatchingExecutor::spin_some(Nanoseconds max_duration,
+                                    const std::atomic<bool>* is_cancelled) {
   const TimePoint limit = limit_of(max_duration);
   std::optional<detail::ReadySet::Limits> limits;
   spin_here([&](Worker& worker) TAKT_REQUIRES(dispatcher_.lock()) {
@@ -232,7 +233,8 @@ void DispatchingExecutor::spin_some(Nanoseconds max_duration) {
       const bool is_wait_set = dispatcher_.ready().is_wait_set();
       limits = {.last_sequence = is_wait_set ? UINT64_MAX : next_sequence(), .may_poll = false};
     }
-    return dispatcher_.run_next(worker, *limits) && dispatcher_.has_time_left(limit);
+    return dispatcher_.run_next(worker, *limits) && dispatcher_.has_time_left(limit) &&
+           (is_cancelled == nullptr || !is_cancelled->load());
   });
 }
 

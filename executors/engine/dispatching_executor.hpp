@@ -45,7 +45,7 @@ class DispatchingExecutor final : public Executor {
   using Executor::spin;
   void spin(const ExceptionHandler& handler) override;
   void spin_once(Nanoseconds timeout) override;
-  void spin_some(Nanoseconds max_duration) override;
+  void spin_some(Nanoseconds max_duration) override { spin_some(max_duration, nullptr); }
   void spin_all(Nanoseconds max_duration) override;
   void cancel() noexcept override { workers().stop(); }
   bool is_spinning() const noexcept override { return has_workers_.load(); }
@@ -60,6 +60,8 @@ class DispatchingExecutor final : public Executor {
 
   /// Runs one callback if one is ready.
   bool run_one();
+  /// As spin_some; `is_cancelled` (nullptr: none) ends it, too.
+  void spin_some(Nanoseconds max_duration, const std::atomic<bool>* is_cancelled);
   /// As remove_callback_group, for all of these groups that belong to this executor.
   void release_groups(std::vector<std::shared_ptr<CallbackGroup>> groups, Node& node) noexcept {
     callbacks_.release_groups(std::move(groups), node);
