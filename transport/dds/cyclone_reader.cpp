@@ -6,6 +6,7 @@
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/base/realtime_scope.hpp"
 #include "takt/transport/dds/cyclone_participant.hpp"
 #include "takt/transport/dds/writer_clocks.hpp"
@@ -121,7 +122,12 @@ class CycloneReader final : public CycloneEndpoint, SharedReader {
   void note_caller(const ReceivedBlock& request, dds_entity_t handle,
                    dds_instance_handle_t writer) {
     if (!services_->knows(ServiceMatches::requests, writer)) note_match(handle, writer, 1);
-    if (const auto client = request.address()) services_->called(*client, writer);
+    const auto client = request.address();
+    if (!client || services_->called(*client, writer)) return;
+    if (static constinit LogThrottle throttle; throttle.may_log()) {
+      log(LogLevel::warn, "service '{}': a client changes its number with its requests",
+          endpoint_.topic);
+    }
   }
 
   void hold(ReceivedBlock& block, ddsi_serdata* sample, const void* payload) {

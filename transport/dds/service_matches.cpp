@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <mutex>
 
-#include "takt/base/logger.hpp"
-
 namespace takt {
 
 void ServiceMatches::add(Topic topic, dds_instance_handle_t end, const std::string& id) {
@@ -37,20 +35,18 @@ std::size_t ServiceMatches::count() const {
                     [this](const auto& end) { return find(responses, end.second.id) != nullptr; }));
 }
 
-void ServiceMatches::called(std::uint64_t client, dds_instance_handle_t writer) {
+bool ServiceMatches::called(std::uint64_t client, dds_instance_handle_t writer) {
   const std::lock_guard lock(mutex_);
   const auto known = clients_.find(writer);
-  if (known != clients_.end() && known->second == client) return;
-  if (!ends_[requests].contains(writer)) return;
-  if (known != clients_.end()) {
+  if (known != clients_.end() && known->second == client) return true;
+  if (!ends_[requests].contains(writer)) return true;
+  const bool was_another = known != clients_.end();
+  if (was_another) {
     ++changed_callers_;
     forget_caller(writer);
-    if (static constinit LogThrottle throttle; throttle.may_log()) {
-      log(LogLevel::warn, "a client of a service ({}) changes its number with its requests",
-          ends_[requests].at(writer).id);
-    }
   }
   if (callers_.try_emplace(client, writer).second) clients_[writer] = client;
+  return !was_another;
 }
 
 void ServiceMatches::forget_caller(dds_instance_handle_t writer) {

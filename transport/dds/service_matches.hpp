@@ -32,8 +32,9 @@ class ServiceMatches {
   std::size_t count() const;
 
   /// For a service. A request of this client came from this writer. A writer is one client: of what
-  /// says that it is several only the last is known, and none is another writer's.
-  void called(std::uint64_t client, dds_instance_handle_t writer);
+  /// says that it is several only the last is known, and none is another writer's. False: it said
+  /// before that it was another one.
+  bool called(std::uint64_t client, dds_instance_handle_t writer);
   /// How many clients are known, and how often a writer has said that it is another one.
   std::size_t callers() const;
   std::uint64_t changed_callers() const;
