@@ -6,6 +6,7 @@
 #include <sys/eventfd.h>
 
 #include "takt/executors/conformance/conformance.hpp"
+#include "takt/executors/watchdog.hpp"
 
 namespace takt::conformance {
 namespace {
@@ -134,6 +135,29 @@ TEST_P(IsolatedThreads, WhoAsksMeanwhileDestroysNoNode) {
     guest.reset();
     EXPECT_TRUE(eventually([&] { return ended_on.load() != std::thread::id(); }));
     ASSERT_EQ(ended_on.load(), std::this_thread::get_id());
+  }
+}
+
+// The node's child ended inside the report of the miss, which then locked the child's mutex; only
+// sanitizers saw it.
+TEST_P(IsolatedThreads, AHandlerOfAMissMayRemoveTheNode) {
+  const auto executor = executors().make(
+      "isolated", {.per = GetParam(), .watchdog = std::make_shared<Watchdog>(ThreadAttributes{})});
+  for (int round = 0; round < 10; ++round) {
+    const auto node = std::make_shared<Node>("late");
+    const auto timer = node->create_timer("timer", 1ms, [] { std::this_thread::sleep_for(3ms); });
+    std::atomic<bool> begins{false}, is_removed{false};
+    CallbackParameters parameters;
+    parameters.deadline = 1ms;
+    parameters.on_deadline_miss = [&](const OverrunReport&) {
+      if (begins.exchange(true)) return;
+      executor->remove_node(node);
+      is_removed = true;
+    };
+    node->set_callback_parameters({.callback_groups = {}, .callbacks = {{"timer", parameters}}});
+    executor->add_node(node);
+    const SpinThread spin(*executor);
+    EXPECT_TRUE(eventually([&] { return is_removed.load(); }));
   }
 }
 

@@ -34,7 +34,9 @@ void Watchdog::add(Watched& watched) {
 void Watchdog::remove(Watched& watched) noexcept {
   std::unique_lock lock(mutex_);
   std::erase(watched_, &watched);
-  if (std::this_thread::get_id() != thread_id_) {
+  if (std::this_thread::get_id() == thread_id_) {
+    if (calling_ == &watched) calling_ = nullptr;
+  } else {
     called_.wait(lock, [&] { return calling_ != &watched; });
   }
   lock.unlock();
@@ -51,9 +53,11 @@ void Watchdog::run() noexcept {
       std::unique_lock lock(mutex_);
       thread_id_ = std::this_thread::get_id();
       for (std::size_t i = 0; i < watched_.size(); ++i) {
-        calling_ = watched_[i];
+        Watched* const watched = calling_ = watched_[i];
         lock.unlock();
-        next = std::min(next, calling_->report_misses(clock_.now()));
+        std::optional<TimePoint> first;
+        while (calling_ == watched && !first) first = watched->report_miss(clock_.now());
+        next = std::min(next, first.value_or(kNever));
         lock.lock();
         calling_ = nullptr;
         called_.notify_all();

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -28,8 +29,9 @@ class Watchdog {
   /// An executor, whose callbacks are watched.
   class Watched {
    public:
-    /// Reports the deadlines that were missed by now, and returns the next one.
-    virtual TimePoint report_misses(TimePoint now) noexcept = 0;
+    /// Reports a deadline that was missed by now, and returns nothing: the handler may have
+    /// destroyed this. Without one, returns the next deadline.
+    virtual std::optional<TimePoint> report_miss(TimePoint now) noexcept = 0;
 
    protected:
     ~Watched() = default;
@@ -65,7 +67,7 @@ class Watchdog {
   std::atomic<bool> stopping_{false}, has_ended_{false};
   PiMutex mutex_;  // guards what follows; handlers run without it
   std::vector<Watched*> watched_;
-  Watched* calling_ = nullptr;  // written by the thread alone
+  Watched* calling_ = nullptr;  // written by the thread alone, so it reads it without the mutex
   std::thread::id thread_id_;
   std::condition_variable_any called_;
   std::unique_ptr<RealtimeThread> thread_;

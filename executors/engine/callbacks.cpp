@@ -481,19 +481,19 @@ std::vector<ThreadStatistics> Callbacks::thread_statistics() const {
   return observation_at_rest().thread_statistics(records_, dispatcher_.workers());
 }
 
-// Runs on the watchdog's thread. Finds one miss at a time, because handlers run without the mutex.
-TimePoint Callbacks::report_misses(TimePoint now) noexcept {
-  for (;;) {
-    Observation::Miss miss;
-    {
-      const std::lock_guard lock(mutex_);
-      for (const auto& [id, record] : records_) {
-        if (Observation::find_miss(*record, now, miss)) break;
-      }
+// Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of
+// a node under `isolated` which removes the node did, and its mutex was locked afterwards.
+std::optional<TimePoint> Callbacks::report_miss(TimePoint now) noexcept {
+  Observation::Miss miss;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, record] : records_) {
+      if (Observation::find_miss(*record, now, miss)) break;
     }
-    if (miss.late == nullptr) return miss.next;
-    Observation::report(miss);
   }
+  if (miss.late == nullptr) return miss.next;
+  Observation::report(miss);
+  return {};
 }
 
 }  // namespace takt::detail

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -64,7 +65,7 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
   void group_added(Node& node, const std::shared_ptr<CallbackGroup>& group) override;
   void parameters_changed(Node& node) override;
-  TimePoint report_misses(TimePoint now) noexcept override;
+  std::optional<TimePoint> report_miss(TimePoint now) noexcept override;
 
   void refuse_when_frozen(const char* what) const;
   void add_group(const std::shared_ptr<CallbackGroup>& group, const Node& node);
