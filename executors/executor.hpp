@@ -27,7 +27,9 @@ namespace TAKT_PUBLIC takt {
 
 class Watchdog;
 
-/// What an executor records of every callback.
+/// What an executor records of every callback. Where it is not `full`, the executor does not read
+/// the clock after each callback, but about every 2 µs: if brief callbacks suddenly become long, a
+/// due timer may wait for up to 16 of them instead of one.
 enum class StatisticsLevel {
   off,    // nothing
   count,  // how often each ran

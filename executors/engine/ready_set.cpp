@@ -183,13 +183,15 @@ void ReadySet::drain_inbox() noexcept {
 // A reading of the clock takes as long as two thirds of a dispatch without work, so they are paced:
 // the number of dispatches between two looks follows the time that they took so far.
 void ReadySet::look_at_clock() noexcept {
-  constexpr std::int64_t kBetweenLooksNs = 2000, kMost = 64;
+  constexpr std::int64_t kBetweenLooksNs = 2000;
+  // A due timer waits for as many, if brief callbacks have suddenly become long.
+  constexpr std::int64_t kMostBetweenLooks = 16;
   const TimePoint before = now_;
   read_clock();
   if (dispatches_until_look_ == 0) {
     const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
     dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMost));
+        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMostBetweenLooks));
   }
   dispatches_until_look_ = dispatches_between_looks_;
 }

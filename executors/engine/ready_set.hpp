@@ -32,9 +32,8 @@ class ReadySet {
  public:
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
   /// ran. Otherwise only to look for due timers: when nothing else is ready, and about every two
-  /// microseconds; after every callback when they are long, after 64 when they are very short.
-  /// `keeps_history`: the scheduler must not be asked
-  /// in vain. `has_period`: nothing is served before open_at, and what arrives wakes nobody.
+  /// microseconds, see look_at_clock. `keeps_history`: the scheduler must not be asked in vain.
+  /// `has_period`: nothing is served before open_at, and what arrives wakes nobody.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, bool has_period,
            Watchdog* watchdog)
       : readiness_(readiness),
