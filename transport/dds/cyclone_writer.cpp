@@ -180,6 +180,9 @@ class CycloneWriter final : public CycloneEndpoint {
     return true;
   }
 
+  using Hearing = ServiceMatches::Hearing;
+  static constexpr auto kBetweenLooks = std::chrono::milliseconds(1);
+
   /// A response for a client that cannot hear it yet.
   struct Waiting {
     std::uint64_t client;
@@ -206,7 +209,8 @@ class CycloneWriter final : public CycloneEndpoint {
     std::uint64_t client = 0;
     std::memcpy(&client, message, sizeof client);
     const std::lock_guard lock(waiting_mutex_);  // before looking: send_waiting comes later
-    if (can_hear(client)) return false;
+    const Hearing hearing = hearing_of(client);
+    if (hearing == Hearing::hears) return false;
     if (waiting_.size() == endpoint_.qos.depth) {
       if (waiting_.front().data != nullptr) ddsi_serdata_unref(waiting_.front().data);
       waiting_.erase(waiting_.begin());
@@ -216,24 +220,24 @@ class CycloneWriter final : public CycloneEndpoint {
     waiting_.push_back(
         is_shared() ? Waiting{client, nullptr, {bytes, bytes + endpoint_.type->size}, published}
                     : Waiting{client, encode_at(message, published), {}, published});
-    look_again_soon();
+    if (hearing == Hearing::unknown) look_again_->set(kBetweenLooks);
     return true;
   }
-  bool can_hear(std::uint64_t client) noexcept {
-    if (services_->can_hear(client)) return true;
+  Hearing hearing_of(std::uint64_t client) noexcept {
+    const Hearing hearing = services_->hearing(client);
+    if (hearing != Hearing::unknown) return hearing;
     const std::uint64_t ends = services_->ends();  // before: each was asked before it was counted
-    if (!is_confirmed()) return false;
+    if (!is_confirmed()) return hearing;
     services_->confirm(ends);
-    return services_->can_hear(client);
-  }
-  void look_again_soon() noexcept {
-    constexpr auto kBetweenLooks = std::chrono::milliseconds(1);
-    if (!is_confirmed()) look_again_->set(kBetweenLooks);
+    return services_->hearing(client);
   }
   void send_waiting() noexcept {
     const std::lock_guard lock(waiting_mutex_);
-    std::erase_if(waiting_, [this](const Waiting& response) {
-      if (!can_hear(response.client)) return false;
+    bool is_unknown = false;
+    std::erase_if(waiting_, [&](const Waiting& response) {
+      const Hearing hearing = hearing_of(response.client);
+      is_unknown |= hearing == Hearing::unknown;
+      if (hearing != Hearing::hears) return false;
       if (response.data != nullptr) {
         count(dds_forwardcdr(handle_, response.data));
       } else {
@@ -241,7 +245,7 @@ class CycloneWriter final : public CycloneEndpoint {
       }
       return true;
     });
-    if (!waiting_.empty()) look_again_soon();
+    if (is_unknown) look_again_->set(kBetweenLooks);
   }
 
   // Cyclone and iceoryx allow eight at once; one is for messages that are copied.

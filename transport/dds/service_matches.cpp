@@ -66,14 +66,15 @@ std::uint64_t ServiceMatches::changed_callers() const {
   return changed_callers_;
 }
 
-bool ServiceMatches::can_hear(std::uint64_t client) const {
+ServiceMatches::Hearing ServiceMatches::hearing(std::uint64_t client) const {
   const std::lock_guard lock(mutex_);
   const auto caller = callers_.find(client);
-  if (caller == callers_.end()) return true;
+  if (caller == callers_.end()) return Hearing::hears;
   const std::string& id = ends_[requests].at(caller->second).id;
-  if (id.empty()) return true;
+  if (id.empty()) return Hearing::hears;
   const End* const reader = find(responses, id);
-  return reader != nullptr && reader->number <= confirmed_;
+  if (reader == nullptr) return Hearing::absent;
+  return reader->number <= confirmed_ ? Hearing::hears : Hearing::unknown;
 }
 
 std::uint64_t ServiceMatches::ends() const {

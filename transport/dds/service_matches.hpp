@@ -19,7 +19,7 @@ namespace TAKT_INTERNAL takt {
 /// The clients that a service has discovered, or the services that a client has, with the ids in
 /// their user data: one is there when its ends of both topics are. As rmw_cyclonedds counts them.
 /// Thread safety: from any thread.
-/// Real-time: can_hear and count take a lock with priority inheritance, and allocate nothing.
+/// Real-time: hearing and count take a lock with priority inheritance, and allocate nothing.
 class ServiceMatches {
  public:
   enum Topic { requests, responses };
@@ -38,8 +38,13 @@ class ServiceMatches {
   /// How many clients are known, and how often a writer has said that it is another one.
   std::size_t callers() const;
   std::uint64_t changed_callers() const;
-  /// Whether the client's reader of responses is matched, and confirmed; or the client has gone.
-  bool can_hear(std::uint64_t client) const;
+  /// What the client's reader of responses does.
+  enum class Hearing {
+    absent,   // it is not matched yet
+    unknown,  // it is, but was not confirmed
+    hears,    // it was, or the client has gone
+  };
+  Hearing hearing(std::uint64_t client) const;
   /// How many ends have come so far.
   std::uint64_t ends() const;
   /// The first so many ends that have come hear what is sent to them.

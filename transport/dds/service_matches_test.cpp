@@ -7,6 +7,8 @@
 namespace takt {
 namespace {
 
+using Hearing = ServiceMatches::Hearing;
+
 // Each number that a peer made up cost 64 bytes, as long as its writer was there.
 TEST(ServiceMatches, RemembersAsManyClientsAsThereAreWriters) {
   ServiceMatches matches;
@@ -19,13 +21,13 @@ TEST(ServiceMatches, RemembersAsManyClientsAsThereAreWriters) {
   EXPECT_EQ(matches.callers(), 2u);
   EXPECT_EQ(matches.changed_callers(), changes);
   EXPECT_GE(changes, 998u);
-  EXPECT_FALSE(matches.can_hear(20)) << "the other client's number was taken over";
-  EXPECT_FALSE(matches.can_hear(1000));
+  EXPECT_EQ(matches.hearing(20), Hearing::absent) << "the other client's number was taken over";
+  EXPECT_EQ(matches.hearing(1000), Hearing::absent);
   matches.add(ServiceMatches::responses, 3, "clientid=1;");
-  EXPECT_FALSE(matches.can_hear(1000)) << "its reader has confirmed nothing";
+  EXPECT_EQ(matches.hearing(1000), Hearing::unknown);
   matches.confirm(matches.ends());
-  EXPECT_TRUE(matches.can_hear(1000));
-  EXPECT_FALSE(matches.can_hear(20));
+  EXPECT_EQ(matches.hearing(1000), Hearing::hears);
+  EXPECT_EQ(matches.hearing(20), Hearing::absent);
   matches.remove(ServiceMatches::requests, 1);
   matches.remove(ServiceMatches::requests, 2);
   EXPECT_EQ(matches.callers(), 0u);
