@@ -91,8 +91,9 @@ TEST(ExecutorLibrary, TheThreadsOfTheFileAndTheStatisticsAreThoseOfABuiltInExecu
     for (const ProcessResult::Callback& callback : result.callbacks) {
       EXPECT_EQ(callback.executor, "a");
       EXPECT_GT(callback.statistics.received, 0u);
-      EXPECT_LE(callback.statistics.received,  // once a millisecond
-                static_cast<std::uint64_t>(result.threads[0].statistics.wall_time / 1ms) + 1);
+      // Once a millisecond, at the begin and, perhaps, while the timers are held.
+      EXPECT_LE(callback.statistics.received,
+                static_cast<std::uint64_t>(result.threads[0].statistics.wall_time / 1ms) + 2);
       EXPECT_EQ(callback.lost(), 0u);
       EXPECT_EQ(callback.statistics.latency.count(), callback.statistics.received);
       EXPECT_EQ(callback.statistics.execution.count(), callback.statistics.received);
