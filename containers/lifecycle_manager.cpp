@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/same_owner.hpp"
 #include "takt/messages/lifecycle_msgs/srv/change_state.hpp"
 
 namespace takt {
@@ -34,9 +35,7 @@ std::shared_ptr<void> HeartbeatSender::add(const std::shared_ptr<LifecycleNode>&
   nodes_.push_back(node);
   return {nullptr, [this, gone = std::weak_ptr<LifecycleNode>(node)](void*) {
             const std::lock_guard guard(mutex_);
-            std::erase_if(nodes_, [&](const auto& known) {
-              return !known.owner_before(gone) && !gone.owner_before(known);
-            });
+            std::erase_if(nodes_, [&](const auto& known) { return is_same_owner(known, gone); });
           }};
 }
 

@@ -3,19 +3,10 @@
 
 #include <algorithm>
 
+#include "takt/base/same_owner.hpp"
 #include "takt/executors/engine/spin_always.hpp"
 
 namespace takt {
-namespace {
-
-// Without a pointer that might be the last one for a moment, and destroy what another thread lets
-// go.
-template <class A, class B>
-bool is_same(const A& a, const B& b) noexcept {
-  return !a.owner_before(b) && !b.owner_before(a);
-}
-
-}  // namespace
 
 IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const ExecutorTraits& traits)
     : options_(options),
@@ -39,7 +30,7 @@ std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find(
 std::shared_ptr<IsolatedExecutor::Child> IsolatedExecutor::find_child(
     const std::shared_ptr<Node>& node, const std::shared_ptr<CallbackGroup>& group) const {
   const auto child = std::find_if(children_.begin(), children_.end(), [&](const auto& candidate) {
-    return is_same(candidate->node, node) && is_same(candidate->group, group);
+    return is_same_owner(candidate->node, node) && is_same_owner(candidate->group, group);
   });
   return child == children_.end() ? nullptr : *child;
 }
@@ -186,10 +177,10 @@ void IsolatedExecutor::remove_node(const std::shared_ptr<Node>& node) {
   node->remove_listener(*this);
   {
     const std::lock_guard lock(mutex_);
-    std::erase_if(nodes_, [&](const auto& known) { return is_same(known, node); });
+    std::erase_if(nodes_, [&](const auto& known) { return is_same_owner(known, node); });
   }
   for (const auto& child : children()) {
-    if (!is_same(child->node, node)) continue;
+    if (!is_same_owner(child->node, node)) continue;
     const auto group = child->group.lock();
     if (group != nullptr) child->executor.release_groups({group}, *node);
     remove_unless_used(child);

@@ -10,6 +10,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/same_owner.hpp"
 
 namespace takt::detail {
 
@@ -106,7 +107,7 @@ void Callbacks::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
 void Callbacks::listen_to(const std::shared_ptr<Node>& node) {
   node->add_listener(*this);
   const std::lock_guard lock(mutex_);
-  if (!nodes_.empty() && !nodes_.back().owner_before(node) && !node.owner_before(nodes_.back())) {
+  if (!nodes_.empty() && is_same_owner(nodes_.back(), node)) {
     return;  // another group of the same node
   }
   if (nodes_.size() == nodes_.capacity()) {  // rarely, so that n nodes cost O(n)
@@ -259,7 +260,7 @@ void Callbacks::forget(Node& node) noexcept {
   node.remove_listener(*this);
   const std::lock_guard lock(mutex_);
   std::erase_if(nodes_, [gone = node.weak_from_this()](const auto& known) {
-    return !known.owner_before(gone) && !gone.owner_before(known);
+    return is_same_owner(known, gone);
   });
 }
 

@@ -180,7 +180,7 @@ void ReadySet::drain_inbox() noexcept {
   if (changed != nullptr) rearm(changed);
 }
 
-// A reading of the clock takes as long as two thirds of a dispatch without work, so they are paced:
+// A reading of the clock takes nearly half as long as a callback without work, so they are paced:
 // the number of dispatches between two looks follows the time that they took so far.
 void ReadySet::look_at_clock() noexcept {
   constexpr std::int64_t kBetweenLooksNs = 2000;

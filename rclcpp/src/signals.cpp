@@ -13,6 +13,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "takt/base/same_owner.hpp"
+
 #include "rclcpp/utilities.hpp"
 
 // A signal shuts down in these steps:
@@ -101,9 +103,8 @@ void shut_down_on_signal(Context& context) {
 void forget_on_signal(Context& context) {
   Handled& all = handled();
   const std::lock_guard lock(all.mutex);
-  std::erase_if(all.contexts, [&](const auto& known) {
-    return known.expired() || !(known.owner_before(context.weak_from_this()) ||
-                                context.weak_from_this().owner_before(known));
+  std::erase_if(all.contexts, [gone = context.weak_from_this()](const auto& known) {
+    return known.expired() || takt::is_same_owner(known, gone);
   });
 }
 

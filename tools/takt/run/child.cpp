@@ -141,7 +141,8 @@ class Child {
 
   Channel& parent_;
   EndGuard& guard_;
-  const int ended_ = eventfd(0, EFD_CLOEXEC);  // an executor failed, or a component has had enough
+  const int ended_ =
+      eventfd(0, EFD_CLOEXEC);  // an executor failed, or a component ends the container
   Container container_;
   const bool serves_itself_;
   TimePoint check_ = kNever;

@@ -8,6 +8,7 @@ their defaults, as --help does.
 
 SPDX-License-Identifier: Apache-2.0
 """
+import functools
 import json
 import os
 import pathlib
@@ -127,16 +128,15 @@ def check_tables(page):
                 check(f"{page.name}: a timer has neither {', '.join(kept)}: {line[:60]}", set(kept.values()) <= {"-", "…"}, kept)
 
 
-helps = {}
+@functools.cache
+def ask_help(*words):
+    return run_any(*words, "--help")
 
 
 def help_of(words):
     """Of the command, or of its subcommand, that these words call."""
     for count in (2, 1):
-        key = tuple(word for word in words[:count] if word.isidentifier())
-        if key not in helps:
-            helps[key] = run_any(*key, "--help")
-        status, text = helps[key]
+        status, text = ask_help(*(word for word in words[:count] if word.isidentifier()))
         if status == 0:
             return text
     return ""
@@ -155,7 +155,7 @@ def check_commands(page):
 
 def options_of(words):
     """{a name of each option of the command: (all its names, its line of --help)}, those of its subcommands, too."""
-    text = run_any(*words, "--help")[1]
+    text = ask_help(*words)[1]
     known = {}
     part = re.search(r"^options:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL | re.MULTILINE | re.IGNORECASE)
     for line in re.split(r"\n(?=  -)", part[1]) if part else []:
