@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -125,6 +126,55 @@ wire::FieldType field_type(std::string_view text, const std::string& nested) {
   return type.set__type_id(id).set__nested_type_name(nested);
 }
 
+[[noreturn]] void refuse(const std::string& type, std::string_view why) {
+  throw Error(fmt::format("the definition of {} {}", type, why), "change its file");
+}
+
+template <class Integer>
+bool fits(std::string_view text) {
+  Integer value{};
+  text.remove_prefix(text.starts_with('+') ? 1 : 0);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Whether a number of this type can have the value; of other types always.
+bool is_value(std::string_view type, std::string_view text) {
+  static const std::map<std::string_view, bool (*)(std::string_view)> kFit{
+      {"byte", fits<std::uint8_t>},  {"char", fits<std::uint8_t>},
+      {"int8", fits<std::int8_t>},   {"uint8", fits<std::uint8_t>},
+      {"int16", fits<std::int16_t>}, {"uint16", fits<std::uint16_t>},
+      {"int32", fits<std::int32_t>}, {"uint32", fits<std::uint32_t>},
+      {"int64", fits<std::int64_t>}, {"uint64", fits<std::uint64_t>},
+      {"float32", fits<float>},      {"float64", fits<double>}};
+  const auto known = kFit.find(type);
+  return known == kFit.end() || known->second(text);
+}
+
+/// The names of one message, and what its constants and defaults say.
+class Names {
+ public:
+  void add(const DefinitionLine& line, const std::string& type) {
+    constexpr std::string_view kLetters =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789";
+    if (line.name.find_first_not_of(kLetters) != std::string::npos ||
+        kLetters.find(line.name[0]) >= kLetters.find('_')) {
+      refuse(type,
+             fmt::format("has the name '{}', which is not of letters, digits and '_'", line.name));
+    }
+    if (!names_.insert(line.name).second) refuse(type, fmt::format("has '{}' twice", line.name));
+    const bool has_value = line.is_constant || !line.value.empty();
+    if (has_value && !is_value(line.field_type, line.value)) {
+      refuse(type, fmt::format("gives '{}' the value '{}', which is not one of {}", line.name,
+                               line.value, line.field_type));
+    }
+  }
+  void clear() { names_.clear(); }
+
+ private:
+  std::set<std::string> names_;
+};
+
 /// Computes how large interfaces are, each once.
 class Sizes {
  public:
@@ -145,10 +195,13 @@ class Sizes {
     if (lines && static_cast<std::size_t>(separators) + 1 != parts_of(type).size()) {
       refuse(type, "has too few or too many lines of '---'");
     }
+    Names names;
     for (const std::string& text : lines.value_or(std::vector<std::string>())) {
       ++size.lines;
+      if (text == kSeparator) names.clear();
       if (text.empty() || text == kSeparator) continue;
       const DefinitionLine line(text, type);
+      names.add(line, type);
       if (line.is_constant) continue;
       const Size nested = line.nested.empty() ? Size{1, 1} : of(line.nested, depth + 1);
       const wire::FieldType field = checked_type(line, type);
@@ -171,10 +224,6 @@ class Sizes {
       throw Error(error.what(), "", type);
     }
   }
-  [[noreturn]] static void refuse(const std::string& type, const char* why) {
-    throw Error(fmt::format("the definition of {} {}", type, why), "change its file");
-  }
-
   std::map<std::string, std::optional<Size>> sizes_;  // nullopt: under way
 };
 

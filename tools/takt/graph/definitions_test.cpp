@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <string>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -87,6 +89,23 @@ TEST_F(DefinitionFiles, WithWrongSizesAreRefused) {
   for (const char* name : {"Bound", "Zero", "Negative"}) {
     EXPECT_THAT(error_of(name), HasSubstr(fmt::format("fz/msg/{}: a definition has", name)));
   }
+}
+
+TEST_F(DefinitionFiles, WithWrongNamesOrValuesAreRefused) {
+  const std::map<std::string, std::string> wrong{
+      {"int32 x\nint32 x\n", "has 'x' twice"},
+      {"int32 X=1\nint32 x\nint8 X=2\n", "has 'X' twice"},
+      {"int32 a\033[31m\n", "not of letters"},
+      {"int8 X=99999\n", "gives 'X' the value '99999', which is not one of int8"},
+      {"uint16 x -1\n", "gives 'x' the value '-1', which is not one of uint16"},
+      {"float64 X=one\n", "which is not one of float64"},
+      {"int32 X=\n", "gives 'X' the value ''"}};
+  for (const auto& [text, why] : wrong) {
+    add("Wrong", text);
+    EXPECT_THAT(error_of("Wrong"), HasSubstr(why));
+  }
+  add("Right", "int8 X=-128\nuint8 Y=+255\nfloat32 z 1e3\nstring s 'x'\nint32[] list [1, 2]\n");
+  EXPECT_EQ(error_of("Right"), "none");
 }
 
 // With more parts than its kind has, `takt interface show --json` wrote behind a list.

@@ -13,8 +13,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
-
-#include "json_text.hpp"
+#include "takt/measuring/json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -304,7 +303,7 @@ class Writer {
 std::string yaml_number(double value) {
   if (std::isnan(value)) return ".nan";
   if (std::isinf(value)) return value < 0 ? "-.inf" : ".inf";
-  std::string text = json_text(ordered_json(value));
+  std::string text = rt::json_text(ordered_json(value));
   const std::size_t exponent = text.find('e');
   if (text.find('.') == std::string::npos && exponent != std::string::npos) {
     text.insert(exponent, ".0");
@@ -351,7 +350,7 @@ void write_yaml(const ordered_json& value, std::size_t indent, std::string& text
   } else if (value.is_number_float()) {
     text += yaml_number(value.get<double>());
   } else {
-    text += json_text(value);
+    text += rt::json_text(value);
   }
 }
 
