@@ -114,6 +114,24 @@ std::string contents_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+/// RouDi without them ends with an assertion of its own.
+void check_mounts() {
+  if (access("/dev/shm", W_OK) != 0) {
+    throw Error("shared memory cannot be used: " + errno_message(errno),
+                "mount a tmpfs there that this user can write to", "/dev/shm");
+  }
+  if (access("/proc/self", F_OK) != 0) {
+    throw Error("shared memory cannot be used: nothing is mounted there",
+                "mount -t proc proc /proc", "/proc");
+  }
+}
+
+/// The last line that is not empty.
+std::string last_line(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
 /// RouDi, as a child of the keeper.
 class Server {
  public:
@@ -140,6 +158,7 @@ Server::Server(std::vector<ChunkPool> pools) {
     configuration += fmt::format("[[segment.mempool]]\nsize = {}\ncount = {}\n",
                                  chunk_bytes(pool.message_bytes), pool.chunks);
   }
+  check_mounts();
   remove_files();  // of a RouDi that was killed
   std::error_code failed;
   const fs::space_info space = fs::space("/dev/shm", failed);
@@ -187,7 +206,7 @@ void Server::wait_until_it_serves() {
     siginfo_t end{};
     waitid(P_PID, static_cast<id_t>(pid_), &end, WEXITED | WNOHANG | WNOWAIT);
     if (end.si_pid == pid_ || std::chrono::steady_clock::now() > limit) {
-      throw Error(fmt::format("RouDi does not start: {}", words),
+      throw Error(fmt::format("RouDi does not start: {}", last_line(words)),
                   "is there memory enough, and another RouDi?");
     }
     std::this_thread::sleep_for(5ms);
