@@ -157,7 +157,10 @@ struct CountedCallback : CallbackCounts {
 };
 
 /// The recorded statistics of one callback.
-struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {};
+struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {
+  /// Another time of the same callback.
+  CallbackStatistics& operator+=(const CallbackStatistics& more);
+};
 
 /// One execution, for a reader that does not know the executor's callbacks.
 struct NamedTraceEvent : TraceEvent {
@@ -179,6 +182,8 @@ struct ThreadStatistics {
   std::vector<NamedTraceEvent> trace;
   std::size_t trace_overwritten = 0;
 
+  /// Another time of the same thread.
+  ThreadStatistics& operator+=(const ThreadStatistics& more);
   /// Of one CPU.
   double cpu_percent() const noexcept { return percent(cpu_time); }
   double spin_percent() const noexcept { return percent(spin_time); }

@@ -1,11 +1,11 @@
 // JSON as text.
 // SPDX-License-Identifier: Apache-2.0
-#ifndef TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
-#define TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
+#ifndef TAKT_MEASURING_JSON_TEXT_HPP_
+#define TAKT_MEASURING_JSON_TEXT_HPP_
 
 #include <string>
 
-namespace takt::tools {
+namespace takt::rt {
 
 /// In one line, or indented. `dump()` alone throws if a text of another process is no UTF-8; here
 /// such bytes become U+FFFD.
@@ -14,6 +14,6 @@ std::string json_text(const Json& value, int indent = -1) {
   return value.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace takt::tools
+}  // namespace takt::rt
 
-#endif  // TAKT_TOOLS_TAKT_JSON_TEXT_HPP_
+#endif  // TAKT_MEASURING_JSON_TEXT_HPP_

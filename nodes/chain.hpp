@@ -33,6 +33,15 @@ struct ChainStatistics {
   std::uint64_t misses = 0;     // completed after the deadline
   std::uint64_t aborted = 0;    // not completed, see OverrunPolicy::abort
   Histogram latency;            // release of the first callback → end of the last
+
+  /// Another time of the same chain.
+  ChainStatistics& operator+=(const ChainStatistics& more) {
+    instances += more.instances;
+    misses += more.misses;
+    aborted += more.aborted;
+    latency.merge(more.latency);
+    return *this;
+  }
 };
 
 /// A path of callbacks, each of which publishes what the next one receives. Its instances differ

@@ -18,33 +18,6 @@ bool is_same(const ThreadStatistics& a, const ThreadStatistics& b) {
   return a.asked.name == b.asked.name;
 }
 
-void add_to(CallbackStatistics& sum, const CallbackStatistics& more) {
-  sum.received += more.received;
-  sum.expected += more.expected;
-  sum.from_outside += more.from_outside;
-  sum.dropped += more.dropped;
-  sum.with_period += more.with_period;
-  sum.late += more.late;
-  sum.too_late += more.too_late;
-  sum.deadline_misses += more.deadline_misses;
-  sum.overruns += more.overruns;
-  sum.skipped += more.skipped;
-  sum.latency.merge(more.latency);
-  sum.waiting.merge(more.waiting);
-  sum.take.merge(more.take);
-  sum.execution.merge(more.execution);
-}
-
-void add_to(ThreadStatistics& sum, const ThreadStatistics& more) {
-  sum.counters += more.counters;
-  sum.cpu_time += more.cpu_time;
-  sum.wall_time += more.wall_time;
-  sum.missed_periods += more.missed_periods;
-  sum.dropped_outputs += more.dropped_outputs;
-  sum.trace_overwritten += more.trace_overwritten;
-  sum.trace.insert(sum.trace.end(), more.trace.begin(), more.trace.end());
-}
-
 /// Drops the first events of a trace.
 void shorten_trace(ThreadStatistics& row, std::size_t most) {
   const std::size_t surplus = row.trace.size() - std::min(row.trace.size(), most);
@@ -98,13 +71,13 @@ CallbackStatistics PastStatistics::Row::statistics() const {
 
 void PastStatistics::add(CallbackStatistics gone) {
   if (const auto row = find(rows_, gone); row != rows_.end()) {
-    add_to(gone, row->statistics());
+    gone += row->statistics();
     rows_.erase(row);
   }
   rows_.emplace_back(gone);
   if (rows_.size() <= kMost) return;
   if (!others_) others_.emplace().callback = kOthers;
-  add_to(*others_, rows_.front().statistics());
+  *others_ += rows_.front().statistics();
   rows_.erase(rows_.begin());
 }
 
@@ -113,7 +86,7 @@ std::vector<CallbackStatistics> PastStatistics::with(
   std::vector<CallbackStatistics> gone;
   for (const Row& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      add_to(*again, row.statistics());
+      *again += row.statistics();
     } else {
       gone.push_back(row.statistics());
     }
@@ -127,7 +100,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
   ThreadStatistics sum = gone;
   if (const auto row = find(rows_, gone); row != rows_.end()) {
     sum = std::move(*row);
-    add_to(sum, gone);
+    sum += gone;
     rows_.erase(row);
   }
   shorten_trace(sum, trace_events_);
@@ -137,7 +110,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
     others_.emplace();
     others_->asked.name = others_->in_force.name = kOthers;
   }
-  add_to(*others_, rows_.front());
+  *others_ += rows_.front();
   shorten_trace(*others_, 0);
   rows_.erase(rows_.begin());
 }
@@ -145,7 +118,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
 std::vector<ThreadStatistics> PastThreads::with(std::vector<ThreadStatistics> present) const {
   for (const ThreadStatistics& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      add_to(*again, row);
+      *again += row;
     } else {
       present.push_back(row);
     }

@@ -2,6 +2,7 @@
 #include "program.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -13,6 +14,8 @@
 #include "takt/base/printable.hpp"
 #include "takt/sched/scheduler.hpp"
 
+#include "description.hpp"
+
 namespace rclcpp::detail {
 namespace {
 
@@ -20,12 +23,31 @@ void print(const char* kind, const std::string& text) {
   std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text).c_str());
 }
 
-/// Empty: it is not set. What somebody exported long ago would surprise.
-std::string variable(const char* name) {
+/// Empty: it is not set.
+std::string quiet_variable(const char* name) {
   const char* const value = std::getenv(name);
-  if (value == nullptr || *value == 0) return {};
-  print("note", std::string(name) + "=" + value + " is in force");
+  return value != nullptr ? value : "";
+}
+/// What somebody exported long ago would surprise.
+std::string variable(const char* name) {
+  std::string value = quiet_variable(name);
+  if (!value.empty()) print("note", std::string(name) + "=" + value + " is in force");
   return value;
+}
+
+/// How many executions the results keep of each thread.
+std::size_t trace_events() {
+  const std::string text = quiet_variable("TAKT_TRACE");
+  if (text.empty()) return 0;
+  // Limit: executions that a program records of each thread. At it: the program ends. Seen: the
+  // error.
+  constexpr std::size_t kMostEvents = 10'000'000;
+  std::size_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, number);
+  if (error == std::errc() && rest == end && number <= kMostEvents) return number;
+  throw takt::Error("no number of executions from 0 to 10000000", "",
+                    "TAKT_TRACE=" + takt::printable(text));
 }
 
 template <class Registry>
@@ -45,7 +67,9 @@ Program& Program::instance() {
   return *program;
 }
 
-Program::Program() : executor_(variable("TAKT_EXECUTOR")), scheduler_(variable("TAKT_SCHEDULER")) {
+Program::Program() {
+  variables_.executor = variable("TAKT_EXECUTOR");
+  variables_.scheduler = variable("TAKT_SCHEDULER");
   if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
     file_ = takt::read_system(path);
     if (!file_->components.empty() && !file_->components.front().type.empty()) {
@@ -62,29 +86,42 @@ Program::Program() : executor_(variable("TAKT_EXECUTOR")), scheduler_(variable("
     }
     template_.emplace(path);
   }
+  variables_.nodes = quiet_variable("TAKT_NODES");
+  if (!variables_.nodes.empty() && !file_) {
+    throw takt::Error("there is no file whose nodes could be described", "set TAKT_CONFIG",
+                      "TAKT_NODES=" + variables_.nodes);
+  }
+  if (const std::string path = quiet_variable("TAKT_RESULTS"); !path.empty()) {
+    results_.emplace(path);
+    variables_.trace_events = trace_events();
+  }
   // The file may have loaded them.
-  check(takt::executors(), executor_, "TAKT_EXECUTOR");
-  check(takt::schedulers(), scheduler_, "TAKT_SCHEDULER");
-  if (file_ || template_) std::atexit([] { instance().at_exit(); });  // nothing throws any more
+  check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
+  check(takt::schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
+  if (file_ || template_ || results_)
+    std::atexit([] { instance().at_exit(); });  // nothing throws any more
 }
 
 std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
                                                        takt::ExecutorOptions options) {
-  const std::string& chosen = executor_.empty() ? type : executor_;
-  if (!scheduler_.empty()) options.scheduler = scheduler_;
+  const std::string& chosen = variables_.executor.empty() ? type : variables_.executor;
+  if (!variables_.scheduler.empty()) options.scheduler = variables_.scheduler;
   const takt::ExecutorTraits traits = takt::executors().traits(chosen);
   if (options.threads.size() > traits.max_threads) options.threads.resize(traits.max_threads);
+  options.trace_events = variables_.trace_events;
   auto executor = takt::executors().make(chosen, options);
   const std::lock_guard lock(mutex_);
   if (template_) {
     const bool has_one = options.threads.empty() && traits.max_threads == 1 && !traits.isolates;
     template_->made(*executor, chosen, has_one ? 1 : options.threads.size());
   }
+  if (results_) results_->made(*executor, chosen, options.scheduler);
   return executor;
 }
 void Program::ends(const takt::Executor& executor) {
   const std::lock_guard lock(mutex_);
   if (template_) template_->ends(executor);
+  if (results_) results_->ends(executor);
 }
 
 // ---- Nodes ----
@@ -106,7 +143,8 @@ bool Program::serves(const takt::Node& node, const takt::CallbackGroup* group) c
 }
 
 bool Program::removes(const takt::Node& node, const takt::CallbackGroup* group) const {
-  const bool is_static = !executor_.empty() && takt::executors().traits(executor_).frozen;
+  const bool is_static =
+      !variables_.executor.empty() && takt::executors().traits(variables_.executor).frozen;
   return !is_static && !serves(node, group);
 }
 
@@ -169,6 +207,30 @@ void Program::check_nodes() const {
   if (!errors.empty()) throw takt::ConfigurationError(errors);
 }
 
+bool Program::has_all_nodes() const {
+  return std::all_of(file_->components.begin(), file_->components.end(), [&](const auto& wanted) {
+    return std::any_of(added_.begin(), added_.end(), [&](const auto& weak) {
+      const auto node = weak.lock();
+      return node != nullptr && node->fully_qualified_name() == takt::full_name(wanted);
+    });
+  });
+}
+
+// Does not return: nobody waits for what its callbacks would do.
+void Program::describe_nodes() const {
+  check_nodes();
+  std::vector<std::shared_ptr<takt::Node>> nodes;
+  std::set<std::string> others = names_;
+  for (const auto& weak : added_) {
+    const auto node = weak.lock();
+    if (node == nullptr) continue;
+    others.erase(node->fully_qualified_name());
+    nodes.push_back(node);
+  }
+  write_description(nodes, {others.begin(), others.end()}, variables_.nodes);
+  std::_Exit(0);
+}
+
 // ---- Spinning ----
 
 // With the mutex held; not if there is nothing to serve, or while another one ends.
@@ -177,8 +239,9 @@ void Program::start() {
       std::any_of(added_.begin(), added_.end(), [](const auto& node) { return !node.expired(); });
   if (container_ != nullptr || is_ending_ || !has_any) return;
   takt::ContainerOverrides overrides;
-  overrides.executor = executor_;
-  overrides.scheduler = scheduler_;
+  overrides.executor = variables_.executor;
+  overrides.scheduler = variables_.scheduler;
+  overrides.trace_events = variables_.trace_events;
   overrides.find_node = [this](const takt::ComponentDescription& wanted) {
     for (const auto& weak : added_) {
       const auto node = weak.lock();
@@ -212,12 +275,13 @@ void Program::stop() {
   } catch (...) {
     failure = std::current_exception();
   }
-  for (const std::string& text : ended->result().notes) {
-    const std::lock_guard lock(mutex_);
-    if (notes_.insert(text).second) print("note", text);
-  }
+  const takt::ProcessResult result = ended->result();
   ended.reset();
   const std::lock_guard lock(mutex_);
+  for (const std::string& text : result.notes) {
+    if (notes_.insert(text).second) print("note", text);
+  }
+  if (results_) results_->add(result);
   is_ending_ = false;
   ended_.notify_all();
   if (failure != nullptr) std::rethrow_exception(failure);
@@ -242,9 +306,11 @@ void Program::cancel() noexcept {
 void Program::begin_spin(Executor& executor, const Context& context, bool is_long) {
   std::unique_lock lock(mutex_);
   if (template_) template_->spins();
+  if (results_) results_->spins();
   if (!file_) return;
   const bool is_main = getpid() == gettid();
-  if (is_long && is_main) check_nodes();
+  if (is_main && !variables_.nodes.empty() && (is_long || has_all_nodes())) describe_nodes();
+  if (is_main && is_long) check_nodes();
   if (is_over_ && (is_long || is_main)) {  // not a callback of the container
     lock.unlock();
     stop();
@@ -256,9 +322,10 @@ void Program::begin_spin(Executor& executor, const Context& context, bool is_lon
 
 // One of others that goes on is enough for the container, but not after a shutdown.
 void Program::end_spin(const Executor& executor, const Context& context) {
-  if (!file_) return;
   {
     const std::lock_guard lock(mutex_);
+    if (results_) results_->has_spun();
+    if (!file_) return;
     std::erase_if(spinning_, [&](const auto& known) { return known.first == &executor; });
     if (!spinning_.empty() && !is_over_ && context.is_valid()) return;
   }
@@ -290,6 +357,13 @@ void Program::at_exit() noexcept {
   const std::lock_guard lock(mutex_);
   if (file_) report([this] { check_nodes(); });
   if (template_) report([this] { template_->write(); });
+  if (!results_) return;
+  try {
+    if (container_ != nullptr) results_->add(container_->result());
+  } catch (const takt::Error& error) {  // it spins: a callback has called exit
+    results_->note(error.what());
+  }
+  report([this] { results_->write(variables_.executor, variables_.scheduler); });
 }
 
 }  // namespace rclcpp::detail

@@ -16,6 +16,7 @@
 #include "takt/containers/container.hpp"
 
 #include "rclcpp/executor.hpp"
+#include "results.hpp"
 #include "template.hpp"
 
 namespace rclcpp::detail {
@@ -29,7 +30,10 @@ namespace rclcpp::detail {
 ///    Another spin then makes another one.
 /// 3. A group or callback that nobody has is an error of 1, a node one of the main thread's first
 ///    `spin()`; where that never comes, of the exit.
-/// `TAKT_CONFIG_TEMPLATE` names such a file, which is written at exit: see Template.
+/// `TAKT_CONFIG_TEMPLATE` names such a file, which is written at exit: see Template. `TAKT_RESULTS`
+/// names one for what was measured, see Results; with `TAKT_TRACE` it has so many of the last
+/// executions of each thread. `TAKT_NODES` names one for the nodes of TAKT_CONFIG: the program ends
+/// when it is written, before the first callback.
 /// Thread safety: every method from any thread. Real-time: set-up only.
 class Program {
  public:
@@ -67,13 +71,19 @@ class Program {
   Program();
   const takt::ComponentDescription* find(const std::string& name) const;
   void check_nodes() const;
+  bool has_all_nodes() const;
+  [[noreturn]] void describe_nodes() const;
   void start();
   void stop();
   void on_failure();
   void join();
   void at_exit() noexcept;
 
-  std::string executor_, scheduler_;
+  struct Variables {
+    std::string executor, scheduler, nodes;
+    std::size_t trace_events = 0;
+  };
+  Variables variables_;
   std::optional<takt::SystemDescription> file_;
   std::atomic<bool> is_serving_{false};
 
@@ -86,6 +96,7 @@ class Program {
   std::condition_variable ended_;
   bool is_over_ = false;  // it ends, as a callback has thrown or a context was shut down
   std::optional<Template> template_;
+  std::optional<Results> results_;
   std::set<std::string> notes_;  // that have been printed
 };
 

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <filesystem>
 #include <set>
-#include <string_view>
 #include <utility>
 
 #include <fcntl.h>
@@ -17,19 +16,10 @@
 #include "takt/base/error.hpp"
 #include "takt/containers/planning/plan.hpp"
 
+#include "results.hpp"
+
 namespace rclcpp::detail {
 namespace {
-
-/// Every node has them.
-bool is_own_service(const takt::Node& node, const takt::Entity& entity) {
-  constexpr std::string_view kNames[] = {"describe_parameters", "get_parameter_types",
-                                         "get_parameters",      "list_parameters",
-                                         "set_parameters",      "set_parameters_atomically"};
-  return entity.kind() == takt::EntityKind::service &&
-         std::any_of(std::begin(kNames), std::end(kNames), [&](std::string_view name) {
-           return entity.name() == fmt::format("{}/{}", node.fully_qualified_name(), name);
-         });
-}
 
 [[noreturn]] void exists(const std::string& path) {
   throw takt::Error("the file exists, and is not overwritten",
@@ -106,7 +96,8 @@ void Template::see(const Added& added) {
   }
   for (const auto& entity : node->entities()) {
     const auto is_namesake = [&](const Callback& other) { return other.name == entity->name(); };
-    if (!fresh.contains(entity->group()->name()) || is_own_service(*node, *entity) ||
+    if (!fresh.contains(entity->group()->name()) ||
+        is_parameter_service(node->fully_qualified_name(), entity->kind(), entity->name()) ||
         std::any_of(seen.callbacks.begin(), seen.callbacks.end(), is_namesake)) {
       continue;
     }

@@ -153,7 +153,7 @@ def test_rules():
             {"tools/takt/a.cpp": SPDX + 'auto a = fmt::print("{}", name);\nauto b = document.dump();\n',
              "tools/takt/b.cpp": SPDX + 'auto a = fmt::print(file, "{}", 1);\n'},
             "tools/takt/a.cpp:2: use rt::print(), which escapes what other processes say",
-            "tools/takt/a.cpp:3: use json_text(), which takes every text")
+            "tools/takt/a.cpp:3: use rt::json_text(), which takes every text")
     refused("readers of their own",
             {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
             "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")

@@ -81,7 +81,7 @@ MUTATIONS = {
                                    "statistics.skipped = report.missed;", "statistics.skipped = 0;", STATISTICS),
     "a timer that never ran": (OBSERVATION,
                                "return due > held ? 0", "return due < held ? 0", STATISTICS),
-    "served releases are all": ("tools/takt/run/result_json.cpp", "releases.due += served + callback",
+    "served releases are all": ("measuring/process_json.cpp", "releases.due += served + callback",
                                 "releases.due += served + 0 * callback", RESULTS),
     "RSS shown as PSS": ("containers/process_usage.cpp", 'word == "Pss:"', 'word == "Rss:"', USAGE),
     "CPU of executors' threads halved": ("containers/container_result.cpp",
@@ -98,11 +98,11 @@ MUTATIONS = {
                                      MODEL),
     "the p99.9 of a shown model": ("tools/takt/model/model_output.cpp", "rt::us(chain.p999)", "rt::us(chain.p99)",
                                    MODEL),
-    "the p99.9 of a run": ("tools/takt/run/result_json.cpp", "histogram.percentile(0.999)",
+    "the p99.9 of a run": ("measuring/process_json.cpp", "histogram.percentile(0.999)",
                            "histogram.percentile(0.99)", RESULTS),
-    "the maximum of a run": ("tools/takt/run/result_json.cpp", "us(histogram.max())",
+    "the maximum of a run": ("measuring/process_json.cpp", "us(histogram.max())",
                              "us(histogram.percentile(0.999))", RESULTS),
-    "the execution of a run": ("tools/takt/run/result_json.cpp", "histogram_json(statistics.execution, true)",
+    "the execution of a run": ("measuring/process_json.cpp", "histogram_json(statistics.execution, true)",
                                "histogram_json(statistics.take, true)", RESULTS),
 }
 MUTATIONS |= {

@@ -3,6 +3,9 @@
 #ifndef TAKT_TOOLS_TAKT_COMMANDS_HPP_
 #define TAKT_TOOLS_TAKT_COMMANDS_HPP_
 
+#include <string>
+#include <vector>
+
 #include <CLI/CLI.hpp>
 
 namespace takt::tools {
@@ -15,8 +18,15 @@ inline constexpr const char* kNoStdException =
 /// an example, and the callback.
 class Command {
  public:
-  Command(const char* name, const char* what, void (*set_up)(CLI::App*));
+  enum class Takes { words, program };
+  Command(const char* name, const char* what, void (*set_up)(CLI::App*),
+          Takes takes = Takes::words);
 };
+
+/// A program and its arguments: what follows `--` after a command that takes it.
+const std::vector<std::string>& program_words();
+/// What is measured, as it was written: "robot.yaml", "-- ./program", "robot.yaml -- ./program".
+std::string with_program(const std::string& file);
 
 /// Adds all registered subcommands, sorted by name.
 void add_commands(CLI::App& app);

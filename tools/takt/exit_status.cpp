@@ -2,6 +2,7 @@
 #include "exit_status.hpp"
 
 #include <csignal>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -42,6 +43,14 @@ void begin_work() noexcept {
 
 int status_of_error() noexcept {
   return works ? kFailed : kBadUsage;
+}
+
+std::string message_of(const std::exception& error) {
+  const auto* const of_system = dynamic_cast<const std::system_error*>(&error);
+  const bool is_thread =
+      of_system != nullptr && of_system->code() == std::errc::resource_unavailable_try_again;
+  return std::string(error.what()) +
+         (is_thread ? ": no thread could be started; raise the limit (ulimit -u, -v)" : "");
 }
 
 Interrupted::Interrupted(int signal_number, const std::string& when)

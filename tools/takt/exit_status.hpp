@@ -33,6 +33,9 @@ void begin_work() noexcept;
 /// For an Error that is about neither the words nor a line of a file.
 int status_of_error() noexcept;
 
+/// Its text, with what to do where that says it only in the kernel's words.
+std::string message_of(const std::exception& error);
+
 /// A signal has ended something before it was complete. main() returns 128 and the signal.
 class Interrupted : public std::runtime_error {
  public:

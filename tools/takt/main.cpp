@@ -1,13 +1,15 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <new>
 #include <string>
-#include <system_error>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/resource.h>
 
 #include "takt/base/error.hpp"
@@ -25,11 +27,14 @@ namespace {
 struct Entry {
   const char* what;
   void (*set_up)(CLI::App*);
+  Command::Takes takes;
 };
 std::map<std::string, Entry>& commands() {
   static std::map<std::string, Entry> entries;
   return entries;
 }
+
+std::vector<std::string> program;
 
 /// Options that earlier versions had. They are not shown.
 void refuse_removed(CLI::App* command) {
@@ -50,8 +55,27 @@ void refuse_removed(CLI::App* command) {
 
 }  // namespace
 
-Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*)) {
-  commands()[name] = {what, set_up};
+Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*), Takes takes) {
+  commands()[name] = {what, set_up, takes};
+}
+
+const std::vector<std::string>& program_words() {
+  return program;
+}
+
+std::string with_program(const std::string& file) {
+  if (program.empty()) return file;
+  return fmt::format("{}{}-- {}", file, file.empty() ? "" : " ", fmt::join(program, " "));
+}
+
+/// The number of words in front of the program; the rest is kept.
+int split_program(int argc, char** argv) {
+  const auto command = commands().find(argc > 1 ? argv[1] : "");
+  if (command == commands().end() || command->second.takes == Command::Takes::words) return argc;
+  char** const end = argv + argc;
+  char** const dashes = std::find(argv, end, std::string_view("--"));
+  if (dashes != end) program.assign(dashes + 1, end);
+  return static_cast<int>(dashes - argv);
 }
 
 void add_commands(CLI::App& app) {
@@ -81,7 +105,7 @@ int run(int argc, char** argv) {
         "Example:\n"
         "  takt compare robot.yaml --executors all --duration 5s\n");
     tools::add_commands(app);
-    app.parse(argc, argv);
+    app.parse(tools::split_program(argc, argv), argv);
     return 0;
   } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
     return error.get_exit_code();
@@ -99,13 +123,8 @@ int run(int argc, char** argv) {
     return 128 + interruption.signal;
   } catch (const std::bad_alloc&) {
     throw;  // to where nothing is allocated
-  } catch (const std::system_error& error) {
-    const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
-    rt::to_stderr("takt: {}{}\n", error.what(),
-                  is_thread ? ": no thread could be started; raise the limit (ulimit -u, -v)" : "");
-    return tools::kFailed;
   } catch (const std::exception& error) {
-    rt::to_stderr("takt: {}\n", error.what());
+    rt::to_stderr("takt: {}\n", tools::message_of(error));
     return tools::kFailed;
   }
 }

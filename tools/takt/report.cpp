@@ -11,10 +11,10 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "embedded.hpp"
-#include "json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -61,7 +61,7 @@ void check_report(const std::string& path) {
 }
 
 void write_report(const nlohmann::json& document, const std::string& path) {
-  if (run_python(kReportScript, path, json_text(document)) != 0) {
+  if (run_python(kReportScript, path, rt::json_text(document)) != 0) {
     throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
   rt::to_stderr("report: {}\n", path);

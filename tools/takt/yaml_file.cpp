@@ -6,8 +6,7 @@
 #include <yaml-cpp/emitter.h>
 
 #include "takt/containers/configuration/document.hpp"
-
-#include "json_text.hpp"
+#include "takt/measuring/json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -21,7 +20,7 @@ constexpr std::size_t kMostColumns = 100;
 /// A list of values is in one line, however long.
 bool is_in_line(const ordered_json& value) {
   const auto is_value = [](const ordered_json& entry) { return entry.is_primitive(); };
-  return json_text(value).size() <= kMostColumns ||
+  return rt::json_text(value).size() <= kMostColumns ||
          (value.is_array() && std::all_of(value.begin(), value.end(), is_value));
 }
 
@@ -55,7 +54,7 @@ void write(const ordered_json& value, YAML::Emitter& yaml) {
     if (!is_text(text)) yaml << YAML::DoubleQuoted;
     yaml << text;
   } else {
-    yaml << json_text(value);
+    yaml << rt::json_text(value);
   }
 }
 

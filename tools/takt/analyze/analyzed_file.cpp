@@ -80,7 +80,10 @@ std::string why_latencies_differ(const AnalyzedFile& file, const ContainerOverri
 /// Marks what the model does not fit.
 void compare_with_model(AnalyzedFile& file, const ContainerOverrides& overrides) {
   MeasuredModel& model = *file.measured;
-  const auto name = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
+  const auto name = [](std::string path) {
+    path.resize(std::min(path.find(" -- "), path.size()));  // and its program
+    return path.substr(path.rfind('/') + 1);
+  };
   if (!model.file.empty() && name(model.file) != name(file.system.file)) {
     file.system.notes.push_back(fmt::format("the model was measured with '{}', not with '{}'",
                                             model.file, file.system.file));
@@ -105,18 +108,36 @@ void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<Threa
   }
 }
 
+/// Finds the nodes of a program.
+auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
+  file.program = std::make_shared<ProgramNodes>(nodes);
+  file.system.notes.push_back(
+      "requests to the nodes' parameter services are not counted: assume that none come");
+  for (const std::string& other : file.program->others()) {
+    file.system.notes.push_back(
+        fmt::format("'{}' is not in the file: the program's own executors serve it, which are not "
+                    "analysed",
+                    other));
+  }
+  return [program = file.program](const ComponentDescription& wanted) {
+    return program->find(full_name(wanted));
+  };
+}
+
 }  // namespace
 
 AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options) {
   AnalyzedFile file{.system = read_system(path, options.settings)};
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
+  ContainerOverrides overrides = options.overrides;
+  if (!options.nodes.is_null()) overrides.find_node = stand_ins(file, options.nodes);
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription& process : split(file.system, Composition::file)) {
     const std::vector<ThreadDescription> threads = process.threads;
     process.dds.reset();  // nothing runs
     if (!file.system.machine.cpus.empty()) forget_cpus(process.threads);
-    file.containers.push_back(std::make_unique<Container>(process, options.overrides));
+    file.containers.push_back(std::make_unique<Container>(process, overrides));
     file.processes.push_back(file.containers.back()->modelled());
     remember_cpus(threads, file.processes.back().threads);
     for (const auto& callback : file.processes.back().callbacks) {

@@ -12,11 +12,14 @@
 
 #include "takt/containers/container.hpp"
 
+#include "analyze/program_nodes.hpp"
+
 namespace takt::tools {
 
 /// A system with its model and its bounds. The components are constructed; nothing runs.
 struct AnalyzedFile {
   SystemDescription system;
+  std::shared_ptr<const ProgramNodes> program;
   std::vector<std::unique_ptr<Container>> containers;
   std::optional<MeasuredModel> measured;
   std::vector<PlannedChain> chains;
@@ -37,6 +40,7 @@ struct AnalyzeOptions {
   std::string model;             // a file; empty: the one that the system names
   ContainerOverrides overrides;  // executor and scheduler
   Settings settings;             // instead of what the file says
+  nlohmann::json nodes;          // of nodes_of_program; null: the file has components
 };
 
 /// Throws Error for a bad file.

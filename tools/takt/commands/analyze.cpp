@@ -4,6 +4,7 @@
 
 #include "takt/base/time.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "analyze/analyzed_file.hpp"
@@ -11,6 +12,7 @@
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "report.hpp"
+#include "run/program.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -58,9 +60,12 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
   return result;
 }
 
-void run(const Options& options) {
+void run(Options options) {
   check_writable(options.json);
   if (!options.report.empty()) check_report(options.report);
+  if (!program_words().empty()) {
+    options.how.nodes = nodes_of_program(program_words(), options.file);
+  }
   const bool prints = options.json != "-";
   json swept;  // before the file itself is analysed: nodes of one name must not exist twice
   if (!options.sweep.empty()) swept = sweep(options.file, options.how, options.sweep, prints);
@@ -77,7 +82,7 @@ void run(const Options& options) {
     document["suggestions"] = print_suggestions(file, most, prints);
   }
   if (!options.report.empty()) {
-    json page = result_document(json::array());
+    json page = rt::result_document(json::array());
     page["analyses"] = {document};
     write_report(page, options.report);
   }
@@ -110,15 +115,19 @@ void set_up(CLI::App* command) {
   command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer(
       "Exit 0: there are chains, and each has a deadline and meets it for sure.\n"
+      "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "
+      "which\n"
+      "is started until it spins.\n"
       "Examples:\n"
       "  takt analyze robot.yaml\n"
       "  takt analyze robot.yaml --model robot.model.yaml --report robot.html\n"
       "  takt analyze robot.yaml --explain sense_to_act\n"
-      "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n");
+      "  takt analyze robot.yaml --sweep threads.control.runtime=1ms..9ms\n"
+      "  takt analyze robot.yaml -- takt ros2 run my_package my_program\n");
   command->callback([options] { run(*options); });
 }
 const Command registered("analyze", "Bounds the latency of each chain of a file, and says why",
-                         set_up);
+                         set_up, Command::Takes::program);
 
 }  // namespace
 }  // namespace takt::tools::analyze_command

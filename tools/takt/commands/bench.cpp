@@ -14,6 +14,7 @@
 
 #include "takt/base/time.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "bench/experiments.hpp"
@@ -213,7 +214,7 @@ void bench(const BenchOptions& options) {
       if (variant.missing.empty()) course.total += static_cast<std::size_t>(options.repeat);
     }
   }
-  json document = result_document(json::array());
+  json document = rt::result_document(json::array());
   document["paper"] = json::parse(kPaperFigures);
   document["experiments"] = json::array();
   for (const Experiment* experiment : chosen) {

@@ -12,6 +12,7 @@
 #include "takt/base/time.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
@@ -44,7 +45,7 @@ struct Comparison {
   Histogram latency;        // of all subscriptions, over all repeats
   Histogram timer_latency;  // due → start
   std::uint64_t received = 0, lost = 0, dropped = 0, overruns = 0, deadline_misses = 0;
-  Releases releases;                              // of timers
+  rt::Releases releases;                          // of timers
   double seconds = 0;                             // of all repeats
   bool is_long = false;                           // one took longer than was asked for
   std::optional<std::uint64_t> late, too_late;    // of publishers whose periods are known
@@ -210,7 +211,7 @@ std::string served_text(std::span<const Comparison> rows) {
 
 /// Rows of one file.
 void print(std::span<const Comparison> rows, const std::string& runs) {
-  const std::string& file = rows.front().file;
+  const std::string title = with_program(rows.front().file);
   const Names names(rows);
   Table table(names.header({"seconds", "received", "received/s", "lost", "dropped", "overruns",
                             "late", "too_late", "misses", "p50", "p90", "p99", "p99.9", "max",
@@ -228,7 +229,7 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
     }
   }
   table.print(
-      fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", file, runs));
+      fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", title, runs));
   rt::print("{}", served_text(rows));
   if (std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.is_long; })) {
     rt::print("! a run took longer than asked: compare its counts by the second\n");
@@ -239,7 +240,7 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
     for (auto& row : chain_rows) chains.add(std::move(row));
   }
   chains.print(fmt::format("{} ({}; chains, release of the first callback → end of the last, µs)",
-                           file, runs));
+                           title, runs));
 }
 
 void print(std::span<const Comparison> rows, int repeats) {
@@ -255,11 +256,18 @@ void print(std::span<const Comparison> rows, int repeats) {
 }
 
 std::vector<std::string> words_of(const Comparison& row, const Options& options) {
-  std::vector<std::string> words{"run", row.file,       "--duration",    options.duration, "--json",
-                                 "-",   "--histograms", "--composition", row.composition};
+  std::vector<std::string> words{"run",    "--duration", options.duration,
+                                 "--json", "-",          "--histograms"};
+  if (!row.file.empty()) words.push_back(row.file);
+  if (row.composition != kFile) words.insert(words.end(), {"--composition", row.composition});
   if (row.executor != kFile) words.insert(words.end(), {"--executor", row.executor});
   if (!row.scheduler.empty() && row.scheduler != kFile) {
     words.insert(words.end(), {"--scheduler", row.scheduler});
+  }
+  const std::vector<std::string>& program = program_words();
+  if (!program.empty()) {
+    words.push_back("--");
+    words.insert(words.end(), program.begin(), program.end());
   }
   return words;
 }
@@ -281,7 +289,8 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
           rt::to_stderr("{} of {}: {} {}", runs.size() + 1, total, row.executor,
                         fmt::format("{} {}", row.scheduler, row.composition));
         }
-        json run = run_again(words_of(row, options), signals).at("runs").at(0);
+        json run =
+            run_again(words_of(row, options), signals, !program_words().empty()).at("runs").at(0);
         run["repeat"] = repeat;
         add_run(row, run, asked);
         runs.push_back(std::move(run));
@@ -297,8 +306,17 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
   return {std::move(runs), interrupted};
 }
 
-void compare(const Options& options) {
+void compare(Options options) {
   for (const std::string& file : options.files) read_system(file);  // may load executors
+  if (options.files.empty()) {
+    if (program_words().empty()) {
+      throw Error("nothing to compare", "give a FILE, or a program after --");
+    }
+    options.files = {""};  // the program alone
+  }
+  if (!program_words().empty() && options.compositions != kFile) {
+    throw Error("--compositions is for containers, not for a program", "leave it out");
+  }
   const std::vector<std::string> executor_names = selection(options.executors, executors());
   const std::vector<std::string> scheduler_names =
       options.schedulers.empty() ? std::vector<std::string>{""}
@@ -332,7 +350,7 @@ void compare(const Options& options) {
   auto [runs, interrupted] = measure(rows, options);
   if (runs.empty()) throw Interrupted(*interrupted);
   if (options.json != "-") print(rows, options.repeat);
-  const json document = result_document(std::move(runs));
+  const json document = rt::result_document(std::move(runs));
   if (!options.json.empty()) write_json(document, options.json);
   if (!options.report.empty()) write_report(document, options.report);
   if (interrupted) throw Interrupted(*interrupted);
@@ -340,8 +358,7 @@ void compare(const Options& options) {
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
-  command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads")
-      ->required();
+  command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads");
   command->add_option("--executors", options->executors,
                       "all, or a list: events,single_threaded; file: as in the file");
   command->add_option("--schedulers", options->schedulers,
@@ -354,13 +371,16 @@ void set_up(CLI::App* command) {
   command->add_option("--report", options->report, "Also write an HTML page");
   command->add_option("--json", options->json, "Also write every run as JSON; - for stdout");
   command->footer(
+      "With -- PROGRAM [ARGUMENT]... runs a program written for rclcpp, each FILE as its "
+      "TAKT_CONFIG.\n\n"
       "Example:\n  takt compare robot.yaml --executors all --duration 5s --repeat 3 "
-      "--report robot.html\n");
+      "--report robot.html\n  takt compare --executors events,file -- takt ros2 run my_package "
+      "my_program\n");
   command->callback([options] { compare(*options); });
 }
 const Command registered("compare",
                          "Runs a system under several executors, interleaved, and prints one table",
-                         set_up);
+                         set_up, Command::Takes::program);
 
 }  // namespace
 }  // namespace takt::tools::compare_command

@@ -9,6 +9,7 @@
 
 #include "takt/base/printable.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_type.hpp"
 #include "takt/ros2/parameter_services.hpp"
@@ -19,7 +20,6 @@
 #include "graph/observer.hpp"
 #include "graph/parameter_file.hpp"
 #include "graph/service_call.hpp"
-#include "json_text.hpp"
 #include "run/result_json.hpp"
 #include "time_option.hpp"
 
@@ -179,7 +179,7 @@ std::string to_text(const json& value, bool is_item = false) {
     return text.find('\'') == std::string::npos ? fmt::format("'{}'", text)
                                                 : fmt::format("\"{}\"", text);
   }
-  if (!value.is_array()) return json_text(value);
+  if (!value.is_array()) return rt::json_text(value);
   std::vector<std::string> items;
   for (const json& item : value) items.push_back(to_text(item, true));
   return fmt::format("[{}]", fmt::join(items, ", "));

@@ -13,6 +13,7 @@
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/sched/scheduler.hpp"
 
 #include "commands.hpp"
@@ -20,6 +21,7 @@
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
 #include "run/processes.hpp"
+#include "run/program.hpp"
 #include "run/result_json.hpp"
 #include "run/trace.hpp"
 #include "table.hpp"
@@ -225,8 +227,20 @@ void prepare_for_loading(SystemDescription& system) {
   }
 }
 
+/// The file that configures the program, if there is one.
+std::vector<SystemDescription> file_of_program(const Options& options) {
+  if (!options.name.empty() || options.composition != "file" || options.transport != "auto") {
+    throw Error("--name, --composition and --transport are for containers, not for a program",
+                "leave them out, or leave out the program");
+  }
+  check_names(options);
+  if (options.file.empty()) return {};
+  return {read_system(options.file)};
+}
+
 /// The processes of the system, with the composition and transport of the options.
 std::vector<SystemDescription> processes(const Options& options) {
+  if (!program_words().empty()) return file_of_program(options);
   if (!options.name.empty()) return {empty_container(options)};
   SystemDescription system = read_system(options.file);
   check_names(options);
@@ -290,7 +304,8 @@ bool is_triggered(const std::vector<SystemDescription>& system, const json& thre
   if (!options.executor.empty()) return false;  // an executor without
   for (const SystemDescription& process : system) {
     for (const ExecutorDescription& executor : process.executors) {
-      if (process.name != thread.at("process") || executor.name != thread.at("executor")) continue;
+      const bool is_here = system.size() == 1 || process.name == thread.at("process");
+      if (!is_here || executor.name != thread.at("executor")) continue;
       return executor.trigger.kind != TriggerOptions::Kind::any ||
              executor.trigger.let_period != Nanoseconds::zero();
     }
@@ -338,25 +353,39 @@ void note_variables(const Options& options) {
   note("TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"), options.scheduler);
 }
 
+/// As run_processes.
+json run_system(const std::vector<SystemDescription>& system, const Options& options) {
+  const Nanoseconds duration =
+      options.duration.empty() ? Nanoseconds::zero() : parse_run_time(options.duration);
+  if (!program_words().empty()) {
+    return run_program({.words = program_words(),
+                        .file = options.file,
+                        .executor = options.executor,
+                        .scheduler = options.scheduler,
+                        .duration = duration,
+                        .trace_events = overrides(options).trace_events,
+                        .has_stdout = options.json != "-"});
+  }
+  note_variables(options);
+  if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
+  return run_processes(system, {.overrides = overrides(options),
+                                .duration = duration,
+                                .loads = options.composition == "dynamic",
+                                .apart = options.composition == "per-node",
+                                .words = words_of(options)});
+}
+
 void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
   check_writable(options.json);
   check_writable(options.trace);
   const std::vector<SystemDescription> system = processes(options);
-  note_variables(options);
-  if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
-  json run = run_processes(system,
-                           {.overrides = overrides(options),
-                            .duration = options.duration.empty() ? Nanoseconds::zero()
-                                                                 : parse_run_time(options.duration),
-                            .loads = options.composition == "dynamic",
-                            .apart = options.composition == "per-node",
-                            .words = words_of(options)});
+  json run = run_system(system, options);
   const auto failed = run.at("failed").get<std::vector<std::string>>();
   run.erase("failed");
   const int signal = run.at("signal");
   run.erase("signal");
-  run["file"] = options.name.empty() ? options.file : "--name " + options.name;
+  run["file"] = options.name.empty() ? with_program(options.file) : "--name " + options.name;
   run["executor"] = options.executor.empty() ? "file" : options.executor;
   run["scheduler"] = options.scheduler.empty() ? "file" : options.scheduler;
   run["composition"] = options.composition;
@@ -377,7 +406,7 @@ void run(const Options& options) {
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
   // Write the file first: a closed stdout must not lose it.
-  if (!options.json.empty()) write_json(result_document({run}), options.json);
+  if (!options.json.empty()) write_json(rt::result_document({run}), options.json);
   if (options.json != "-") {
     print_callbacks(run);
     print_chains(run);
@@ -432,16 +461,23 @@ void set_up(CLI::App* command) {
   // Of a child of this command.
   command->add_option("--process", options->process)->group("");
   command->add_option("--connection", options->connection)->group("");
-  command->footer("Example:\n  takt run robot.yaml --executor events --duration 10s\n");
+  command->footer(
+      "With -- PROGRAM [ARGUMENT]... runs a program written for rclcpp, FILE as its "
+      "TAKT_CONFIG.\n\n"
+      "Example:\n"
+      "  takt run robot.yaml --executor events --duration 10s\n"
+      "  takt run --duration 10s -- takt ros2 run my_package my_program\n");
   command->callback([options] {
-    if (options->file.empty() && options->name.empty()) {
-      throw Error("nothing to run", "give a FILE, or --name for an empty container");
+    if (options->file.empty() && options->name.empty() && program_words().empty()) {
+      throw Error("nothing to run",
+                  "give a FILE, a program after --, or --name for an empty container");
     }
     run(*options);
   });
 }
-const Command registered("run", "Runs the system described by a file; Ctrl-C ends it cleanly",
-                         set_up);
+const Command registered(
+    "run", "Runs the system described by a file, or a program; Ctrl-C ends it cleanly", set_up,
+    Command::Takes::program);
 
 }  // namespace
 }  // namespace takt::tools::run_command

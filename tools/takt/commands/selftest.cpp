@@ -12,6 +12,7 @@
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
 #include "takt/transport/shared_memory/shared_memory.hpp"
 
@@ -187,7 +188,7 @@ void selftest(const Options& options) {
                       {"limit", finding.limit},
                       {"is_right", finding.is_right()}});
     }
-    json document = result_document(json::array());
+    json document = rt::result_document(json::array());
     document.erase("runs");
     document["findings"] = std::move(rows);
     document["notes"] = notes;

@@ -12,7 +12,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "json_text.hpp"
+#include "takt/measuring/json_text.hpp"
 
 namespace takt::tools {
 
@@ -27,7 +27,7 @@ class Channel {
 
   /// Returns false if the peer has closed the connection.
   bool send(const nlohmann::json& document) {
-    const std::string line = json_text(document) + "\n";
+    const std::string line = rt::json_text(document) + "\n";
     for (std::size_t sent = 0; sent < line.size();) {
       const ssize_t now = ::send(fd_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
       if (now < 0 && errno == EINTR) continue;

@@ -15,7 +15,10 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
+#include "takt/measuring/process_json.hpp"
+
 #include "commands.hpp"
+#include "exit_status.hpp"
 #include "run/channel.hpp"
 #include "run/container_json.hpp"
 #include "run/end_signals.hpp"
@@ -134,7 +137,7 @@ class Child {
       container_.shut_down();
     } else if (word == "stop") {
       container_.stop();
-      answer = {{"result", process_json(container_.result())}};
+      answer = {{"result", rt::process_json(container_.result())}};
     }
     return answer;
   }
@@ -159,7 +162,7 @@ int serve(const SystemDescription& system, ContainerOverrides overrides, int soc
     return 0;
   } catch (const std::exception& error) {
     Logger::instance().flush();
-    parent.send({{"error", error.what()}});
+    parent.send({{"error", message_of(error)}});
   } catch (...) {
     Logger::instance().flush();
     parent.send({{"error", kNoStdException}});

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "takt/containers/process_usage.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/measuring/rounds.hpp"
 
 #include "exit_status.hpp"
@@ -83,7 +84,7 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   container.hold();
   container.shut_down();
   container.stop();
-  json result = process_json(container.result());
+  json result = rt::process_json(container.result());
   add_topics(result["topics"] = json::array(), system.name, endpoints_json(container));
   result["signal"] = end == SIGUSR1 ? 0 : end;
   return result;
@@ -159,7 +160,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   supervisor.ask("shut_down");
   const std::vector<json> answers = supervisor.ask("stop");
 
-  json all = process_json({});
+  json all = rt::process_json({});
   for (const char* list :
        {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics", "failed"}) {
     all[list] = json::array();
@@ -198,7 +199,7 @@ json run_processes(const std::vector<SystemDescription>& processes, const RunOpt
                     : run_here(processes.front(), options.overrides, options.duration, signals,
                                options.loads);
   for (json& callback : result.at("callbacks")) callback.erase("from_outside");
-  const Releases releases = releases_of(result);
+  const rt::Releases releases = rt::releases_of(result);
   result["releases"] = {{"due", releases.due}, {"served", releases.served}};
   return result;
 }

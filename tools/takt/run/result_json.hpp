@@ -1,4 +1,4 @@
-// Results as JSON with the schema docs/reference/results.schema.json.
+// Files of results: reading and writing them.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
 #define TAKT_TOOLS_TAKT_RESULT_JSON_HPP_
@@ -8,21 +8,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "takt/containers/result.hpp"
+#include "takt/base/histogram.hpp"
 
 namespace takt::tools {
 
-/// The whole document: version, machine, runs.
-nlohmann::json result_document(nlohmann::json runs);
-
-/// One process as an entry of "runs", without the options of the run. Histograms are lists of
-/// [bucket, count], see base/histogram.hpp.
-nlohmann::json process_json(const ProcessResult& process);
-/// How many releases of timers were due in a run, and how many of them its callbacks were run for.
-struct Releases {
-  std::uint64_t due = 0, served = 0;
-};
-Releases releases_of(const nlohmann::json& run);
 /// Reads a histogram of run_json; returns an empty one if there is none.
 Histogram read_histogram(const nlohmann::json& latency);
 

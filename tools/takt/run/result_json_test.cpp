@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "takt/measuring/process_json.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -27,7 +29,7 @@ ProcessResult result_of_one_callback() {
 }
 
 TEST(ResultJson, SaysNullOfTimesWithoutASample) {
-  const json callback = process_json(result_of_one_callback()).at("callbacks").at(0);
+  const json callback = rt::process_json(result_of_one_callback()).at("callbacks").at(0);
   EXPECT_EQ(callback.at("process"), "robot");
   EXPECT_EQ(callback.at("node"), "/node");
   EXPECT_EQ(callback.at("kind"), "timer");
@@ -57,7 +59,7 @@ TEST(ResultJson, SaysEachPercentileByItsName) {
     EXPECT_EQ(from_us(written.at("mean")), histogram.mean());
     EXPECT_EQ(from_us(written.at("sum")), histogram.sum());
   };
-  const json run = process_json(result);
+  const json run = rt::process_json(result);
   const json callback = run.at("callbacks").at(0);
   expect(callback.at("latency_us"), statistics.latency);
   expect(callback.at("waiting_us"), statistics.waiting);
@@ -76,7 +78,7 @@ TEST(ResultJson, ReleasesAreThoseOfAllTimers) {
   result.callbacks[1].statistics.received = 60;
   result.callbacks[2].statistics.kind = EntityKind::subscription;
   result.callbacks[2].statistics.received = 500;
-  const Releases releases = releases_of(process_json(result));
+  const rt::Releases releases = rt::releases_of(rt::process_json(result));
   EXPECT_EQ(releases.due, 100u);
   EXPECT_EQ(releases.served, 90u);
 }
@@ -85,7 +87,7 @@ TEST(ResultJson, KeepsAHistogramWhole) {
   ProcessResult result = result_of_one_callback();
   Histogram& latency = result.callbacks[0].statistics.latency;
   for (const Nanoseconds sample : {3001ns, 3001ns, 40'003ns}) latency.record(sample);
-  const json written = process_json(result).at("callbacks").at(0).at("latency_us");
+  const json written = rt::process_json(result).at("callbacks").at(0).at("latency_us");
   const Histogram read = read_histogram(written);
   EXPECT_EQ(read.count(), 3u);
   EXPECT_EQ(read.percentile(0.5), latency.percentile(0.5));
@@ -101,9 +103,10 @@ TEST(ResultJson, MarksAHistogramWithAFullBucketAndKeepsItsCount) {
   ProcessResult result = result_of_one_callback();
   Histogram& latency = result.callbacks[0].statistics.latency;
   latency.record(1ms);
-  EXPECT_FALSE(process_json(result).at("callbacks").at(0).at("latency_us").contains("saturated"));
+  EXPECT_FALSE(
+      rt::process_json(result).at("callbacks").at(0).at("latency_us").contains("saturated"));
   latency.add_bucket(4, std::uint64_t{Histogram::kFull} + 2);
-  const json written = process_json(result).at("callbacks").at(0).at("latency_us");
+  const json written = rt::process_json(result).at("callbacks").at(0).at("latency_us");
   EXPECT_EQ(written.at("saturated"), true);
   EXPECT_EQ(read_histogram(written).count(), std::uint64_t{Histogram::kFull} + 3);
   EXPECT_TRUE(read_histogram(written).is_saturated());
@@ -116,20 +119,21 @@ TEST(ResultJson, LostIsWhatWasSentAndNeitherReceivedNorDropped) {
   statistics.expected = 17;
   statistics.received = 9;
   statistics.dropped = 3;
-  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("lost"), 5);
-  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("late"), json());  // no known period
+  EXPECT_EQ(rt::process_json(result).at("callbacks").at(0).at("lost"), 5);
+  EXPECT_EQ(rt::process_json(result).at("callbacks").at(0).at("late"), json());  // no known period
   statistics.with_period = 9;
   statistics.late = 2;
-  EXPECT_EQ(process_json(result).at("callbacks").at(0).at("late"), 2);
+  EXPECT_EQ(rt::process_json(result).at("callbacks").at(0).at("late"), 2);
 }
 
 TEST(ResultJson, SaysNullOfAllocationsThatNobodyCounted) {
   ProcessResult result;
   result.allocations_while_spinning = 5;
   result.allocations_counted = false;
-  EXPECT_EQ(process_json(result).at("processes").at(0).at("allocations_while_spinning"), json());
+  EXPECT_EQ(rt::process_json(result).at("processes").at(0).at("allocations_while_spinning"),
+            json());
   result.allocations_counted = true;
-  EXPECT_EQ(process_json(result).at("processes").at(0).at("allocations_while_spinning"), 5);
+  EXPECT_EQ(rt::process_json(result).at("processes").at(0).at("allocations_while_spinning"), 5);
 }
 
 TEST(ResultJson, IsWrittenToAFileAsItIs) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/run_again.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -16,6 +17,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/temporary.hpp"
 #include "takt/measuring/output.hpp"
 
 namespace takt::tools {
@@ -39,6 +41,19 @@ std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& sig
     if (size <= 0) return text;
     text.append(buffer.data(), static_cast<std::size_t>(size));
   }
+}
+
+/// What a child has written to the file last; -1: none.
+std::string end_of(int file) {
+  // Limit: bytes that are shown of what a run said that failed. At it: the last ones are shown.
+  // Seen: the begin is missing.
+  constexpr off_t kMostShown = 8192;
+  if (file < 0) return {};
+  std::string text(static_cast<std::size_t>(kMostShown), ' ');
+  const off_t begin = std::max<off_t>(lseek(file, 0, SEEK_END) - kMostShown, 0);
+  const ssize_t size = pread(file, text.data(), text.size(), begin);
+  text.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  return text;
 }
 
 /// Each note once: the same system runs many times.
@@ -66,7 +81,8 @@ void use_own_domain() {
   setenv("ROS_DOMAIN_ID", fmt::format("{}", 20 + getpid() % 80).c_str(), /*overwrite=*/0);
 }
 
-nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals) {
+nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signals, bool is_quiet) {
+  const int kept = is_quiet ? temporary_file() : -1;
   std::array<int, 2> pipe_ends{};
   if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) {
     throw Error("cannot create a pipe: " + errno_message(errno));
@@ -81,6 +97,7 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
     setpgid(0, 0);
     signals.let_through();
     dup2(pipe_ends[1], STDOUT_FILENO);
+    if (kept >= 0) dup2(kept, STDERR_FILENO);
     unsetenv("TAKT_EXECUTOR");  // the words say which
     unsetenv("TAKT_SCHEDULER");
     become_takt(std::move(words));
@@ -91,8 +108,11 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
   close(pipe_ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
+  const std::string said = end_of(kept);
+  if (kept >= 0) close(kept);
   if (signal != 0) throw Interrupted(signal, "");
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    rt::to_stderr("{}", said);
     throw Error(fmt::format("a run ended with status {}",
                             WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status)),
                 "see its message above");

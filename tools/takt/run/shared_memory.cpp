@@ -11,8 +11,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "takt/measuring/json_text.hpp"
+
 #include "exit_status.hpp"
-#include "json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -95,7 +96,7 @@ json survey_apart(const std::vector<SystemDescription>& processes,
   if (pid == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);  // a signal ends the parent at once
     if (getppid() != parent) _exit(1);
-    const std::string text = json_text(survey(processes, overrides));
+    const std::string text = rt::json_text(survey(processes, overrides));
     for (std::size_t done = 0; done < text.size();) {
       const ssize_t now = write(ends[1], text.data() + done, text.size() - done);
       if (now <= 0) break;

@@ -11,9 +11,9 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/machine.hpp"
 
-#include "json_text.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools {
@@ -285,7 +285,7 @@ Trace make_trace(const json& run) {
 }
 
 void write_trace(const Trace& trace, const std::string& path) {
-  write_text(json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
+  write_text(rt::json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
 }
 
 // Limit: bytes of a trace that `takt model` reads. At it: the file is refused. Seen: the error.

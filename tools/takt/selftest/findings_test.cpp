@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "takt/containers/result.hpp"
+#include "takt/measuring/process_json.hpp"
 
 #include "run/result_json.hpp"
 
@@ -71,7 +72,7 @@ class SelftestFindings : public testing::Test {
     result.duration_s = 1;
     result.cpu_percent = 10;
     result.pss_kb = 20'000;
-    run_.run = process_json(result);
+    run_.run = rt::process_json(result);
     run_.books["seconds"] = 0.9;
     run_.books["cpu_s"] = 0.09;
     run_.books["wakeups"] = 900;

@@ -10,11 +10,11 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "graph/dynamic_message.hpp"
 #include "graph/type_finder.hpp"
-#include "json_text.hpp"
 #include "run/result_json.hpp"
 #include "topic/topic.hpp"
 
@@ -80,11 +80,11 @@ void echo(const Options& options) {
           const bool is_cut = options.json_path.empty() && !options.full;
           const auto fields = read_message(*type, bytes, {.most = is_cut ? 16 : SIZE_MAX});
           if (options.json_path == "-") {
-            rt::print("{}\n", json_text(fields));
+            rt::print("{}\n", rt::json_text(fields));
           } else {
             rt::print("{}---\n", to_yaml(fields));
           }
-          if (file.is_open() && !(file << json_text(fields) << '\n')) {
+          if (file.is_open() && !(file << rt::json_text(fields) << '\n')) {
             throw not_written("messages", options.json_path);
           }
         }

@@ -1,0 +1,98 @@
+// What a program writes of its run.
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "program_test.hpp"
+
+namespace rclcpp {
+namespace {
+
+using ResultsDeathTest = ProgramDeathTest;
+
+/// The run in the file that TAKT_RESULTS names.
+nlohmann::json results_in(const std::string& file) {
+  std::ifstream text(file);
+  return nlohmann::json::parse(text).at("runs").at(0);
+}
+
+/// Its rows: "/node/callback by executor" → calls.
+std::map<std::string, std::uint64_t> calls_in(const std::string& file) {
+  std::map<std::string, std::uint64_t> calls;
+  const nlohmann::json run = results_in(file);
+  for (const auto& row : run.at("callbacks")) {
+    const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
+    calls[word("node") + "/" + word("callback") + " by " + word("executor")] +=
+        row.at("received").get<std::uint64_t>();
+  }
+  return calls;
+}
+
+// A program that makes an executor for each call would have a row of each.
+TEST_F(ResultsDeathTest, ResultsAreSummedByTheTypeOfTheExecutor) {
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_RESULTS", file().c_str(), 1);
+        run([] {
+          const auto node = std::make_shared<Node>("node");
+          int calls = 0;
+          const auto timer = node->create_wall_timer(1ms, [&] { ++calls; });
+          while (calls < 5) spin_some(node);
+          const auto end = node->create_wall_timer(2ms, [&] {
+            if (calls >= 20) rclcpp::shutdown();
+          });
+          executors::MultiThreadedExecutor pool(ExecutorOptions(), 2);
+          pool.add_node(node);
+          pool.spin();
+        });
+      },
+      kEndsWell, "");
+  const auto calls = calls_in(file());
+  EXPECT_GE(calls.at("/node/timer_1ms by single_threaded"), 5u);
+  EXPECT_GE(calls.at("/node/timer_1ms by multi_threaded"), 15u);
+  EXPECT_FALSE(calls.contains("/node//node/get_parameters by multi_threaded"));
+}
+
+// An executor that spins at exit cannot be asked; all were lost.
+TEST_F(ResultsDeathTest, ResultsSayWhatCouldNotBeMeasured) {
+#if defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "what is static ends while other threads run";
+#endif
+  for (const bool is_configured : {false, true}) {
+    EXPECT_EXIT(
+        {
+          const std::string results = file() + ".json";
+          if (is_configured) configure("nodes:\n  /node: {}\n");
+          setenv("TAKT_RESULTS", results.c_str(), 1);
+          run([] {
+            const auto node = std::make_shared<Node>("node");
+            const auto timer = node->create_wall_timer(1ms, [] { std::exit(0); });
+            spin(node);
+          });
+        },
+        kEndsWell, "");
+    EXPECT_NE(results_in(file() + ".json").at("notes").dump().find("is spinning"),
+              std::string::npos);
+  }
+}
+
+TEST_F(ResultsDeathTest, ResultsThatCannotBeWrittenAreAnErrorAtTheStart) {
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_RESULTS", "/none/results.json", 1);
+        run([] {});
+      },
+      kThrows, "TAKT_RESULTS=/none/results.json: cannot be written: No such file");
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_RESULTS", file().c_str(), 1);
+        setenv("TAKT_TRACE", "many", 1);
+        run([] {});
+      },
+      kThrows, "TAKT_TRACE=many: no number of executions");
+}
+
+}  // namespace
+}  // namespace rclcpp

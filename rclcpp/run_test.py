@@ -1,0 +1,169 @@
+#!/usr/bin/python3
+"""A program written for rclcpp is run, compared and analysed as a file is: run_test.py TAKT PROGRAM SCHEMA
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt, program, schema = map(os.path.abspath, sys.argv[1:])
+FILE = """
+realtime: off
+threads: {urgent: {nice: 1}}
+executors: {fast: {type: events, threads: [urgent]}}
+nodes:
+  /talker: {executor: fast}
+  /listener: {executor: fast}
+chains: [{name: talks, deadline: 1s, path: [talker/timer_1ms, listener//chatter]}]
+"""
+
+
+def run(*words, status=0, **variables):
+    done = subprocess.run([takt, *words], env=environment | variables, text=True, capture_output=True, timeout=60)
+    check(f"takt {' '.join(words)[:70]}: status {status}", done.returncode == status, done.returncode,
+          done.stdout, done.stderr)
+    return done
+
+
+def rows_of(document):
+    """(node, callback) → (executor, number of calls)"""
+    return {(row["node"], row["callback"]): (row["executor"], row["received"])
+            for row in document["runs"][0]["callbacks"]}
+
+
+def keeps_schema(document):
+    try:
+        import jsonschema
+    except ImportError:
+        return True  # results_test.py says which package brings it
+    return not list(jsonschema.Draft202012Validator(json.loads(pathlib.Path(schema).read_text())).iter_errors(document))
+
+
+def is_served(document, executor):
+    rows = rows_of(document)
+    return all(rows.get(key, ("", 0))[0] == executor and rows[key][1] >= 10
+               for key in (("/talker", "timer_1ms"), ("/listener", "/chatter")))
+
+
+def is_run(folder):
+    text = run("run", "--duration", "400ms", "--", program).stdout
+    check("what a program says is seen, and its callbacks", "it talks" in text and "/chatter" in text, text)
+
+    done = run("run", "--duration", "400ms", "--json", "-", "--", program)
+    document = json.loads(done.stdout)
+    check("the document is the results'", keeps_schema(document), done.stdout)
+    check("its executor has its type's name", is_served(document, "single_threaded"), done.stdout)
+    check("the run has the program's name", document["runs"][0]["file"] == f"-- {program}", document["runs"][0]["file"])
+    check("and no parameter services", "parameters" not in str(rows_of(document)), rows_of(document))
+    check("what it says goes to stderr", "it talks" in done.stderr, done.stderr)
+
+    document = json.loads(run("run", "--executor", "events", "--duration", "400ms", "--json", "-", "--", program).stdout)
+    check("another executor is in force", is_served(document, "events"), document)
+
+    file = folder / "robot.yaml"
+    file.write_text(FILE)
+    document = json.loads(run("run", str(file), "--duration", "400ms", "--json", "-", "--", program).stdout)
+    check("a file serves it", is_served(document, "fast"), document)
+    check("and measures its chains", document["runs"][0]["chains"][0]["instances"] >= 10, document["runs"][0]["chains"])
+
+    results = folder / "results.json"
+    done = subprocess.run([program, "calls", "50", "0"], env=environment | {"TAKT_RESULTS": str(results)}, timeout=60)
+    document = json.loads(results.read_text())
+    check("a program alone writes them, too", done.returncode == 0 and keeps_schema(document)
+          and is_served(document, "single_threaded"), document)
+
+
+def is_measured(folder):
+    trace, model = folder / "trace.json", folder / "robot.model.yaml"
+    run("run", "--duration", "400ms", "--trace", str(trace), "--", program)
+    run("model", str(trace), "-o", str(model))
+    check("a model has its callbacks", "listener" in model.read_text(), model.read_text())
+
+    done = run("compare", "--executors", "events,single_threaded,file", "--duration", "300ms", "--repeat", "2", "--json",
+               str(folder / "compared.json"), "--", program)
+    check("a comparison has its name and a row each", f"-- {program} (" in done.stdout
+          and all(f"\n{name} " in done.stdout for name in ("events", "single_threaded", "file")), done.stdout)
+    check("and says nothing else", "it talks" not in done.stdout + done.stderr, done.stdout, done.stderr)
+    document = json.loads((folder / "compared.json").read_text())
+    check("six runs", len(document["runs"]) == 6 and keeps_schema(document), document)
+
+
+def is_analysed(folder):
+    file = folder / "robot.yaml"
+    file.write_text(FILE.replace("  /talker: {executor: fast}", """
+  /talker:
+    executor: fast
+    callbacks: {timer_1ms: {execution: 10us}}""").replace("  /listener: {executor: fast}", """
+  /listener:
+    executor: fast
+    callbacks: {/chatter: {execution: 10us}}""").replace("realtime: off", "realtime: require").replace(
+        "{nice: 1}", "{policy: SCHED_FIFO, priority: 50, affinity: [0]}"))
+    done = run("analyze", str(file), "--json", "-", "--allow-unbounded", "--", program)
+    chain = json.loads(done.stdout)["chains"][0]
+    check("its chain has a bound", chain["name"] == "talks" and chain["bound_us"], chain, done.stderr)
+    check("what is not counted is said", "parameter services" in done.stderr, done.stderr)
+    file.write_text(file.read_text().replace("timer_1ms: {", "timer_2ms: {"))
+    done = run("analyze", str(file), "--", program, status=2)
+    check("a name that it does not have is an error", "did you mean 'timer_1ms'" in done.stderr, done.stderr)
+    done = run("analyze", str(file), "--", "true", status=2)
+    check("as is a program that is none of ours", "has not spun" in done.stderr, done.stderr)
+
+
+def ends(folder):
+    done = run("run", "--duration", "30s", "--", program, "calls", "50", "0")
+    check("a program may end by itself", "/chatter" in done.stdout, done.stdout)
+    done = run("run", "--duration", "30s", "--", program, "calls", "50", "3", status=1)
+    check("its status is an error", "/chatter" in done.stdout and "ended with status 3" in done.stderr, done.stderr)
+    done = run("compare", "--executors", "events", "--duration", "30s", "--", program, "calls", "50", "3", status=1)
+    check("in a comparison, too", "ended with status 3" in done.stderr, done.stderr)
+
+    for count, hangs in ((1, []), (2, ["hangs"])):
+        started = subprocess.Popen([takt, "run", "--", program, *hangs], env=environment, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        said = started.stdout.readline()
+        for number in (signal.SIGINT, signal.SIGTERM)[:count]:
+            started.send_signal(number)
+        text, errors = started.communicate(timeout=15)
+        if hangs:
+            check("a second signal kills it", started.returncode == 1 and "was killed" in errors, errors)
+        else:
+            check("a signal ends it in order", said == "it talks\n" and started.returncode == 0 and "/chatter" in text,
+                  started.returncode, text, errors)
+
+
+def is_refused(folder):
+    def refused(text, *words, status=2, **variables):
+        errors = run(*words, status=status, **variables).stderr
+        check(f"it says {text}", text in errors and errors.count("\n") <= 3, errors)
+
+    refused("nothing to run", "run")
+    refused("nothing to compare", "compare", "--executors", "events")
+    refused("'./none' cannot be started: No such file", "run", "--", "./none")
+    refused("has written no results", "run", "--", "true", status=1)
+    refused("for containers, not for a program", "run", "--composition", "single", "--", program)
+    refused("for containers, not for a program", "compare", "--compositions", "all", "--", program)
+    refused("did you mean 'events'", "run", "--executor", "evens", "--", program)
+    refused("/none/robot.yaml", "run", "/none/robot.yaml", "--", program)
+    refused("not expected", "list", "executors", "--", program)
+
+    def program_refuses(text, **variables):
+        done = subprocess.run([program, "calls", "5", "0"], env=environment | variables, text=True, capture_output=True,
+                              timeout=60)
+        check(f"the program says {text}", done.returncode != 0 and text in done.stderr, done.returncode, done.stderr)
+
+    program_refuses("TAKT_RESULTS=/none/out.json: cannot be written: No such file", TAKT_RESULTS="/none/out.json")
+    program_refuses("TAKT_TRACE=-1: no number of executions", TAKT_RESULTS=str(folder / "out.json"), TAKT_TRACE="-1")
+
+
+with tempfile.TemporaryDirectory() as place:
+    for part in (is_run, is_measured, is_analysed, ends, is_refused):
+        part(pathlib.Path(place))
+finish()

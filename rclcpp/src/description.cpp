@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "description.hpp"
+
+#include <cerrno>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/base/error.hpp"
+#include "takt/entities/subscription.hpp"
+#include "takt/measuring/json_text.hpp"
+
+#include "results.hpp"
+
+namespace rclcpp::detail {
+namespace {
+
+using nlohmann::json;
+
+json describe(const takt::Entity& entity) {
+  json result = {{"kind", std::string(to_string(entity.kind()))},
+                 {"name", entity.name()},
+                 {"group", entity.group()->name()}};
+  if (entity.kind() == takt::EntityKind::timer) result["period_ns"] = entity.period().count();
+  if (const auto* subscription = dynamic_cast<const takt::SubscriptionBase*>(&entity)) {
+    result["topic"] = subscription->topic();
+    result["depth"] = subscription->qos().depth;
+  }
+  return result;
+}
+
+json describe(const takt::Node& node) {
+  json groups = json::array(), callbacks = json::array(), topics = json::array();
+  for (const auto& group : node.groups()) {
+    groups.push_back({{"name", group->name()},
+                      {"is_reentrant", group->type() == takt::CallbackGroupType::Reentrant}});
+  }
+  const std::string& name = node.fully_qualified_name();
+  for (const auto& entity : node.entities()) {
+    if (is_parameter_service(name, entity->kind(), entity->name())) continue;
+    callbacks.push_back(describe(*entity));
+  }
+  for (const std::string& topic : node.topics()) {
+    if (node.publishing_callbacks(topic)) topics.push_back(topic);
+  }
+  return {{"name", name}, {"groups", groups}, {"callbacks", callbacks}, {"publishes", topics}};
+}
+
+}  // namespace
+
+void write_description(const std::vector<std::shared_ptr<takt::Node>>& nodes,
+                       const std::vector<std::string>& others, const std::string& path) {
+  json described = json::array();
+  for (const auto& node : nodes) described.push_back(describe(*node));
+  std::ofstream file(path);
+  file << takt::rt::json_text(json{{"nodes", described}, {"others", others}}) << '\n';
+  file.close();
+  if (!file) throw takt::Error("cannot be written: " + takt::errno_message(errno), "", path);
+}
+
+}  // namespace rclcpp::detail

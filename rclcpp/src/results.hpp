@@ -1,0 +1,49 @@
+// The file that TAKT_RESULTS asks for: the measurements of the program.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef RCLCPP_RESULTS_HPP_
+#define RCLCPP_RESULTS_HPP_
+
+#include <map>
+#include <string>
+
+#include "takt/containers/result.hpp"
+
+namespace rclcpp::detail {
+
+/// Sums what executors of one type have measured, as a program may make one for each call of
+/// `spin_some`; and the containers of TAKT_CONFIG. Written as `takt run --json --histograms` does.
+/// Thread safety: none. Real-time: no.
+class Results {
+ public:
+  /// Throws takt::Error if the file cannot be written: before the run, as it would be in vain.
+  explicit Results(std::string path);
+
+  /// The first spin begins: so does the measured time.
+  void spins();
+  /// A spin has ended: so has the measured time, unless there is another one.
+  void has_spun();
+  void made(const takt::Executor& executor, const std::string& type, const std::string& scheduler);
+  void ends(const takt::Executor& executor);
+  void add(const takt::ProcessResult& part);
+  /// What could not be measured.
+  void note(const std::string& text);
+  /// `executor`, `scheduler`: of the environment. Throws takt::Error if it cannot be written.
+  void write(const std::string& executor, const std::string& scheduler);
+
+ private:
+  struct Kind {
+    std::string executor, scheduler;
+  };
+  const std::string path_;
+  std::map<const takt::Executor*, Kind> executors_;
+  takt::ProcessResult sum_;
+  takt::TimePoint begin_{};
+  takt::Nanoseconds cpu_time_before_{0};
+};
+
+/// Every node has services for its parameters. They are not shown.
+bool is_parameter_service(const std::string& node, takt::EntityKind kind, const std::string& name);
+
+}  // namespace rclcpp::detail
+
+#endif  // RCLCPP_RESULTS_HPP_

@@ -1,0 +1,59 @@
+// A program written for rclcpp, which run_test.py runs. Its words say how it ends: nothing, at a
+// signal; "calls N STATUS": after so many calls, with this status; "hangs": never, once it spins.
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "rclcpp/rclcpp.hpp"
+#include "std_msgs/msg/string.hpp"
+
+using namespace std::chrono_literals;
+
+class Talker : public rclcpp::Node {
+ public:
+  explicit Talker(int most)
+      : Node("talker"),
+        publisher_(create_publisher<std_msgs::msg::String>("chatter", 10)),
+        timer_(create_wall_timer(1ms, [this, most] {
+          if (calls_ == 0) std::cout << "it talks" << std::endl;
+          publisher_->publish(std_msgs::msg::String());
+          if (++calls_ == most) rclcpp::shutdown();
+        })) {}
+
+ private:
+  int calls_ = 0;
+  rclcpp::Publisher<std_msgs::msg::String>::SharedPtr publisher_;
+  rclcpp::TimerBase::SharedPtr timer_;
+};
+
+class Listener : public rclcpp::Node {
+ public:
+  Listener()
+      : Node("listener"),
+        subscription_(create_subscription<std_msgs::msg::String>(
+            "chatter", 10, [](const std_msgs::msg::String&) {})) {}
+
+ private:
+  rclcpp::Subscription<std_msgs::msg::String>::SharedPtr subscription_;
+};
+
+int main(int argc, char** argv) {
+  const auto words = rclcpp::init_and_remove_ros_arguments(argc, argv);
+  const bool hangs = words.size() > 1 && words[1] == "hangs";
+  const int most = words.size() > 3 ? std::atoi(words[2].c_str()) : 0;
+  {
+    rclcpp::executors::SingleThreadedExecutor executor;
+    const auto talker = std::make_shared<Talker>(most);
+    const auto listener = std::make_shared<Listener>();
+    executor.add_node(talker);
+    executor.add_node(listener);
+    executor.spin();
+  }
+  while (hangs) std::this_thread::sleep_for(1h);
+  rclcpp::shutdown();
+  return words.size() > 3 ? std::atoi(words[3].c_str()) : 0;
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "analyze/program_nodes.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "takt/messages/rcl_interfaces/srv/get_parameters.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using Message = std_msgs::msg::String;
+using Service = rcl_interfaces::srv::GetParameters;
+using Groups = std::map<std::string, std::shared_ptr<CallbackGroup>>;
+
+std::shared_ptr<void> make_callback(Node& node, const json& callback, const Groups& groups) {
+  const std::string kind = callback.at("kind"), name = callback.at("name");
+  const std::shared_ptr<CallbackGroup>& group = groups.at(callback.at("group"));
+  if (kind == "timer") {
+    return node.create_timer(
+        name, Nanoseconds(callback.at("period_ns")), [] {}, group);
+  }
+  if (kind == "subscription") {
+    return node.create_subscription<Message>(
+        name, callback.at("depth").get<std::size_t>(), [](const Message&) {}, group);
+  }
+  if (kind == "service") {
+    return node.create_service<Service>(
+        name, [](const Service::Request&, Service::Response&) {}, group);
+  }
+  if (kind == "client") return node.create_client<Service>(name, {}, group);
+  return node.create_guard_condition(
+      name, [] {}, group);
+}
+
+}  // namespace
+
+ProgramNodes::ProgramNodes(const json& description) : others_(description.at("others")) {
+  for (const json& node : description.at("nodes")) add(node);
+}
+
+void ProgramNodes::add(const json& description) {
+  const std::string name = description.at("name");
+  const std::size_t slash = name.rfind('/');
+  NodeOptions options;
+  options.name_space = name.substr(0, slash);
+  const auto node = std::make_shared<Node>(name.substr(slash + 1), options);
+  Groups groups{{node->default_callback_group()->name(), node->default_callback_group()}};
+  for (const json& group : description.at("groups")) {
+    const std::string called = group.at("name");
+    if (groups.contains(called)) continue;
+    groups[called] = node->create_callback_group(
+        called, group.at("is_reentrant") ? CallbackGroupType::Reentrant
+                                         : CallbackGroupType::MutuallyExclusive);
+    handles_.push_back(groups[called]);
+  }
+  for (const json& callback : description.at("callbacks")) {
+    handles_.push_back(make_callback(*node, callback, groups));
+  }
+  for (const std::string topic : description.at("publishes")) {
+    handles_.push_back(node->create_publisher<Message>(topic, 1));
+  }
+  nodes_.push_back(node);
+}
+
+std::shared_ptr<Node> ProgramNodes::find(const std::string& name) const {
+  const auto found = std::find_if(nodes_.begin(), nodes_.end(), [&](const auto& node) {
+    return node->fully_qualified_name() == name;
+  });
+  return found != nodes_.end() ? *found : nullptr;
+}
+
+}  // namespace takt::tools

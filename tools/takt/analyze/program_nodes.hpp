@@ -1,0 +1,36 @@
+// Nodes that stand for those of a program.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_PROGRAM_NODES_HPP_
+#define TAKT_TOOLS_TAKT_PROGRAM_NODES_HPP_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "takt/nodes/node.hpp"
+
+namespace takt::tools {
+
+/// The names, groups, callbacks and topics of a program's nodes, as rclcpp/src/description.cpp has
+/// written them. The callbacks do nothing, and all messages are of one type.
+class ProgramNodes {
+ public:
+  explicit ProgramNodes(const nlohmann::json& description);
+  /// nullptr: there is none of this full name.
+  std::shared_ptr<Node> find(const std::string& name) const;
+  /// Of the program, but not of its file.
+  const std::vector<std::string>& others() const noexcept { return others_; }
+
+ private:
+  void add(const nlohmann::json& description);
+
+  std::vector<std::shared_ptr<Node>> nodes_;
+  std::vector<std::shared_ptr<void>> handles_;  // of what the nodes have
+  std::vector<std::string> others_;
+};
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_PROGRAM_NODES_HPP_

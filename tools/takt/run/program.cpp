@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/program.hpp"
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/regular_file.hpp"
+#include "takt/base/temporary.hpp"
+
+#include "exit_status.hpp"
+#include "run/end_signals.hpp"
+#include "run/progress.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+// Limit: bytes of the results of a program. At it: they are refused. Seen: the error.
+constexpr std::size_t kMostBytes = std::size_t{4} << 30;
+
+struct Start {
+  const std::vector<std::string>& words;
+  std::vector<std::pair<const char*, std::string>> variables;  // those that are not empty are set
+  bool has_stdout;
+};
+
+/// Does not return. Writes errno to the descriptor if it cannot be started.
+[[noreturn]] void become(const Start& start, pid_t parent, const EndSignals& signals, int failure) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);  // it has died before
+  setpgid(0, 0);
+  signals.let_through();
+  if (!start.has_stdout) dup2(STDERR_FILENO, STDOUT_FILENO);
+  for (const auto& [name, value] : start.variables) {
+    if (!value.empty()) setenv(name, value.c_str(), /*overwrite=*/1);
+  }
+  std::vector<std::string> words = start.words;
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  execvp(argv.front(), argv.data());
+  const int error = errno;
+  _exit(write(failure, &error, sizeof error) == sizeof error ? 127 : 126);
+}
+
+pid_t begin(const Start& start, const EndSignals& signals) {
+  std::array<int, 2> failure{};
+  if (pipe2(failure.data(), O_CLOEXEC) != 0) {
+    throw Error("cannot create a pipe: " + errno_message(errno));
+  }
+  const pid_t parent = getpid(), child = fork();
+  if (child == 0) become(start, parent, signals, failure[1]);
+  const int fork_error = errno;
+  close(failure[1]);
+  int error = 0;
+  const bool has_failed =
+      child > 0 && read(failure[0], &error, sizeof error) == static_cast<ssize_t>(sizeof error);
+  close(failure[0]);
+  if (child < 0) throw Error("cannot create a process: " + errno_message(fork_error));
+  if (!has_failed) return child;
+  waitpid(child, nullptr, 0);
+  throw Error(fmt::format("the program '{}' cannot be started: {}", start.words.front(),
+                          errno_message(error)),
+              "give its path after --, or start it with `takt ros2 run`");
+}
+
+struct Ended {
+  int signal = 0;  // that has ended the run before its time; 0: none
+  int status = 0;  // of the program
+  bool was_killed = false;
+};
+
+Ended wait_for_end(pid_t child, Nanoseconds duration, const EndSignals& signals) {
+  const auto process = static_cast<int>(syscall(SYS_pidfd_open, child, 0));
+  if (process < 0) throw Error("cannot observe the program: " + errno_message(errno));
+  Ended ended;
+  {
+    const Progress progress(duration);
+    TimePoint limit = progress.end();
+    bool is_ending = false;
+    std::array<pollfd, 2> events{{{process, POLLIN, 0}, {signals.fd(), POLLIN, 0}}};
+    while (events[0].revents == 0) {
+      const TimePoint now = Clock::steady().now();
+      const int taken = signals.take();
+      if (taken != 0 || now >= limit) {
+        ended.was_killed = is_ending;
+        kill(-child, is_ending ? SIGKILL : taken != 0 ? taken : SIGINT);
+        if (!is_ending) ended.signal = taken;
+        is_ending = true;
+        limit = later(now, kEndLimit);
+      }
+      const timespec time =
+          to_timespec(is_ending ? between(now, limit) : std::min(progress.show(now), limit - now));
+      ppoll(events.data(), events.size(), &time, nullptr);
+    }
+  }
+  close(process);
+  waitpid(child, &ended.status, 0);
+  return ended;
+}
+
+/// Why it has failed; empty: it has not.
+std::string failure_of(const Ended& ended, const std::string& program) {
+  if (ended.was_killed) {
+    return fmt::format("the program '{}' was killed: it had not ended {} s after {}", program,
+                       kEndLimit.count(),
+                       name_of_signal(ended.signal == 0 ? SIGINT : ended.signal));
+  }
+  if (WIFSIGNALED(ended.status)) {
+    return fmt::format("the program '{}' was ended by {}", program,
+                       name_of_signal(WTERMSIG(ended.status)));
+  }
+  const int status = WEXITSTATUS(ended.status);
+  return status == 0 ? "" : fmt::format("the program '{}' ended with status {}", program, status);
+}
+
+/// What the program has written; throws if it has not.
+json read_written(const std::string& path, const std::string& failure, const std::string& program,
+                  const char* what) {
+  std::error_code is_missing;  // it is empty from the start to the end of the program
+  if (std::filesystem::file_size(path, is_missing) != 0 && !is_missing) {
+    return json::parse(read_text(path, kMostBytes));
+  }
+  if (!failure.empty()) throw std::runtime_error(failure);
+  throw Error(fmt::format("the program '{}' has {}", program, what),
+              "give one that was built for rclcpp with `takt ros2 build`");
+}
+
+}  // namespace
+
+json run_program(const ProgramRun& run) {
+  const TemporaryFolder folder;
+  const std::string results = folder / "results.json";
+  const EndSignals signals;
+  const pid_t child =
+      begin({run.words,
+             {{"TAKT_RESULTS", results},
+              {"TAKT_CONFIG", run.file},
+              {"TAKT_EXECUTOR", run.executor},
+              {"TAKT_SCHEDULER", run.scheduler},
+              {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
+             run.has_stdout},
+            signals);
+  begin_work();
+  const Ended ended = wait_for_end(child, run.duration, signals);
+  const std::string failure = failure_of(ended, run.words.front());
+  json result =
+      read_written(results, failure, run.words.front(), "written no results").at("runs").at(0);
+  if (!result.contains("trace")) result["trace"] = json::array();
+  result["failed"] = failure.empty() ? json::array() : json::array({failure});
+  result["signal"] = ended.signal;
+  return result;
+}
+
+json nodes_of_program(const std::vector<std::string>& words, const std::string& file) {
+  const TemporaryFolder folder;
+  const std::string nodes = folder / "nodes.json";
+  const EndSignals signals;
+  const pid_t child =
+      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", file}}, false}, signals);
+  const Ended ended = wait_for_end(child, kEndLimit, signals);
+  check_complete(ended.signal, true);
+  return read_written(nodes, failure_of(ended, words.front()), words.front(),
+                      "not spun the nodes of the file");
+}
+
+}  // namespace takt::tools
