@@ -47,7 +47,7 @@ def eventually(condition, limit=60):
 
 
 def rounds(usual):
-    """How often to measure: as TAKT_ROUNDS says, which `./dev test` sets to 1."""
+    """How often to measure: as TAKT_ROUNDS says."""
     return int(os.environ.get("TAKT_ROUNDS", usual))
 
 
