@@ -57,6 +57,25 @@ TEST_F(SimulatedTime, ASleepEndsWithTheContext) {
   EXPECT_FALSE(sleeper.get());
 }
 
+// The callback's timer went with its handle: what the callback then did with it used freed memory.
+TEST_F(SimulatedTime, ACallbackMayUseTheTimerWhoseHandleItHasDropped) {
+  const auto node = std::make_shared<Node>("node");
+  bool has_run = false;
+  TimerBase::SharedPtr timer;
+  timer = node->create_wall_timer(
+      1ms,
+      [&](TimerBase& self) {
+        timer.reset();
+        self.cancel();
+        has_run = self.is_canceled() && self.is_steady();
+      },
+      nullptr, false);
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  timer->reset();
+  EXPECT_TRUE(spin_until(executor, [&] { return has_run; }));
+}
+
 // Clocks of a program's own have the time of a node, and tell when it jumps.
 TEST_F(SimulatedTime, ATimeSourceSetsOtherClocks) {
   const auto clock = std::make_shared<Clock>(RCL_ROS_TIME);

@@ -1,21 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rclcpp/timer.hpp"
 
+#include <atomic>
+
 namespace rclcpp {
+
+/// What Takt's timer owns: the callback, and the timer which that is called with. So a callback
+/// that drops its own timer may go on with both.
+struct TimerBase::Called : TimerBase {
+  Called(Clock::SharedPtr clock, std::function<void(TimerBase&)> function)
+      : TimerBase(std::move(clock)), call(std::move(function)) {}
+  const std::function<void(TimerBase&)> call;
+  std::atomic<bool> is_made{false};  // it may be due before it has Takt's timer
+};
 
 void TimerBase::start(takt::Node& node, std::chrono::nanoseconds period, const std::string& name,
                       std::function<void(TimerBase&)> call,
                       std::shared_ptr<takt::CallbackGroup> group, bool autostart) {
-  // Takt's timer owns the callback: so a callback that drops its own timer may go on.
-  auto shared = std::make_shared<std::function<void(TimerBase&)>>(std::move(call));
-  run_ = [this, shared] { (*shared)(*this); };
-  const auto run = [this, shared] { (*shared)(*this); };
+  const auto called = std::make_shared<Called>(clock_, std::move(call));
+  run_ = [this, called] { called->call(*this); };
+  called->run_ = [own = called.get()] { own->call(*own); };
+  const auto run = [called] {
+    called->is_made.wait(false);
+    called->call(*called);
+  };
   if (clock_->get_clock_type() == RCL_ROS_TIME) {
     timer_ = node.create_timer(name, period, run, std::move(group));
   } else {
     timer_ = node.create_wall_timer(name, period, run, std::move(group));
   }
   if (!autostart) timer_->cancel();
+  called->timer_ = std::shared_ptr<takt::Timer>(std::shared_ptr<void>(), timer_.get());
+  called->is_made.store(true);
+  called->is_made.notify_all();
 }
 
 std::shared_ptr<void> TimerBase::call() {

@@ -66,7 +66,7 @@ class TimerBase {
              bool autostart);
 
  private:
-  class Self;
+  struct Called;
   const Clock::SharedPtr clock_;
   std::function<void()> run_;
   std::shared_ptr<takt::Timer> timer_;
