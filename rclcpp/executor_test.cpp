@@ -24,6 +24,19 @@ TEST_F(Executors, ANodeBelongsToOneAtATime) {
   spin_some(node);
 }
 
+// Its list of groups kept those of nodes that had gone, for as long as the executor lived.
+TEST_F(Executors, KeepsNoGroupThatWasAdded) {
+  auto node = std::make_shared<Node>("node");
+  auto group = node->create_callback_group(CallbackGroupType::Reentrant, false);
+  executors::SingleThreadedExecutor executor;
+  executor.add_callback_group(group, node->get_node_base_interface());
+  const std::weak_ptr<CallbackGroup> gone = group;
+  group.reset();
+  node.reset();
+  executor.spin_some();
+  EXPECT_TRUE(gone.expired());
+}
+
 TEST_F(Executors, SpinSomeLosesNothingBetweenCalls) {
   const auto node = std::make_shared<Node>("node");
   const auto client = node->create_client<AddTwoInts>("add");

@@ -129,14 +129,15 @@ void Executor::add_callback_group(CallbackGroup::SharedPtr group, NodeBaseInterf
                              std::string(error.what()));
   }
   const std::lock_guard lock(mutex_);
-  groups_.emplace_back(std::move(group), node);
+  std::erase_if(groups_, [](const auto& known) { return known.first.expired(); });
+  groups_.emplace_back(group, node);
 }
 void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
   NodeBaseInterface::SharedPtr node;
   {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(groups_.begin(), groups_.end(),
-                                    [&](const auto& known) { return known.first == group; });
+                                    [&](const auto& known) { return known.first.lock() == group; });
     if (found == groups_.end()) {
       throw std::runtime_error("Callback group needs to be associated with executor.");
     }

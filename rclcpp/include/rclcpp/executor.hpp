@@ -108,7 +108,7 @@ class Executor : takt::Wakeable {
   std::mutex mutex_;  // guards all below
   std::vector<std::weak_ptr<node_interfaces::NodeBaseInterface>> nodes_;
   std::vector<
-      std::pair<CallbackGroup::SharedPtr, std::weak_ptr<node_interfaces::NodeBaseInterface>>>
+      std::pair<std::weak_ptr<CallbackGroup>, std::weak_ptr<node_interfaces::NodeBaseInterface>>>
       groups_;
 };
 
