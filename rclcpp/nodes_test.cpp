@@ -101,6 +101,40 @@ TEST_F(Nodes, AGoalIsExecutedByAThreadOfItsOwn) {
                rclcpp_action::exceptions::UnknownGoalHandleError);
 }
 
+// The future of a result waited for ever when the client went and its handle was kept, and a second
+// callback for the result was refused.
+TEST_F(Nodes, WhoeverAsksForAResultLearnsOfItsEnd) {
+  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
+  const auto node = std::make_shared<Node>("node");
+  std::shared_ptr<Handle> held;
+  const auto server = rclcpp_action::create_server<Fibonacci>(
+      node, "fibonacci",
+      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
+      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+      [&](const std::shared_ptr<Handle> goal) { held = goal; });
+  auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
+  int calls = 0;
+  options.result_callback = [&](const auto&) { ++calls; };
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  auto accepted = client->async_send_goal(Fibonacci::Goal(), options);
+  ASSERT_EQ(executor.spin_until_future_complete(accepted, kLong), FutureReturnCode::SUCCESS);
+  auto ended = client->async_get_result(accepted.get(), [&](const auto&) { calls += 10; });
+  ASSERT_TRUE(spin_until(executor, [&] { return held != nullptr; }));
+  held->succeed(std::make_shared<Fibonacci::Result>());
+  ASSERT_EQ(executor.spin_until_future_complete(ended, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_EQ(calls, 10);
+
+  accepted = client->async_send_goal(Fibonacci::Goal(), options);
+  ASSERT_EQ(executor.spin_until_future_complete(accepted, kLong), FutureReturnCode::SUCCESS);
+  ended = client->async_get_result(accepted.get());
+  client.reset();
+  ASSERT_EQ(ended.wait_for(0s), std::future_status::ready);
+  EXPECT_THROW(ended.get(), rclcpp_action::exceptions::UnawareGoalHandleError);
+  EXPECT_EQ(calls, 10);
+}
+
 TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   const auto server = std::make_shared<Node>("server");
   server->declare_parameter("gain", 0.5);

@@ -51,13 +51,33 @@ class ClientGoalHandle {
 
  private:
   friend class Client<A>;
-  void end(const takt::GoalResult<A>& ended) {
-    promise_.set_value({get_goal_id(), static_cast<ResultCode>(ended.state),
-                        std::make_shared<Result>(ended.result)});
+  /// Called with the result, instead of another one.
+  void set_result_callback(ResultCallback callback) {
+    const std::lock_guard lock(mutex_);
+    if (!has_ended_) callback_.swap(callback);  // what it was goes after the lock
+  }
+  /// nullptr: the client has gone, so nobody will know. Of several calls the first one counts.
+  void end(const takt::GoalResult<A>* ended) {
+    ResultCallback callback;
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(has_ended_, true)) return;
+      callback.swap(callback_);
+    }
+    if (ended == nullptr) {
+      promise_.set_exception(std::make_exception_ptr(exceptions::UnawareGoalHandleError()));
+      return;
+    }
+    promise_.set_value({get_goal_id(), static_cast<ResultCode>(ended->state),
+                        std::make_shared<Result>(ended->result)});
+    if (callback) callback(future_.get());
   }
 
   const std::shared_ptr<takt::ClientGoalHandle> takt_;
   std::atomic<bool> is_asked_{false};  // for its result
+  std::mutex mutex_;                   // guards these two
+  ResultCallback callback_;
+  bool has_ended_ = false;
   std::promise<WrappedResult> promise_;
   const std::shared_future<WrappedResult> future_;
 };
@@ -169,18 +189,19 @@ class Client : public ClientBase {
   static void check(const typename GoalHandle::SharedPtr& handle) {
     if (handle == nullptr) throw exceptions::UnknownGoalHandleError();
   }
-  /// Once for each goal; a further callback waits for the same answer.
+  /// Once for each goal; a further callback replaces the one before.
   void ask_result(const typename GoalHandle::SharedPtr& handle, ResultCallback callback) {
-    if (handle->is_asked_.exchange(true)) {
-      if (callback) throw exceptions::UnknownGoalHandleError();
-      return;
-    }
-    takt_->async_get_result(handle->takt_, [handle, callback = std::move(callback)](
-                                               const std::shared_ptr<takt::ClientGoalHandle>&,
-                                               const takt::GoalResult<A>& result) {
-      handle->end(result);
-      if (callback) callback(handle->future_.get());
-    });
+    if (callback) handle->set_result_callback(std::move(callback));
+    if (handle->is_asked_.exchange(true)) return;
+    struct Waits {  // in Takt's client, and goes with it
+      explicit Waits(typename GoalHandle::SharedPtr of) : handle(std::move(of)) {}
+      ~Waits() { handle->end(nullptr); }
+      const typename GoalHandle::SharedPtr handle;
+    };
+    takt_->async_get_result(
+        handle->takt_, [waits = std::make_shared<Waits>(handle)](
+                           const std::shared_ptr<takt::ClientGoalHandle>&,
+                           const takt::GoalResult<A>& result) { waits->handle->end(&result); });
   }
   template <class F>
   std::shared_future<typename CancelResponse::SharedPtr> cancelled(CancelCallback callback,
