@@ -1,4 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <map>
+
+#include "takt/messages/statistics_msgs/msg/metrics_message.hpp"
+#include "takt/messages/statistics_msgs/msg/statistic_data_type.hpp"
 #include "takt/messages/std_msgs/msg/string.hpp"
 
 #include "rclcpp_test.hpp"
@@ -154,6 +159,56 @@ TEST_F(Topics, LivelinessIsLostOnceUntilItIsAsserted) {
   EXPECT_EQ(lost, 1);
   publisher->assert_liveliness();
   EXPECT_TRUE(spin_until(executor, [&] { return lost == 2; }));
+}
+
+// The options were accepted, and nothing was published; and a message of this process had no time.
+TEST_F(Topics, AgeAndPeriodOfMessagesArePublished) {
+  using statistics_msgs::msg::MetricsMessage;
+  using Type = statistics_msgs::msg::StatisticDataType;
+  const auto node = std::make_shared<Node>("node");
+  SubscriptionOptions options;
+  options.topic_stats_options.state = TopicStatisticsState::Enable;
+  options.topic_stats_options.publish_period = 20ms;
+  const auto measured = node->create_subscription<String>(
+      "topic", 10,
+      [](String::UniquePtr, const MessageInfo& info) {
+        EXPECT_NE(info.get_rmw_message_info().source_timestamp, 0);
+      },
+      options);
+  std::map<std::string, std::map<int, double>> found;
+  const auto statistics = node->create_subscription<MetricsMessage>(
+      "/statistics", 10, [&](const MetricsMessage& message) {
+        EXPECT_EQ(message.measurement_source_name, "node");
+        EXPECT_EQ(message.unit, "ms");
+        EXPECT_GT(Time(message.window_stop), Time(message.window_start));
+        std::map<int, double> values;
+        for (const auto& point : message.statistics) values[point.data_type] = point.data;
+        ASSERT_EQ(values.size(), 5u);
+        const double count = values[Type::STATISTICS_DATA_TYPE_SAMPLE_COUNT];
+        const double average = values[Type::STATISTICS_DATA_TYPE_AVERAGE];
+        EXPECT_EQ(count == 0, std::isnan(average));
+        if (count > 1) found[message.metrics_source] = values;
+      });
+  const auto publisher = node->create_publisher<String>("topic", 10);
+  const auto timer = node->create_wall_timer(1ms, [&] { publisher->publish(text("a")); });
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  ASSERT_TRUE(spin_until(executor, [&] { return found.size() == 2; }));
+  for (const char* const name : {"message_age", "message_period"}) {
+    auto& values = found[name];
+    EXPECT_GE(values[Type::STATISTICS_DATA_TYPE_MINIMUM], 0) << name;
+    EXPECT_LE(values[Type::STATISTICS_DATA_TYPE_MINIMUM],
+              values[Type::STATISTICS_DATA_TYPE_AVERAGE]);
+    EXPECT_LE(values[Type::STATISTICS_DATA_TYPE_AVERAGE],
+              values[Type::STATISTICS_DATA_TYPE_MAXIMUM]);
+    EXPECT_GE(values[Type::STATISTICS_DATA_TYPE_STDDEV], 0) << name;
+  }
+  options.topic_stats_options.publish_period = 0ms;
+  const auto refused = [&] {
+    return node->create_subscription<String>(
+        "topic", 10, [](const String&) {}, options);
+  };
+  EXPECT_THROW(refused(), std::invalid_argument);
 }
 
 TEST_F(Topics, SerializedMessagesComeAndGo) {

@@ -50,17 +50,14 @@ void network_flows(SubscriptionOptions& options, PublisherBase& publisher) {
       RMW_UNIQUE_NETWORK_FLOW_ENDPOINTS_OPTIONALLY_REQUIRED;
   publisher.get_network_flow_endpoints();
 }
-// Row: topic statistics, `ignore_local_publications` | no effect
-void statistics(SubscriptionOptions& options) {
-  options.topic_stats_options.state = TopicStatisticsState::Enable;
+// Row: `ignore_local_publications` | no effect
+void local_publications(SubscriptionOptions& options) {
   options.ignore_local_publications = true;
 }
 // Row: `NodeOptions`: `start_parameter_event_publisher` (it comes with the services),
-// `enable_topic_statistics`, `use_clock_thread` (always), `clock_qos`, `parameter_event_qos` | no
-// effect
+// `use_clock_thread` (always), `clock_qos`, `parameter_event_qos` | no effect
 void node_options(NodeOptions& options) {
-  options.start_parameter_event_publisher(false).enable_topic_statistics(true);
-  options.use_clock_thread(false).clock_qos(QoS(1));
+  options.start_parameter_event_publisher(false).use_clock_thread(false).clock_qos(QoS(1));
   options.parameter_event_qos(QoS(1));
 }
 // Row: `RCUTILS_LOGGING_BUFFERED_STREAM`, `--log-config-file`, `--enable-stdout-logs` and the like

@@ -215,6 +215,15 @@ void qos_overrides(Node& node) {
   node.create_subscription<String>(
       "topic", 10, [](const String&) {}, options);
 }
+// Row: topic statistics: `SubscriptionOptions::topic_stats_options`,
+// `NodeOptions::enable_topic_statistics` | age and period of the messages, as
+// `statistics_msgs/msg/MetricsMessage`
+void statistics(NodeOptions& of_all, SubscriptionOptions& options) {
+  of_all.enable_topic_statistics(true);
+  options.topic_stats_options.state = TopicStatisticsState::Enable;
+  options.topic_stats_options.publish_topic = "/statistics";
+  options.topic_stats_options.publish_period = std::chrono::seconds(1);
+}
 // Row: callbacks for events: matched, deadline, liveliness, incompatible QoS, lost messages |
 void events(SubscriptionOptions& subscription, PublisherOptions& publisher) {
   subscription.event_callbacks.deadline_callback = [](QOSDeadlineRequestedInfo&) {};

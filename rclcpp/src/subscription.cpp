@@ -6,10 +6,16 @@
 namespace rclcpp {
 
 MessageInfo::MessageInfo(const takt::MessageInfo& info) : info_{} {
-  const auto published = info.source_time.time_since_epoch();
-  info_.source_timestamp = std::chrono::nanoseconds(published).count();
-  info_.received_timestamp =
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  const auto since_1970 = [](std::chrono::system_clock::time_point time) {
+    return std::chrono::nanoseconds(time.time_since_epoch()).count();
+  };
+  info_.received_timestamp = since_1970(std::chrono::system_clock::now());
+  info_.source_timestamp = since_1970(info.source_time);
+  // One of this process has the time of the steady clock only.
+  if (info_.source_timestamp == 0 && info.publish_time != takt::TimePoint{}) {
+    const takt::Nanoseconds age = takt::Clock::steady().now() - info.publish_time;
+    info_.source_timestamp = info_.received_timestamp - age.count();
+  }
   info_.publication_sequence_number = info_.reception_sequence_number = info.sequence;
   info_.publisher_gid.implementation_identifier = "takt";
   std::memcpy(info_.publisher_gid.data, &info.writer, sizeof info.writer);

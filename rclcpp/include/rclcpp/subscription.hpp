@@ -14,6 +14,7 @@
 #include "rclcpp/detail/qos_parameters.hpp"
 #include "rclcpp/detail/refused.hpp"
 #include "rclcpp/detail/subscription_callback.hpp"
+#include "rclcpp/detail/topic_statistics.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/macros.hpp"
 #include "rclcpp/network_flow_endpoint.hpp"
@@ -59,10 +60,12 @@ class SubscriptionBase {
  protected:
   SubscriptionBase(node_interfaces::NodeBaseInterface& node,
                    std::shared_ptr<takt::SubscriptionBase> subscription,
-                   const SubscriptionOptionsBase& options, bool is_serialized)
+                   const SubscriptionOptionsBase& options, bool is_serialized,
+                   const std::shared_ptr<detail::TopicStatistics>& statistics = nullptr)
       : takt_(std::move(subscription)),
         events_(detail::make_events(*node.takt_node(), *takt_, options.event_callbacks,
                                     options.callback_group)),
+        statistics_(detail::TopicStatistics::publish(statistics, node, options)),
         participant_(node.takt_node()->participant()),
         is_serialized_(is_serialized) {}
   [[noreturn]] static void refuse(const char* what) {
@@ -73,6 +76,7 @@ class SubscriptionBase {
 
  private:
   const detail::Events events_;
+  const std::shared_ptr<takt::Entity> statistics_;  // publishes them
   const std::shared_ptr<takt::Participant> participant_;
   const bool is_serialized_;
 };
@@ -92,7 +96,9 @@ class Subscription : public SubscriptionBase {
                F callback, const SubscriptionOptionsWithAllocator<Allocator>& options,
                const detail::QosParameters& overrides)
       : Subscription(node, node.resolve_topic_or_service_name(topic, false), qos,
-                     std::make_shared<Shared<F>>(std::move(callback)), options, overrides) {}
+                     std::make_shared<Shared<F>>(std::move(callback),
+                                                 detail::TopicStatistics::make(node, options)),
+                     options, overrides) {}
 
   /// The oldest message, without an executor. False when there is none.
   bool take(ROSMessageType& message, MessageInfo& info) {
@@ -121,8 +127,10 @@ class Subscription : public SubscriptionBase {
   /// The user's callback, which the executor calls, and handle_message.
   template <class F>
   struct Shared {
-    explicit Shared(F function) : callback(std::move(function)) {}
+    Shared(F function, std::shared_ptr<detail::TopicStatistics> measured)
+        : callback(std::move(function)), statistics(std::move(measured)) {}
     F callback;
+    const std::shared_ptr<detail::TopicStatistics> statistics;  // nullptr: nobody wants any
     template <class Argument>
     static constexpr bool kAlone = std::invocable<F&, Argument>;
     void call(std::shared_ptr<ROSMessageType> message, const MessageInfo& info) {
@@ -156,7 +164,8 @@ class Subscription : public SubscriptionBase {
             make(*node.takt_node(), topic,
                  overrides.apply(qos, topic, options.qos_overriding_options, true).to_takt(true),
                  shared, options.callback_group),
-            options, detail::kTakesBytes<F> && !detail::kHasForm<F, ROSMessageType>),
+            options, detail::kTakesBytes<F> && !detail::kHasForm<F, ROSMessageType>,
+            shared->statistics),
         handle_([shared](std::shared_ptr<ROSMessageType> message, const MessageInfo& info) {
           shared->call(std::move(message), info);
         }) {}
@@ -170,7 +179,7 @@ class Subscription : public SubscriptionBase {
       return node.create_generic_subscription(
           topic, takt::message_type<ROSMessageType>().name, qos,
           [shared](std::span<const std::byte> bytes, const takt::MessageInfo& info) {
-            auto inner = detail::takt_callback<SerializedMessage>(std::ref(shared->callback));
+            auto inner = detail::takt_callback<SerializedMessage>(Reference<F>{shared});
             auto message = std::make_unique<SerializedMessage>(bytes);
             if constexpr (detail::kLooks<F, SerializedMessage>) {
               inner(*message, info);
@@ -188,6 +197,9 @@ class Subscription : public SubscriptionBase {
   template <class F>
   struct Reference {
     std::shared_ptr<Shared<F>> shared;
+    void received(const takt::MessageInfo& info) const {
+      if (shared->statistics != nullptr) shared->statistics->received(info);
+    }
     template <class... Arguments>
     requires std::invocable<F&, Arguments...>
     void operator()(Arguments&&... arguments) {

@@ -11,6 +11,7 @@
 #include "rclcpp/callback_group.hpp"
 #include "rclcpp/event_handler.hpp"
 #include "rclcpp/publisher_options.hpp"
+#include "rclcpp/qos.hpp"
 
 namespace rclcpp {
 
@@ -33,6 +34,7 @@ struct SubscriptionOptionsBase {
     TopicStatisticsState state = TopicStatisticsState::NodeDefault;
     std::string publish_topic = "/statistics";
     std::chrono::milliseconds publish_period = std::chrono::seconds(1);
+    QoS qos = SystemDefaultsQoS().keep_last(10);
   } topic_stats_options;
   QosOverridingOptions qos_overriding_options;
   /// Messages come unfiltered, and is_cft_enabled() is false, as with a middleware that has none.

@@ -38,6 +38,7 @@ inline constexpr bool kTakesBytes =
 
 template <class F, class Argument>
 void call(F& callback, Argument&& argument, const takt::MessageInfo& info) {
+  if constexpr (requires { callback.received(info); }) callback.received(info);  // it measures
   if constexpr (std::invocable<F&, Argument>) {
     callback(std::forward<Argument>(argument));
   } else {

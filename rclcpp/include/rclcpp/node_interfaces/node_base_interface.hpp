@@ -53,7 +53,7 @@ class NodeBaseInterface {
   void for_each_callback_group(const std::function<void(CallbackGroup::SharedPtr)>& function);
   std::atomic_bool& get_associated_with_executor_atomic() { return has_executor_; }
   bool get_use_intra_process_default() const { return options_.use_intra_process_comms(); }
-  bool get_enable_topic_statistics_default() const { return false; }
+  bool get_enable_topic_statistics_default() const { return options_.enable_topic_statistics(); }
   /// Throws exceptions::InvalidTopicNameError or InvalidServiceNameError.
   std::string resolve_topic_or_service_name(const std::string& name, bool is_service,
                                             bool only_expand = false) const;
