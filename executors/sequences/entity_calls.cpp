@@ -15,7 +15,7 @@ NodeOptions World::node_options() {
 void World::make_place() {
   if (places_.size() == kMostNodes) return;
   Place place;
-  place.node = std::make_shared<Node>("node_" + std::to_string(++named_), node_options());
+  place.node = api_.make_node("node_" + std::to_string(++named_), node_options());
   add_place(std::move(place));
 }
 
@@ -29,25 +29,26 @@ void World::make_lifecycle_place() {
 }
 
 void World::add_place(Place place) {
-  made_.push_back(place.node);
+  made_.push_back(place.node->weak_from_this());
   const auto add = [&](const std::shared_ptr<CallbackGroup>& group) {
     made_.push_back(group);
     place.groups.push_back(std::make_shared<Group>(Group{group}));
   };
   add(place.node->default_callback_group());
-  add(place.node->create_callback_group("exclusive", CallbackGroupType::MutuallyExclusive));
-  add(place.node->create_callback_group("reentrant", CallbackGroupType::Reentrant));
-  Node& node = *place.node;
-  node.declare_parameter(kParameter, 0, {.integer_range = IntegerRange{0, 100}});
-  place.refuses_odd = node.add_on_set_parameters_callback([this, &node](const Parameters& values) {
+  add(api_.make_group(place.node, "exclusive", CallbackGroupType::MutuallyExclusive));
+  add(api_.make_group(place.node, "reentrant", CallbackGroupType::Reentrant));
+  api_.declare_parameter(place.node);
+  const auto refuse_odd = [this, weak = std::weak_ptr(place.node)](std::int64_t value) {
     try {
-      (void)node.set_parameters_atomically(values);
-      demand(false, "an on-set callback set parameters");
+      if (const auto node = weak.lock()) {
+        api_.set_parameter(node, value);
+        demand(false, "an on-set callback set parameters");
+      }
     } catch (const Error&) {
     }
-    const auto value = std::get<std::int64_t>(values.at(kParameter));
-    return SetParametersResult{.successful = value % 2 == 0, .reason = "odd"};
-  });
+    return value % 2 == 0;
+  };
+  place.refuses_odd = api_.add_on_set(place.node, refuse_odd);
   if (next() % 4 != 0) attempt([&] { executor_->add_node(place.node); });
   places_.push_back(std::move(place));
 }
@@ -106,13 +107,13 @@ void World::make_timer() {
   const Nanoseconds period = kPeriods[next() % kPeriods.size()];
   make_part([&](Place& place, const PartPtr& part, const std::string& name) {
     part->is_for_ever = is_for_ever(period);
-    part->is_endless = period == 1ns;
     part->is_managed = place.lifecycle != nullptr;
     const auto run = [this, part] { ran(part); };
     const auto& group = part->group->group;
     part->timer = place.lifecycle != nullptr
                       ? place.lifecycle->create_timer(name, period, run, group)
-                      : place.node->create_timer(name, period, run, group);
+                      : api_.make_timer(place.node, name, period, run, group);
+    part->is_endless = part->timer->period() == 1ns;
     begin_phase(*part);
   });
 }
@@ -123,14 +124,13 @@ void World::make_subscription() {
   make_part([&](Place& place, const PartPtr& part, const std::string&) {
     part->topic = topic;
     part->is_managed = place.lifecycle != nullptr;
-    const auto run = [this, part](const Number&) { ran(part); };
+    const auto run = [this, part] { ran(part); };
     const auto& group = part->group->group;
     if (place.lifecycle != nullptr) {
-      part->subscription =
-          place.lifecycle->create_subscription<Number>(kTopics[topic], depth, run, group);
+      part->subscription = place.lifecycle->create_subscription<Number>(
+          kTopics[topic], depth, [run](const Number&) { run(); }, group);
     } else {
-      part->subscription =
-          place.node->create_subscription<Number>(kTopics[topic], depth, run, group);
+      part->subscription = api_.make_subscription(place.node, kTopics[topic], depth, run, group);
     }
   });
 }
@@ -146,7 +146,7 @@ void World::publish(std::size_t topic) {
   for (const auto& part : parts_) {
     if (part->subscription != nullptr && part->topic == static_cast<int>(topic)) ++part->published;
   }
-  publishers_[topic]->publish(Number{1});
+  publish_[topic]();
 }
 
 void World::trigger() {
@@ -230,11 +230,11 @@ void World::set_node_parameters() {
   if (place == nullptr) return;
   const std::int64_t value = next();
   if (value > 250) place->refuses_odd = nullptr;
-  const auto before = place->node->get_parameter<std::int64_t>(kParameter);
-  const bool is_set = place->node->set_parameters_atomically({{kParameter, value}}).successful;
+  const auto before = api_.get_parameter(place->node);
+  const bool is_set = api_.set_parameter(place->node, value);
   const bool fits = value <= 100 && (value % 2 == 0 || place->refuses_odd == nullptr);
   demand(is_set == fits, "a parameter was set that does not fit, or was not and does");
-  demand(place->node->get_parameter<std::int64_t>(kParameter) == (is_set ? value : before),
+  demand(api_.get_parameter(place->node) == (is_set ? value : before),
          "a parameter has another value than was set last");
 }
 

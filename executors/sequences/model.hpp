@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "takt/executors/executor.hpp"
-#include "takt/executors/sequences/sequence_types.hpp"
+#include "takt/executors/sequences/api.hpp"
 #include "takt/nodes/lifecycle_node.hpp"
 #include "takt/ros2/action_client.hpp"
 #include "takt/ros2/action_server.hpp"
@@ -59,7 +58,6 @@ inline constexpr std::array<Nanoseconds, 6> kLimits{0us, 20us,    1ms, Nanosecon
                                                     1ns, kCentury};
 inline constexpr const char* kTopics[] = {"/left", "/right"};
 inline constexpr const char* kServices[] = {"/twice", "/double"};
-inline constexpr const char* kParameter = "even";
 
 class World;
 
@@ -93,7 +91,7 @@ struct Place {  // of a node
   std::shared_ptr<Node> node;
   std::shared_ptr<Managed> lifecycle;  // the same, if it has one
   std::vector<std::shared_ptr<Group>> groups;
-  OnSetParametersHandle refuses_odd;
+  std::shared_ptr<const void> refuses_odd;
 };
 
 struct Part;
@@ -194,7 +192,7 @@ struct Part {
   // Services that answer later, and clients.
   bool answers_at_once = false;
   std::vector<std::pair<RequestId, int>> owed;
-  Nanoseconds timeout{0};
+  Nanoseconds timeout{0}, without_service{0};
   std::vector<std::shared_ptr<Call>> calls;
   std::string action;
 };

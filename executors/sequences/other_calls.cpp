@@ -21,7 +21,7 @@ constexpr auto kQuiet = 200us;
 // What is in the old one is in none afterwards.
 void World::renew_other() {
   const auto scheduler_names = schedulers().names();
-  const auto executor_names = executors().names();
+  const auto executor_names = api_.executor_names();
   ExecutorOptions options;
   const std::string& type = executor_names[next() % executor_names.size()];
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
@@ -32,7 +32,7 @@ void World::renew_other() {
     if (part->group->is_in_other && part->node.expired()) part->may_be_outside = true;
   }
   attempt([&] {
-    other_ = executors().make(type, options);
+    other_ = api_.make_executor(type, options);
     other_->release_timers(!are_held_);
   });
 }
@@ -73,7 +73,8 @@ void World::wait_for_promise(bool in_callback) {
   if (chosen == nullptr || executor == nullptr) return;
   const std::shared_ptr<KeptPromise> kept = *chosen;
   if (is_for_ever(limit) && in_callback) return;  // nobody would set it
-  const TimePoint end = later(clock_.now(), limit);
+  const Clock& clock = api_.clock_of_limits(clock_);
+  const TimePoint end = later(clock.now(), limit);
   std::optional<FutureReturnCode> code;
   const auto wait = [&] {
     code = executor->spin_until_future_complete(kept->promise.get_future(), limit);
@@ -83,7 +84,7 @@ void World::wait_for_promise(bool in_callback) {
   const bool is_whole = is_other ? spin_other(wait) : spin(wait);
   if (!is_whole || !code) return;
   demand((*code == FutureReturnCode::SUCCESS) == kept->is_set, "a spin told a future wrong");
-  demand(kept->is_set || clock_.now() >= end, "a spin for a future ended before its time");
+  demand(kept->is_set || clock.now() >= end, "a spin for a future ended before its time");
 }
 
 // Another thread sets the promise when nobody has read the clock for a while, as the spin then

@@ -2,6 +2,8 @@
 #include "takt/executors/sequences/sequence.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <unordered_set>
 
@@ -53,9 +55,9 @@ TAKT_REGISTER_SCHEDULER("suspicious", "order of arrival, checked: for tests", Su
 
 }  // namespace
 
-World::World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void>>& made)
-    : bytes_(bytes), made_(made) {
-  const auto executor_names = executors().names();
+World::World(std::span<const std::uint8_t> bytes, Api& api, std::vector<std::weak_ptr<void>>& made)
+    : bytes_(bytes), api_(api), made_(made) {
+  const auto executor_names = api_.executor_names();
   const auto scheduler_names = schedulers().names();
   ExecutorOptions options;
   options.scheduler = scheduler_names[next() % scheduler_names.size()];
@@ -63,12 +65,13 @@ World::World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void
   options.statistics = static_cast<StatisticsLevel>(next() % 3);
   if (executors().traits(type).isolates && next() % 2 == 1) options.per = Isolation::group;
   options.clock = &clock_;
-  executor_ = executors().make(type, options);
+  executor_ = api_.make_executor(type, options);
   witness.complaint = nullptr;
   witness.refuses = false;
-  source_ = std::make_shared<Node>("source", node_options());
+  source_ = api_.make_node("source", node_options());
   for (std::size_t i = 0; i < publishers_.size(); ++i) {
     publishers_[i] = source_->create_publisher<Number>(kTopics[i], 4);
+    publish_[i] = api_.make_publish(source_, publishers_[i]);
   }
   // A guard condition that, when it is busy, triggers itself again.
   busy_ = source_->create_guard_condition("busy", [this] { run_busy(); });
@@ -364,7 +367,7 @@ void World::part_gone() noexcept {
   call_in_destructor(next() % 10);
 }
 
-std::string run(std::span<const std::uint8_t> bytes) {
+std::string run(std::span<const std::uint8_t> bytes, Api& api) {
   // What callbacks throw and goals that nobody ends is logged, a line each.
   static const bool is_silent = [] {
     Logger::instance().set_writer([](LogLevel, std::string_view) {});
@@ -373,11 +376,18 @@ std::string run(std::span<const std::uint8_t> bytes) {
   (void)is_silent;
   const TimeBound bound(kLongest, fmt::format("program {{{}}}", fmt::join(bytes, ", ")));
   std::vector<std::weak_ptr<void>> made;
-  std::string broken = World(bytes, made).run();
+  std::string broken = World(bytes, api, made).run();
   for (const auto& each : made) {
     if (broken.empty() && !each.expired()) broken = "something outlives its last pointer";
   }
-  return broken;
+  return broken.empty() ? api.left_behind() : broken;
+}
+
+void require(std::span<const std::uint8_t> bytes, Api& api) {
+  const std::string broken = run(bytes, api);
+  if (broken.empty()) return;
+  std::fprintf(stderr, "broken: %s\n", broken.c_str());
+  std::abort();
 }
 
 }  // namespace takt::sequences

@@ -9,9 +9,12 @@
 #include <span>
 #include <string>
 
+#include "takt/executors/sequences/api.hpp"
+
 namespace takt::sequences {
 
-/// Runs the program; the result is the first promise that was broken, or empty.
+/// Runs the program, which speaks this API; the result is the first promise that was broken, or
+/// empty.
 ///
 /// The first three bytes choose executor, scheduler and level of statistics; each further one is a
 /// call, and those behind it its arguments. Callbacks make calls too, from the same bytes, among
@@ -46,7 +49,9 @@ namespace takt::sequences {
 /// - a wait set lists what is ready, and an event reports what has changed, once;
 /// - after all that, no entity, group or node is left;
 /// - a scheduler is given only callbacks that it was configured for, each once at a time.
-std::string run(std::span<const std::uint8_t> bytes);
+std::string run(std::span<const std::uint8_t> bytes, Api& api);
+/// For libFuzzer: a promise that was broken ends the process.
+void require(std::span<const std::uint8_t> bytes, Api& api);
 
 }  // namespace takt::sequences
 

@@ -1,18 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "takt/executors/sequences/sequence.hpp"
-
-#include <algorithm>
 #include <cstdlib>
-#include <random>
-#include <vector>
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include "takt/executors/sequences/programs.hpp"
+
 namespace takt::sequences {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 #ifdef __SANITIZE_THREAD__
 constexpr int kPrograms = 200;  // each takes twenty times as long
@@ -22,108 +17,28 @@ constexpr int kPrograms = 1000;
 constexpr const char* kRapidcheck = "seed=15 max_success=500";
 #endif
 
-/// The shortest program that showed a defect which is repaired since.
-struct Kept {
-  const char* name;
-  Bytes bytes;
-};
-
-Bytes removed_while_callbacks_publish() {
-  Bytes bytes{8, 1, 0, 0, 1, 2, 0, 3, 0, 0};
-  for (int i = 0; i < 40; ++i) bytes.insert(bytes.end(), {21, 0, 8, 0, 3});
-  return bytes;
-}
-
-const std::vector<Kept>& kept_programs() {
-  static const std::vector<Kept> programs{
-
-      Kept{"EndlessSpinUntil", {0, 0, 0, 19, 0, 1}},
-      Kept{"EndlessSpinUntilOfIsolated", {0, 2, 0, 0, 19, 0, 15}},
-      Kept{"TimeOutForEver", {0, 0, 0, 19, 2}}, Kept{"PeriodForEver", {0, 0, 0, 0, 1, 1, 3}},
-      Kept{"TimerAfterHold", {0, 0, 0, 0, 1, 1, 0, 0, 0, 3, 0, 0, 17}},
-      Kept{"DroppedAndAddedAgain", {0, 10, 0, 0, 7, 3, 0, 14, 21, 0, 10, 0, 8, 0, 9}},
-      Kept{"RemovedWhileCallbacksPublish", removed_while_callbacks_publish()},
-      // The set's last result has the last pointer to a guard condition, whose callback removes
-      // another member when it goes: the set let it go under its lock, and waited for itself.
-      Kept{"WaitSetLetsGoWhatRemovesAnother",
-           {0, 1,  0, 0, 0,  3, 0,  0, 3,  0, 0,  51, 0, 51, 1, 6,
-            0, 54, 3, 1, 53, 0, 10, 0, 63, 1, 54, 1,  1, 6,  0}},
-      // A coroutine that goes on when it has ended its goal has the place of the next one, which
-      // was accepted, and then aborted.
-      Kept{"GoalAfterACoroutineThatGoesOn",
-           {0, 1, 0, 0, 1, 27, 4, 0, 2, 0, 0, 28, 0, 0, 0, 0, 29, 0, 1, 20, 29, 0, 1, 20}},
-      // A nested spin waits for the same future, and its time is up: the outer one slept on.
-      Kept{"NestedSpinsForOneFuture",
-           {0, 1, 0, 0, 1, 3, 0, 0, 40, 1, 0, 46, 6, 0, 16, 1, 48, 0, 3, 1, 48, 0, 1}},
-      // `isolated`: what a callback throws ended the spin, and the future kept the executor.
-      Kept{"PromiseAfterTheExecutorThatWaited",
-           {0,  1, 0, 0,  0, 3,  0, 0, 40, 2,  0,  0, 41, 0,  3,
-            46, 6, 0, 16, 1, 48, 0, 2, 0,  13, 40, 1, 0,  47, 0}}};
-  return programs;
+std::string run_takt(const Bytes& bytes) {
+  Api api;
+  return run(bytes, api);
 }
 
 class Sequence : public testing::TestWithParam<Kept> {};
 
 TEST_P(Sequence, StaysRepaired) {
-  EXPECT_EQ(run(GetParam().bytes), "") << testing::PrintToString(GetParam().bytes);
+  EXPECT_EQ(run_takt(GetParam().bytes), "") << testing::PrintToString(GetParam().bytes);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kept, Sequence, testing::ValuesIn(kept_programs()),
                          [](const auto& kept) { return kept.param.name; });
 
-/// One that was kept, with a few other bytes, and more behind them.
-Bytes mutated_program(std::mt19937& random) {
-  Bytes bytes = kept_programs()[random() % kept_programs().size()].bytes;
-  bytes.resize(std::min<std::size_t>(bytes.size(), 40));  // the longest one takes its time
-  for (auto left = random() % 4; left > 0; --left) {
-    bytes[random() % bytes.size()] = static_cast<std::uint8_t>(random());
-  }
-  for (auto left = random() % 50; left > 0; --left) {
-    bytes.push_back(static_cast<std::uint8_t>(random()));
-  }
-  return bytes;
-}
-
-/// A program that has to do with what few random bytes would: nodes in and out of executors, a
-/// second executor, a promise, calls in callbacks and destructors. Then come random bytes.
-Bytes random_program(std::mt19937& random) {
-  if (random() % 4 == 0) return mutated_program(random);
-  const auto byte = [&] { return static_cast<std::uint8_t>(random()); };
-  Bytes bytes{byte(), byte(), byte(), byte()};
-  const auto perhaps = [&](std::initializer_list<std::uint8_t> call) {
-    if (random() % 2 == 0) bytes.insert(bytes.end(), call);
-  };
-  perhaps({0, 1});                                        // a node in the executor
-  perhaps({0, 0});                                        // and one in none
-  perhaps({40, byte(), byte(), byte()});                  // the other executor
-  perhaps({41, byte(), 3});                               // has a node
-  perhaps({3, byte(), byte()});                           // a guard condition
-  perhaps({27, byte(), byte(), byte(), byte(), byte()});  // an action server
-  perhaps({28, byte(), byte(), byte(), byte()});          // its client
-  perhaps({46});                                          // a promise
-  perhaps({16, 7});                                       // calls in callbacks
-  perhaps({63, 7});                                       // and in destructors
-  perhaps({6, byte()});                                   // the guard condition is triggered
-  perhaps({48, 0, byte(), byte(), byte()});               // a spin waits for the promise
-  for (std::size_t left = random() % 200; left > 0; --left) bytes.push_back(byte());
-  return bytes;
-}
-
-// The same programs each time: what fails once fails always.
 TEST(Sequences, ProgramsOfFixedSeedsKeepEveryPromise) {
-  const char* const asked = std::getenv("TAKT_SEQUENCES");
-  const int programs = asked != nullptr ? std::atoi(asked) : kPrograms;
-  std::mt19937 random(15);
-  for (int program = 0; program < programs; ++program) {
-    const Bytes bytes = random_program(random);
-    ASSERT_EQ(run(bytes), "") << "program " << program << ": " << testing::PrintToString(bytes);
-  }
+  EXPECT_EQ(run_random(kPrograms, [] { return std::make_unique<Api>(); }), "");
 }
 
 // The same too, unless RC_PARAMS says otherwise; of what fails, a small example is shown.
 TEST(Sequences, RapidcheckFindsNoBrokenPromise) {
   setenv("RC_PARAMS", kRapidcheck, /*overwrite=*/0);
-  EXPECT_TRUE(rc::check([](const Bytes& bytes) { RC_ASSERT(run(bytes) == ""); }));
+  EXPECT_TRUE(rc::check([](const Bytes& bytes) { RC_ASSERT(run_takt(bytes) == ""); }));
 }
 
 }  // namespace

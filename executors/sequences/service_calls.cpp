@@ -19,26 +19,29 @@ void World::make_service() {
   make_part([&](Place& place, const PartPtr& part, const std::string&) {
     part->topic = topic;
     part->answers_at_once = way == 0;
-    const auto make = [&](auto callback) {
-      part->service = place.node->create_service<Twice>(kServices[topic], std::move(callback),
-                                                        part->group->group);
-    };
+    const auto& group = part->group->group;
     if (way == 0) {
-      make([this, part](const Twice::Request& request, Twice::Response& response) {
+      const Api::Serve serve = [this, part](const Twice::Request& request,
+                                            Twice::Response& response) {
         response.value = 2 * request.value;
         ran(part);
-      });
+      };
+      part->service = api_.make_service(place.node, kServices[topic], serve, group);
     } else if (way == 1) {
-      make([this, part](const Twice::Request& request, RequestId id) {
+      const Api::ServeLater remember = [this, part](const Twice::Request& request, RequestId id) {
         if (part->owed.size() < kMostOwed) part->owed.emplace_back(id, request.value);
         ran(part);
-      });
+      };
+      part->service = api_.make_service(place.node, kServices[topic], remember, group);
     } else {
-      make([this, part](const Twice::Request& request, Twice::Response& response) -> Task<> {
-        ran(part);
-        response.value = 2 * request.value;
-        return task(part, /*what=*/0);
-      });
+      part->service = place.node->create_service<Twice>(
+          kServices[topic],
+          [this, part](const Twice::Request& request, Twice::Response& response) -> Task<> {
+            ran(part);
+            response.value = 2 * request.value;
+            return task(part, /*what=*/0);
+          },
+          group);
     }
   });
 }
@@ -48,16 +51,17 @@ void World::make_client() {
   const Nanoseconds timeout = kTimeouts[next() % kTimeouts.size()];
   make_part([&](Place& place, const PartPtr& part, const std::string&) {
     part->topic = topic;
-    part->timeout = timeout;
-    part->client = place.node->create_client<Twice>(
-        kServices[topic], {.calls_in_flight = kMostCalls, .timeout = timeout}, part->group->group);
+    ClientOptions options{.calls_in_flight = kMostCalls, .timeout = timeout};
+    part->client = api_.make_client(place.node, kServices[topic], options, part->group->group);
+    part->timeout = options.timeout;
+    part->without_service = options.without_service;
   });
 }
 
 std::shared_ptr<Call> World::begin_call(Part& client) {
   auto call = std::make_shared<Call>();
   call->number = ++named_;
-  call->lonely_end = later(clock_.now(), ClientOptions{}.without_service);
+  call->lonely_end = later(clock_.now(), client.without_service);
   if (client.timeout != 0ms) call->deadline = later(clock_.now(), client.timeout);
   return call;
 }
@@ -89,13 +93,13 @@ void World::send_request() {
   const bool drops = next() % 4 == 0;
   const auto call = begin_call(*client);
   attempt([&] {
-    client->client->async_send_request(
-        {call->number}, [this, client, call, drops](const Twice::Response* response) {
-          const Inside inside = enter(client);
-          answered(client, *call, response);
-          if (drops) let_go(client);
-          act(client);
-        });
+    api_.send_request(client->client, call->number,
+                      [this, client, call, drops](const Twice::Response* response) {
+                        const Inside inside = enter(client);
+                        answered(client, *call, response);
+                        if (drops) let_go(client);
+                        act(client);
+                      });
     sent(client, call);
   });
 }
@@ -104,24 +108,23 @@ void World::wait_for_answer() {
   const PartPtr client = any_with(&Part::client);
   if (client == nullptr) return;
   const auto call = begin_call(*client);
-  std::optional<Future<Client<Twice>::Answer>> future;
+  std::unique_ptr<Asked> asked;
   attempt([&] {
-    future = client->client->async_send_request({call->number});
+    asked = api_.ask(client->client, call->number);
     sent(client, call);
   });
-  if (!future) return;
+  if (asked == nullptr) return;
   call->is_awaited = true;  // until the model has looked
   FutureReturnCode code{};
-  const bool is_whole =
-      spin([&] { code = executor_->spin_until_future_complete(*future, kLimits[2]); });
+  const bool is_whole = spin([&] { code = asked->spin(*executor_, kLimits[2]); });
   if (is_whole) {
-    demand((code == FutureReturnCode::SUCCESS) == future->ready(),
+    demand((code == FutureReturnCode::SUCCESS) == asked->is_ready(),
            "a spin reported a wrong state of a future");
   }
   // Nobody looks at it later.
-  if (!future->ready()) return;
-  const auto& answer = future->get();
-  answered(client, *call, answer ? &*answer : nullptr);
+  if (!asked->is_ready()) return;
+  const Twice::Response* const answer = asked->answer();
+  if (answer != nullptr || !client->is_dropped) answered(client, *call, answer);
 }
 
 void World::respond() {
@@ -129,7 +132,7 @@ void World::respond() {
   if (service == nullptr || service->owed.empty()) return;
   const auto [id, number] = service->owed.front();
   service->owed.erase(service->owed.begin());
-  service->service->send_response(id, {2 * number});
+  api_.respond(service->service, id, 2 * number);
 }
 
 // Of a client that is in the executor, long after.
@@ -138,7 +141,8 @@ void World::check_lonely_calls(const Part& client, TimePoint begin) {
     if (part->service != nullptr && part->topic == client.topic) return;
   }
   for (const auto& call : client.calls) {
-    const bool is_old = call->lonely_end <= later(begin, ClientOptions{}.without_service);
+    const bool is_old = !is_for_ever(client.without_service) &&
+                        call->lonely_end <= later(begin, client.without_service);
     demand(call->is_awaited || !is_old, "a call did not end, though no service is left");
   }
 }

@@ -18,7 +18,7 @@ namespace takt::sequences {
 class World {
  public:
   /// `made`: what must be gone after the world.
-  World(std::span<const std::uint8_t> bytes, std::vector<std::weak_ptr<void>>& made);
+  World(std::span<const std::uint8_t> bytes, Api& api, std::vector<std::weak_ptr<void>>& made);
   ~World();
   /// The first promise that was broken, or empty.
   std::string run();
@@ -183,12 +183,14 @@ class World {
   void publish_lasting();
 
   const std::span<const std::uint8_t> bytes_;
+  Api& api_;
   std::vector<std::weak_ptr<void>>& made_;
   std::size_t position_ = 0;
   SteppingClock clock_;
   std::unique_ptr<Executor> executor_, other_;
   std::shared_ptr<Node> source_;
   std::array<std::shared_ptr<Publisher<Number>>, 2> publishers_;
+  std::array<std::function<void()>, 2> publish_;
   std::shared_ptr<GuardCondition> busy_;
   std::vector<Place> places_;
   std::vector<PartPtr> parts_;

@@ -1,0 +1,32 @@
+// Programs of bytes: those that once showed a defect, and random ones.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_SEQUENCES_PROGRAMS_HPP_
+#define TAKT_EXECUTORS_SEQUENCES_PROGRAMS_HPP_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "takt/executors/sequences/sequence.hpp"
+
+namespace takt::sequences {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// The shortest program that showed a defect which is repaired since.
+struct Kept {
+  const char* name;
+  Bytes bytes;
+};
+const std::vector<Kept>& kept_programs();
+
+/// Runs so many random ones, or as many as TAKT_SEQUENCES says, each on an API of its own: the same
+/// each time, so what fails once fails always. The result is the first promise that was broken,
+/// with its program, or empty.
+std::string run_random(int programs, const std::function<std::unique_ptr<Api>()>& make_api);
+
+}  // namespace takt::sequences
+
+#endif  // TAKT_EXECUTORS_SEQUENCES_PROGRAMS_HPP_
