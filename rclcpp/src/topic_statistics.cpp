@@ -52,12 +52,13 @@ std::shared_ptr<takt::Entity> TopicStatistics::publish(
   return core.create_wall_timer(
       wanted.publish_period,
       [statistics, publisher = std::move(publisher), name = std::string(node.get_name())] {
-        const Window window = statistics->next_window();
+        const auto end = Clock::now();
+        const Window window = statistics->next_window(end);
         Message message;
         message.measurement_source_name = name;
         message.unit = "ms";
         message.window_start = time_of(window.begin);
-        message.window_stop = time_of(std::chrono::system_clock::now());
+        message.window_stop = time_of(end);
         message.metrics_source = "message_age";
         window.age.write(message);
         publisher->publish(message);
@@ -78,10 +79,9 @@ void TopicStatistics::received(const takt::MessageInfo& info) {
   last_ = now;
 }
 
-TopicStatistics::Window TopicStatistics::next_window() {
-  Window next;
+TopicStatistics::Window TopicStatistics::next_window(Clock::time_point end) {
   const std::lock_guard lock(mutex_);
-  return std::exchange(window_, next);
+  return std::exchange(window_, Window{.begin = end});
 }
 
 void TopicStatistics::Measured::add(double value) noexcept {

@@ -36,6 +36,7 @@ class TopicStatistics {
 
  private:
   using Message = statistics_msgs::msg::MetricsMessage;
+  using Clock = std::chrono::system_clock;
   struct Measured {  // in ms
     void add(double value) noexcept;
     void write(Message& message) const;
@@ -46,9 +47,10 @@ class TopicStatistics {
   };
   struct Window {
     Measured age, period;
-    std::chrono::system_clock::time_point begin = std::chrono::system_clock::now();
+    Clock::time_point begin = Clock::now();
   };
-  Window next_window();
+  /// Ends the window; the next one begins then.
+  Window next_window(Clock::time_point end);
 
   takt::PiMutex mutex_;
   Window window_ TAKT_GUARDED_BY(mutex_);
