@@ -80,7 +80,10 @@ void interfaces(N node) {
   node->get_node_services_interface();
   node->get_node_time_source_interface();
   node->get_node_timers_interface();
-  node->get_node_topics_interface()->resolve_topic_name("topic");
+  const auto topics = node->get_node_topics_interface();
+  topics->resolve_topic_name("topic");
+  create_publisher<String>(topics, "topic", 10);
+  create_subscription<String>(topics, "topic", 10, [](const String&) {});
   node->get_node_waitables_interface();
   node_interfaces::get_node_base_interface(node);
   node_interfaces::get_node_parameters_interface(*node);
@@ -186,7 +189,11 @@ void adapted(Node& node) {
 }
 // Row: `create_generic_publisher`, `create_generic_subscription` | of every type that is linked in
 void generic(Node& node, const SerializedMessage& bytes) {
-  node.create_generic_publisher("topic", "std_msgs/msg/String", 10)->publish(bytes);
+  const GenericPublisher::SharedPtr publisher =
+      node.create_generic_publisher("topic", "std_msgs/msg/String", 10);
+  if (publisher->get_subscription_count() + publisher->get_intra_process_subscription_count() > 0) {
+    publisher->publish(bytes);
+  }
   const GenericSubscription::SharedPtr subscription = node.create_generic_subscription(
       "topic", "std_msgs/msg/String", QoS(10), [](std::shared_ptr<const SerializedMessage>) {});
 }
@@ -266,6 +273,19 @@ void clients(Node& node) {
   client->async_send_request(request, [](Client<AddTwoInts>::SharedFutureWithRequest) {});
   const ClientBase::SharedPtr base = client;
   base->get_service_name();
+}
+// Row: `create_service`, `create_client` with an `rmw_qos_profile_t` | deprecated, as in rclcpp
+void of_profiles(Node& node, CallbackGroup::SharedPtr group) {
+  const auto serve = [](std::shared_ptr<AddTwoInts::Request>,
+                        std::shared_ptr<AddTwoInts::Response>) {};
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+  create_service<AddTwoInts>(node.get_node_base_interface(), node.get_node_services_interface(),
+                             "service", serve, rmw_qos_profile_services_default, group);
+  create_client<AddTwoInts>(node.get_node_base_interface(), node.get_node_graph_interface(),
+                            node.get_node_services_interface(), "service",
+                            rmw_qos_profile_services_default, group);
+#pragma GCC diagnostic pop
 }
 // Row: `remove_pending_request`, `prune_pending_requests`, `prune_requests_older_than` |
 void pending_requests(Client<AddTwoInts>& client) {

@@ -110,7 +110,12 @@ void declare(QosPolicyKind kind, const Declared& declared, QoS& qos) {
 
 QoS QosParameters::apply(const QoS& qos, const std::string& topic,
                          const QosOverridingOptions& options, bool is_subscription) const {
-  if (options.get_policy_kinds().empty() || parameters_ == nullptr) return qos;
+  if (options.get_policy_kinds().empty()) return qos;
+  if (parameters_ == nullptr) {
+    throw std::runtime_error("topic '" + topic +
+                             "': its QoS cannot be overridden, as it is made of an interface "
+                             "without parameters");
+  }
   const std::string id = options.get_id().empty() ? "" : "_" + options.get_id();
   const Declared declared(
       *parameters_,

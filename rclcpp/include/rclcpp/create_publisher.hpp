@@ -29,6 +29,17 @@ node_interfaces::NodeBaseInterface& base_of(N&& node) {
     return *dereferenced(node).get_node_base_interface();
   }
 }
+/// Of a node, or of its parameters. Of another interface: nothing can be overridden.
+template <class N>
+QosParameters qos_parameters_of(N&& node) {
+  using Parameters = node_interfaces::NodeParametersInterface;
+  if constexpr (std::is_convertible_v<N, std::shared_ptr<Parameters>> ||
+                requires { dereferenced(node).get_node_parameters_interface(); }) {
+    return QosParameters(*node_interfaces::get_node_parameters_interface(std::forward<N>(node)));
+  } else {
+    return QosParameters();
+  }
+}
 }  // namespace detail
 
 template <class M, class Allocator = std::allocator<void>, class P = Publisher<M, Allocator>,
@@ -36,10 +47,8 @@ template <class M, class Allocator = std::allocator<void>, class P = Publisher<M
 std::shared_ptr<P> create_publisher(Parameters&& node_parameters, N&& node,
                                     const std::string& topic, const QoS& qos,
                                     const PublisherOptionsWithAllocator<Allocator>& options = {}) {
-  const auto parameters =
-      node_interfaces::get_node_parameters_interface(std::forward<Parameters>(node_parameters));
   return std::make_shared<P>(detail::base_of(node), topic, qos, options,
-                             detail::QosParameters(*parameters));
+                             detail::qos_parameters_of(node_parameters));
 }
 template <class M, class Allocator = std::allocator<void>, class P = Publisher<M, Allocator>,
           class N>
@@ -56,10 +65,8 @@ std::shared_ptr<T> create_subscription(
     const SubscriptionOptionsWithAllocator<Allocator>& options = {},
     const std::shared_ptr<message_memory_strategy::MessageMemoryStrategy<M, Allocator>>& =
         nullptr) {
-  const auto parameters =
-      node_interfaces::get_node_parameters_interface(std::forward<Parameters>(node_parameters));
   return std::make_shared<T>(detail::base_of(node), topic, qos, std::decay_t<F>(callback), options,
-                             detail::QosParameters(*parameters));
+                             detail::qos_parameters_of(node_parameters));
 }
 template <class M, class F, class Allocator = std::allocator<void>,
           class T = Subscription<M, Allocator>, class N>
@@ -79,6 +86,13 @@ typename Service<S>::SharedPtr create_service(const std::shared_ptr<Base>& base,
   return Service<S>::template make<std::decay_t<F>>(*base, name, std::forward<F>(callback), qos,
                                                     std::move(group));
 }
+template <class S, class F, class Base, class Services>
+[[deprecated("use rclcpp::QoS: see docs/reference/rclcpp.md")]] typename Service<S>::SharedPtr
+create_service(const std::shared_ptr<Base>& base, const Services& services, const std::string& name,
+               F&& callback, const rmw_qos_profile_t& profile, CallbackGroup::SharedPtr group) {
+  return create_service<S>(base, services, name, std::forward<F>(callback),
+                           QoS(QoSInitialization::from_rmw(profile), profile), std::move(group));
+}
 template <class S, class F, class N>
 typename Service<S>::SharedPtr create_service(N& node, const std::string& name, F&& callback,
                                               const QoS& qos = ServicesQoS(),
@@ -93,6 +107,14 @@ typename Client<S>::SharedPtr create_client(const std::shared_ptr<Base>& base, c
                                             const QoS& qos = ServicesQoS(),
                                             CallbackGroup::SharedPtr group = nullptr) {
   return std::make_shared<Client<S>>(*base, name, qos, std::move(group));
+}
+template <class S, class Base, class Graph, class Services>
+[[deprecated("use rclcpp::QoS: see docs/reference/rclcpp.md")]] typename Client<S>::SharedPtr
+create_client(const std::shared_ptr<Base>& base, const Graph& graph, const Services& services,
+              const std::string& name, const rmw_qos_profile_t& profile,
+              CallbackGroup::SharedPtr group) {
+  return create_client<S>(base, graph, services, name,
+                          QoS(QoSInitialization::from_rmw(profile), profile), std::move(group));
 }
 template <class S, class N>
 typename Client<S>::SharedPtr create_client(N& node, const std::string& name,

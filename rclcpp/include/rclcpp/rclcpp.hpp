@@ -38,6 +38,8 @@
 #include "rclcpp/wait_for_message.hpp"
 #include "rclcpp/wait_set.hpp"
 #include "rcutils/logging_macros.h"
+#include "rosidl_runtime_cpp/bounded_vector.hpp"
+#include "rosidl_runtime_cpp/message_initialization.hpp"
 #include "rosidl_runtime_cpp/traits.hpp"
 
 #endif  // RCLCPP__RCLCPP_HPP_
