@@ -129,6 +129,9 @@ endmacro()
 # It consists of CMake functions.
 macro(takt_ros2_tool package)
   set(${package}_FOUND ON)
+  if("${package}" STREQUAL rclpy AND NOT rclpy_FIND_QUIETLY)
+    message(NOTICE "${PROJECT_NAME} asks for rclpy: its nodes in Python do not run on Takt")
+  endif()
 endmacro()
 
 cmake_policy(POP)

@@ -21,7 +21,7 @@ set(takt_ros2_absent_source
 # They are parts of ROS 2 whose place Takt takes, or that need a part of ROS 2 that it does not have.
 set(takt_ros2_absent_never
     connext_cmake_module fastrtps fastrtps_cmake_module launch_ros python_cmake_module python_qt_binding
-    rcl_logging_interface rcl_logging_noop rcl_logging_spdlog rclc rclpy rmw_connextdds rmw_cyclonedds_cpp
+    rcl_logging_interface rcl_logging_noop rcl_logging_spdlog rclc rmw_connextdds rmw_cyclonedds_cpp
     rmw_dds_common rmw_fastrtps_cpp rmw_fastrtps_dynamic_cpp rmw_fastrtps_shared_cpp rmw_implementation
     rmw_zenoh_cpp rosbag2_cpp rosbag2_storage rosbag2_transport rosidl_adapter rosidl_default_generators_py
     rosidl_dynamic_typesupport rosidl_generator_c rosidl_generator_py rosidl_parser rosidl_runtime_c

@@ -85,8 +85,8 @@ def test_refusals(work):
     for text, message in (
             ("find_package(ament_cmake REQUIRED)\nfind_package(tf2_ros REQUIRED)",
              "bad needs the package tf2_ros, which is not part of Takt's layer for rclcpp: build its source"),
-            ("find_package(rclcpp REQUIRED)\nfind_package(rclpy REQUIRED)",
-             "bad needs the package rclpy, which Takt's layer for rclcpp can never have"),
+            ("find_package(rclcpp REQUIRED)\nfind_package(rosbag2_cpp REQUIRED)",
+             "bad needs the package rosbag2_cpp, which Takt's layer for rclcpp can never have"),
             ("find_package(ament_cmake REQUIRED)\nadd_custom_target(x)\nament_target_dependencies(x std_msgs)",
              "std_msgs has not been found before; call find_package(std_msgs REQUIRED)"),
             ("find_package(rosidl_default_generators REQUIRED)\n"
@@ -94,6 +94,12 @@ def test_refusals(work):
             ("find_package(ament_cmake REQUIRED)\nament_package()", "bad/package.xml; a package of ROS 2 has one")):
         errors = configure(work, text)
         check(f"'{message}'", message in errors, errors)
+
+
+# Packages of both languages were refused, though those in C++ need nothing of rclpy: diagnostic_updater.
+def test_python(work):
+    text = "find_package(rclcpp REQUIRED)\nfind_package(rclpy REQUIRED)"
+    check("rclpy is found", configure(work, text) == "", configure(work, text))
 
 
 # Of two packages of one name, CMake would take one from here and another from there.
@@ -132,6 +138,6 @@ def test_folders(work):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for test in (test_packages, test_refusals, test_real_ros2, test_folders):
+    for test in (test_packages, test_refusals, test_python, test_real_ros2, test_folders):
         test(pathlib.Path(folder).resolve())
 finish()
