@@ -54,6 +54,14 @@ CMAKE_PREFIX_PATH, in a fresh build folder, and in a shell in which no setup fil
 endfunction()
 takt_ros2_refuse_another()
 
+# Setup files of ROS 2 set these, which packages compare; empty, some of their conditions are none.
+if(NOT DEFINED ENV{ROS_DISTRO})
+  set(ENV{ROS_DISTRO} jazzy)
+endif()
+if(NOT DEFINED ENV{ROS_VERSION})
+  set(ENV{ROS_VERSION} 2)
+endif()
+
 # A package of launch files and the like may have no language.
 get_property(takt_ros2_languages GLOBAL PROPERTY ENABLED_LANGUAGES)
 if("CXX" IN_LIST takt_ros2_languages)
