@@ -33,7 +33,7 @@ int main() {
   try {
     sky.low_clouds.push_back({});
   } catch (const std::length_error&) {
-    std::cout << "two fit in\n";
+    std::cout << u8"two fit in\n";  // which C++20 refuses
   }
   const Sky::ConstSharedPtr shared = std::make_shared<Sky>(sky);
   const auto request = std::make_shared<sky_interfaces::srv::Count::Request>();
