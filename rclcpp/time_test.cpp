@@ -162,6 +162,18 @@ TEST_F(Departures, ParametersOverrideTheQoSOfATopic) {
   EXPECT_EQ(node->get_parameter("qos_overrides./topic.publisher.history").as_string(), "keep_last");
 }
 
+// Did not compile: an interface for topics has no parameters, and so cannot be asked for them.
+TEST_F(Departures, AnInterfaceForTopicsIsEnoughUntilParametersAreToOverride) {
+  const auto node = std::make_shared<Node>("node");
+  const auto topics = node->get_node_topics_interface();
+  const auto subscription = create_subscription<String>(node->get_node_parameters_interface(),
+                                                        topics, "topic", 10, [](const String&) {});
+  EXPECT_STREQ(create_publisher<String>(topics, "topic", 10)->get_topic_name(), "/topic");
+  PublisherOptions options;
+  options.qos_overriding_options = QosOverridingOptions::with_default_policies();
+  EXPECT_THROW(create_publisher<String>(topics, "topic", 10, options), std::runtime_error);
+}
+
 TEST_F(Departures, LinesOfALoggerGoToRosout) {
   const auto node = std::make_shared<Node>("node", "/space");
   std::vector<std::string> lines;

@@ -2,6 +2,7 @@
 #include "rclcpp/detail/qos_parameters.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 #include "rclcpp/exceptions/exceptions.hpp"

@@ -91,7 +91,7 @@ template <class S, class F, class Base, class Services>
 create_service(const std::shared_ptr<Base>& base, const Services& services, const std::string& name,
                F&& callback, const rmw_qos_profile_t& profile, CallbackGroup::SharedPtr group) {
   return create_service<S>(base, services, name, std::forward<F>(callback),
-                           QoS(QoSInitialization::from_rmw(profile), profile), std::move(group));
+                           detail::qos_from_rmw(profile), std::move(group));
 }
 template <class S, class F, class N>
 typename Service<S>::SharedPtr create_service(N& node, const std::string& name, F&& callback,
@@ -113,8 +113,8 @@ template <class S, class Base, class Graph, class Services>
 create_client(const std::shared_ptr<Base>& base, const Graph& graph, const Services& services,
               const std::string& name, const rmw_qos_profile_t& profile,
               CallbackGroup::SharedPtr group) {
-  return create_client<S>(base, graph, services, name,
-                          QoS(QoSInitialization::from_rmw(profile), profile), std::move(group));
+  return create_client<S>(base, graph, services, name, detail::qos_from_rmw(profile),
+                          std::move(group));
 }
 template <class S, class N>
 typename Client<S>::SharedPtr create_client(N& node, const std::string& name,

@@ -146,6 +146,11 @@ class QoS {
   rmw_qos_profile_t profile_;
 };
 bool operator==(const QoS& left, const QoS& right);
+namespace detail {
+inline QoS qos_from_rmw(const rmw_qos_profile_t& profile) {
+  return QoS(QoSInitialization::from_rmw(profile), profile);
+}
+}  // namespace detail
 
 #define RCLCPP_QOS_(Name, profile)                                                         \
   class Name : public QoS {                                                                \

@@ -78,7 +78,7 @@ class NodeApi {
   [[deprecated("use rclcpp::QoS: see docs/reference/rclcpp.md")]] typename Client<S>::SharedPtr
   create_client(const std::string& service, const rmw_qos_profile_t& profile,
                 CallbackGroup::SharedPtr group = nullptr) {
-    return create_client<S>(service, from_rmw(profile), std::move(group));
+    return create_client<S>(service, qos_from_rmw(profile), std::move(group));
   }
   template <class S, class F>
   typename Service<S>::SharedPtr create_service(const std::string& service, F&& callback,
@@ -91,7 +91,7 @@ class NodeApi {
   [[deprecated("use rclcpp::QoS: see docs/reference/rclcpp.md")]] typename Service<S>::SharedPtr
   create_service(const std::string& service, F&& callback, const rmw_qos_profile_t& profile,
                  CallbackGroup::SharedPtr group = nullptr) {
-    return create_service<S>(service, std::forward<F>(callback), from_rmw(profile),
+    return create_service<S>(service, std::forward<F>(callback), qos_from_rmw(profile),
                              std::move(group));
   }
   GenericPublisher::SharedPtr create_generic_publisher(const std::string& topic,
@@ -346,9 +346,6 @@ class NodeApi {
  private:
   static std::string joined(const std::string& name_space, const std::string& name) {
     return name_space.empty() ? name : name_space + "." + name;
-  }
-  static QoS from_rmw(const rmw_qos_profile_t& profile) {
-    return QoS(QoSInitialization::from_rmw(profile), profile);
   }
 
   const Ptr<node_interfaces::NodeBaseInterface> base_;

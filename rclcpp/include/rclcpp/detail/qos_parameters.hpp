@@ -20,9 +20,10 @@ class QosParameters {
  public:
   explicit QosParameters(node_interfaces::NodeParametersInterface& parameters)
       : parameters_(&parameters) {}
-  /// Where nothing is overridden.
+  /// Of a node whose parameters are not known.
   QosParameters() = default;
-  /// Throws exceptions::InvalidParameterValueException for a value that the policy does not have.
+  /// Throws exceptions::InvalidParameterValueException for a value that the policy does not have,
+  /// and std::runtime_error for options that need parameters which are not known.
   QoS apply(const QoS& qos, const std::string& topic, const QosOverridingOptions& options,
             bool is_subscription) const;
 
