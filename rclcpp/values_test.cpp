@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rclcpp_test.hpp"
+#include "rcpputils/shared_library.hpp"
 
 namespace rclcpp {
 namespace {
@@ -99,6 +100,24 @@ TEST_F(Values, AQoSIsMadeInEveryHabit) {
   EXPECT_EQ(from_c, SensorDataQoS());
   const QoS kept = QoS(3).deadline(100ms).lifespan(Duration(2, 0));
   EXPECT_EQ(QoS::from_takt(kept.to_takt(true)).deadline(), Duration(100ms));
+}
+
+TEST_F(Values, ALibraryThatIsNotThereIsSaidByName) {
+  EXPECT_EQ(rcpputils::get_platform_library_name("nowhere"), "libnowhere.so");
+  EXPECT_THROW(rcpputils::SharedLibrary("libnowhere.so"), std::runtime_error);
+  rcpputils::SharedLibrary math("libm.so.6");
+  EXPECT_TRUE(math.has_symbol("cos"));
+  EXPECT_FALSE(math.has_symbol("sine"));
+  try {
+    math.get_symbol("sine");
+    FAIL() << "it has found 'sine'";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(), "library '" + math.get_library_path() + "' has no symbol 'sine'");
+  }
+  const auto cosine = reinterpret_cast<double (*)(double)>(math.get_symbol("cos"));
+  math.unload_library();
+  EXPECT_THROW(math.get_symbol("cos"), std::runtime_error);
+  EXPECT_EQ(cosine(0), 1);  // it stays loaded
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ def test_packages(work):
     check("a component is a program", status == 0 and "[watcher]: it has 3 clouds" in output + errors, output, errors)
     status, output, errors = run(work / "install/lib/sky_components/load", work / "install/lib/libwatcher.so")
     check("a program loads a component by itself", status == 0 and output.startswith("sky_components::Watcher\n")
-          and "[watcher]: it has 3 clouds" in output + errors and "refused, 2" in output, output, errors)
+          and "[watcher]: it has 3 clouds" in output + errors and "it is libwatcher.so\nrefused, 2" in output, output, errors)
     status, output, errors = run(takt, "component", "types", AMENT_PREFIX_PATH=str(work / "install"))
     check("takt finds the component", "sky_components::Watcher" in output, output, errors)
     status, output, errors = run("ctest", "--test-dir", work / "build/sky_library", "--no-tests=error")
