@@ -18,7 +18,7 @@ ExecutorRegistry& executors() {
   return registry;
 }
 
-CallbackStatistics& CallbackStatistics::operator+=(const CallbackStatistics& more) {
+void CallbackStatistics::add(const CallbackStatistics& more) {
   received += more.received;
   expected += more.expected;
   from_outside += more.from_outside;
@@ -33,10 +33,9 @@ CallbackStatistics& CallbackStatistics::operator+=(const CallbackStatistics& mor
   waiting.merge(more.waiting);
   take.merge(more.take);
   execution.merge(more.execution);
-  return *this;
 }
 
-ThreadStatistics& ThreadStatistics::operator+=(const ThreadStatistics& more) {
+void ThreadStatistics::add(const ThreadStatistics& more) {
   counters += more.counters;
   cpu_time += more.cpu_time;
   wall_time += more.wall_time;
@@ -44,7 +43,6 @@ ThreadStatistics& ThreadStatistics::operator+=(const ThreadStatistics& more) {
   dropped_outputs += more.dropped_outputs;
   trace_overwritten += more.trace_overwritten;
   trace.insert(trace.end(), more.trace.begin(), more.trace.end());
-  return *this;
 }
 
 bool register_executor(std::string name, ExecutorRegistry::Entry entry, const char* version) {

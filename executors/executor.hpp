@@ -159,7 +159,7 @@ struct CountedCallback : CallbackCounts {
 /// The recorded statistics of one callback.
 struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {
   /// Another time of the same callback.
-  CallbackStatistics& operator+=(const CallbackStatistics& more);
+  void add(const CallbackStatistics& more);
 };
 
 /// One execution, for a reader that does not know the executor's callbacks.
@@ -183,7 +183,7 @@ struct ThreadStatistics {
   std::size_t trace_overwritten = 0;
 
   /// Another time of the same thread.
-  ThreadStatistics& operator+=(const ThreadStatistics& more);
+  void add(const ThreadStatistics& more);
   /// Of one CPU.
   double cpu_percent() const noexcept { return percent(cpu_time); }
   double spin_percent() const noexcept { return percent(spin_time); }

@@ -35,12 +35,11 @@ struct ChainStatistics {
   Histogram latency;            // release of the first callback → end of the last
 
   /// Another time of the same chain.
-  ChainStatistics& operator+=(const ChainStatistics& more) {
+  void add(const ChainStatistics& more) {
     instances += more.instances;
     misses += more.misses;
     aborted += more.aborted;
     latency.merge(more.latency);
-    return *this;
   }
 };
 

@@ -71,13 +71,13 @@ CallbackStatistics PastStatistics::Row::statistics() const {
 
 void PastStatistics::add(CallbackStatistics gone) {
   if (const auto row = find(rows_, gone); row != rows_.end()) {
-    gone += row->statistics();
+    gone.add(row->statistics());
     rows_.erase(row);
   }
   rows_.emplace_back(gone);
   if (rows_.size() <= kMost) return;
   if (!others_) others_.emplace().callback = kOthers;
-  *others_ += rows_.front().statistics();
+  others_->add(rows_.front().statistics());
   rows_.erase(rows_.begin());
 }
 
@@ -86,7 +86,7 @@ std::vector<CallbackStatistics> PastStatistics::with(
   std::vector<CallbackStatistics> gone;
   for (const Row& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      *again += row.statistics();
+      again->add(row.statistics());
     } else {
       gone.push_back(row.statistics());
     }
@@ -100,7 +100,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
   ThreadStatistics sum = gone;
   if (const auto row = find(rows_, gone); row != rows_.end()) {
     sum = std::move(*row);
-    sum += gone;
+    sum.add(gone);
     rows_.erase(row);
   }
   shorten_trace(sum, trace_events_);
@@ -110,7 +110,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
     others_.emplace();
     others_->asked.name = others_->in_force.name = kOthers;
   }
-  *others_ += rows_.front();
+  others_->add(rows_.front());
   shorten_trace(*others_, 0);
   rows_.erase(rows_.begin());
 }
@@ -118,7 +118,7 @@ void PastThreads::add(const ThreadStatistics& gone) {
 std::vector<ThreadStatistics> PastThreads::with(std::vector<ThreadStatistics> present) const {
   for (const ThreadStatistics& row : rows_) {
     if (const auto again = find(present, row); again != present.end()) {
-      *again += row;
+      again->add(row);
     } else {
       present.push_back(row);
     }

@@ -82,7 +82,7 @@ void Results::add(const takt::ProcessResult& part) {
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
     });
     if (row != nullptr) {
-      row->statistics += more.statistics;
+      row->statistics.add(more.statistics);
     } else {
       sum_.callbacks.push_back(more);
     }
@@ -92,7 +92,7 @@ void Results::add(const takt::ProcessResult& part) {
       return std::tie(thread.executor, thread.statistics.in_force.tid);
     });
     if (row != nullptr) {
-      row->statistics += more.statistics;
+      row->statistics.add(more.statistics);
     } else {
       sum_.threads.push_back(more);
     }
@@ -101,7 +101,7 @@ void Results::add(const takt::ProcessResult& part) {
     auto* const row =
         find(sum_.chains, more, [](const auto& chain) { return std::tie(chain.name); });
     if (row != nullptr) {
-      row->statistics += more.statistics;
+      row->statistics.add(more.statistics);
     } else {
       sum_.chains.push_back(more);
     }

@@ -86,6 +86,7 @@ CLAIMS = {
         ("for every type support of C++", tested("rclcpp/cmake/build_test.py", "there are none in C or Python")),
     ],
     "command_line.md": [
+        ("The exit status is 1 if that of the program", tested("rclcpp/run_test.py", "its status is an error")),
         ("The exit status is 1 if one is missing", tested(PY + "system_test.py", "the others continue, and so does the exit status")),
         ("everything created so far is destroyed in order", tested(PY + "signals_test.py", "one that returns in time is destroyed")),
         ("an error with several processes", refused("run", "FILE", "--composition", "per-node", "--transport", "intra", "--duration", "1ms",
