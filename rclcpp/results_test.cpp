@@ -78,6 +78,29 @@ TEST_F(ResultsDeathTest, ResultsSayWhatCouldNotBeMeasured) {
   }
 }
 
+// Where only other threads spin, the program ran to its end, and nothing was described.
+TEST_F(ResultsDeathTest, NodesAreDescribedWhicheverThreadSpins) {
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_NODES", (file() + ".json").c_str(), 1);
+        configure("nodes:\n  /node: {}\n");
+        run([] {
+          const auto node = std::make_shared<Node>("node");
+          const auto timer = node->create_wall_timer(1ms, [] {});
+          executors::SingleThreadedExecutor executor;
+          executor.add_node(node);
+          const Spinner spinner(executor);
+          std::promise<void>().get_future().wait_for(kLong);
+          throw std::runtime_error("it goes on");
+        });
+      },
+      kEndsWell, "in force");
+  std::ifstream text(file() + ".json");
+  const nlohmann::json described = nlohmann::json::parse(text).at("nodes").at(0);
+  EXPECT_EQ(described.at("name"), "/node");
+  EXPECT_NE(described.at("callbacks").dump().find("timer_1ms"), std::string::npos);
+}
+
 TEST_F(ResultsDeathTest, ResultsThatCannotBeWrittenAreAnErrorAtTheStart) {
   EXPECT_EXIT(
       {

@@ -309,7 +309,7 @@ void Program::begin_spin(Executor& executor, const Context& context, bool is_lon
   if (results_) results_->spins();
   if (!file_) return;
   const bool is_main = getpid() == gettid();
-  if (is_main && !variables_.nodes.empty() && (is_long || has_all_nodes())) describe_nodes();
+  if (!variables_.nodes.empty() && ((is_main && is_long) || has_all_nodes())) describe_nodes();
   if (is_main && is_long) check_nodes();
   if (is_over_ && (is_long || is_main)) {  // not a callback of the container
     lock.unlock();

@@ -32,8 +32,8 @@ namespace rclcpp::detail {
 ///    `spin()`; where that never comes, of the exit.
 /// `TAKT_CONFIG_TEMPLATE` names such a file, which is written at exit: see Template. `TAKT_RESULTS`
 /// names one for what was measured, see Results; with `TAKT_TRACE` it has so many of the last
-/// executions of each thread. `TAKT_NODES` names one for the nodes of TAKT_CONFIG: the program ends
-/// when it is written, before the first callback.
+/// executions of each thread. `TAKT_NODES` names one for the nodes of TAKT_CONFIG, with
+/// which the program ends: when all are to be served, or the main thread spins.
 /// Thread safety: every method from any thread. Real-time: set-up only.
 class Program {
  public:
