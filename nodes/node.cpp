@@ -86,6 +86,11 @@ void check_node_name(std::string_view name) {
   check_name(name, "node");
 }
 
+std::string full_node_name(std::string_view name_space, std::string_view name) {
+  check_node_name(name);
+  return absolute_name_space(name_space) + "/" + std::string(name);
+}
+
 Node::Node(std::string_view name) : Node(name, NodeOptions()) {
 }
 

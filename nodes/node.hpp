@@ -45,6 +45,8 @@ class Node;
 
 /// Throws Error when a node cannot have this name.
 void check_node_name(std::string_view name);
+/// "/front/imu"; the namespace may be empty. Throws Error where a Node of these names would.
+std::string full_node_name(std::string_view name_space, std::string_view name);
 /// Whether a topic or service can have this full name. Others may use names that ROS 2 lacks.
 bool is_topic_name(std::string_view name) noexcept;
 

@@ -27,7 +27,7 @@ ExecutorOptions options_of(const ExecutorDescription& executor) {
 
 std::string full_name(const ComponentDescription& component) {
   if (component.name.empty()) return {};
-  return Node(component.name, {.name_space = component.name_space}).fully_qualified_name();
+  return full_node_name(component.name_space, component.name);
 }
 
 std::string noun_of(const ComponentDescription& component) {
