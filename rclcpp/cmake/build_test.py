@@ -102,6 +102,12 @@ def test_python(work):
     check("rclpy is found", configure(work, text) == "", configure(work, text))
 
 
+# Libraries of such a package were static, and could not become parts of shared ones: tf2.
+def test_shared_libraries(work):
+    text = "find_package(ament_cmake_ros REQUIRED)\nif(NOT BUILD_SHARED_LIBS)\nmessage(FATAL_ERROR static)\nendif()"
+    check("ament_cmake_ros makes shared libraries", configure(work, text) == "", configure(work, text))
+
+
 # Of two packages of one name, CMake would take one from here and another from there.
 def test_real_ros2(work):
     other = work / "jazzy" / "share" / "rclcpp" / "cmake"
@@ -138,6 +144,6 @@ def test_folders(work):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for test in (test_packages, test_refusals, test_python, test_real_ros2, test_folders):
+    for test in (test_packages, test_refusals, test_python, test_shared_libraries, test_real_ros2, test_folders):
         test(pathlib.Path(folder).resolve())
 finish()
