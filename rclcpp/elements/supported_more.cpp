@@ -3,6 +3,8 @@
 #include "elements.hpp"
 #include "rclcpp_components/node_factory_template.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
+#include "rcpputils/join.hpp"
+#include "rcpputils/shared_library.hpp"
 
 namespace rclcpp::elements::supported_more {
 
@@ -153,6 +155,7 @@ void lines(const Node& node, Clock& clock) {
       node.get_logger(), [] { return true; }, "a");
   RCLCPP_INFO_SKIPFIRST_THROTTLE(node.get_logger(), clock, 1000, "a");
   RCUTILS_LOG_INFO("%d", 1);
+  RCUTILS_LOG_WARN_THROTTLE(RCUTILS_STEADY_TIME, 1000, "%s", "a");
 }
 
 // ---- Executors ----
@@ -232,6 +235,12 @@ struct Managed : rclcpp_lifecycle::LifecycleNode {
   }
   rclcpp_lifecycle::LifecyclePublisher<String>::SharedPtr publisher;
 };
+// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join` |
+void libraries() {
+  rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("name"));
+  if (library.has_symbol("a")) library.get_symbol(rcpputils::join(std::vector<int>{1, 2}, "_"));
+  library.unload_library();
+}
 // Row: `RCLCPP_COMPONENTS_REGISTER_NODE`, `NodeFactory`, `NodeInstanceWrapper` | a component of
 // Takt's containers: `takt run` loads it
 void components() {
