@@ -63,7 +63,7 @@ Bytes mutated_program(std::mt19937& random) {
 
 /// A program that has to do with what few random bytes would: nodes in and out of executors, a
 /// second executor, a promise, calls in callbacks and destructors. Then come random bytes.
-Bytes random_program(std::mt19937& random) {
+Bytes random_program(std::mt19937& random, const std::vector<Bytes>& often) {
   if (random() % 4 == 0) return mutated_program(random);
   const auto byte = [&] { return static_cast<std::uint8_t>(random()); };
   Bytes bytes{byte(), byte(), byte(), byte()};
@@ -82,18 +82,31 @@ Bytes random_program(std::mt19937& random) {
   perhaps({63, 7});                                       // and in destructors
   perhaps({6, byte()});                                   // the guard condition is triggered
   perhaps({48, 0, byte(), byte(), byte()});               // a spin waits for the promise
-  for (std::size_t left = random() % 200; left > 0; --left) bytes.push_back(byte());
+  const auto append = [&](const Bytes& call) {
+    bytes.insert(bytes.end(), call.begin(), call.end());
+  };
+  for (const Bytes& call : often) {
+    if (random() % 2 == 0) append(call);
+  }
+  for (std::size_t left = random() % 200; left > 0; --left) {
+    if (!often.empty() && random() % 2 == 0) {
+      append(often[random() % often.size()]);
+    } else {
+      bytes.push_back(byte());
+    }
+  }
   return bytes;
 }
 
 }  // namespace
 
-std::string run_random(int programs, const std::function<std::unique_ptr<Api>()>& make_api) {
+std::string run_random(int programs, const std::vector<Bytes>& often,
+                       const std::function<std::unique_ptr<Api>()>& make_api) {
   const char* const asked = std::getenv("TAKT_SEQUENCES");
   if (asked != nullptr) programs = std::atoi(asked);
   std::mt19937 random(15);
   for (int program = 0; program < programs; ++program) {
-    const Bytes bytes = random_program(random);
+    const Bytes bytes = random_program(random, often);
     const std::string broken = run(bytes, *make_api());
     if (broken.empty()) continue;
     return fmt::format("program {}, {{{}}}: {}", program, fmt::join(bytes, ", "), broken);

@@ -23,9 +23,10 @@ struct Kept {
 const std::vector<Kept>& kept_programs();
 
 /// Runs so many random ones, or as many as TAKT_SEQUENCES says, each on an API of its own: the same
-/// each time, so what fails once fails always. The result is the first promise that was broken,
-/// with its program, or empty.
-std::string run_random(int programs, const std::function<std::unique_ptr<Api>()>& make_api);
+/// each time, so what fails once fails always. They make these calls more often than others. The
+/// result is the first promise that was broken, with its program, or empty.
+std::string run_random(int programs, const std::vector<Bytes>& often,
+                       const std::function<std::unique_ptr<Api>()>& make_api);
 
 }  // namespace takt::sequences
 

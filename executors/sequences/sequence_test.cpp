@@ -32,7 +32,7 @@ INSTANTIATE_TEST_SUITE_P(Kept, Sequence, testing::ValuesIn(kept_programs()),
                          [](const auto& kept) { return kept.param.name; });
 
 TEST(Sequences, ProgramsOfFixedSeedsKeepEveryPromise) {
-  EXPECT_EQ(run_random(kPrograms, [] { return std::make_unique<Api>(); }), "");
+  EXPECT_EQ(run_random(kPrograms, {}, [] { return std::make_unique<Api>(); }), "");
 }
 
 // The same too, unless RC_PARAMS says otherwise; of what fails, a small example is shown.
