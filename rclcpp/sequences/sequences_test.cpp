@@ -17,24 +17,27 @@ constexpr int kPrograms = 300;
 #endif
 
 /// What goes through rclcpp.
-const std::vector<takt::sequences::Bytes> kOften{{0, 1},            // a node in the executor
-                                                 {1, 0, 0, 1},      // a timer
-                                                 {2, 0, 2, 0, 0},   // a subscription
-                                                 {4, 0},            // a message
-                                                 {22, 0, 0, 0, 2},  // a service
-                                                 {22, 0, 1, 0, 0},  // one that answers later
-                                                 {26, 0},           // which does so
-                                                 {23, 0, 0, 0, 1},  // a client
-                                                 {24, 0, 1},        // a request
-                                                 {39, 0},  // one with a future, for which it spins
-                                                 {10},     // a handle is dropped
-                                                 {8},      // nodes and groups are added
-                                                 {9},      // or removed
-                                                 {12, 200},  // time goes on
-                                                 {16, 7},    // calls in callbacks
-                                                 {18},       // a spin
-                                                 {20},       // and one until nothing is ready
-                                                 {36, 0}};   // a parameter is set
+const std::vector<takt::sequences::Bytes> kOften{
+    {0, 1},            // a node in the executor
+    {1, 0, 0, 1},      // a timer
+    {2, 0, 2, 0, 0},   // a subscription
+    {4, 0},            // a message
+    {22, 0, 0, 0, 2},  // a service
+    {22, 0, 1, 0, 0},  // one that answers later
+    {26, 0},           // which does so
+    {23, 0, 0, 0, 1},  // a client
+    {24, 0, 1},        // a request
+    {39, 0},           // one with a future, for which it spins
+    {10},              // a handle is dropped
+    {8},               // nodes and groups are added
+    {9},               // or removed
+    {12, 200},         // time goes on
+    {16, 7},           // calls in callbacks
+    {18},              // a spin
+    {20},              // and one until nothing is ready
+    {36, 0},           // a parameter is set
+    // A spin after some time, whose callbacks drop handles.
+    {16, 7, 12, 200, 18, 0, 1, 0, 10, 0, 10, 1, 10, 2}};
 
 TEST(RclcppSequences, ProgramsOfFixedSeedsKeepEveryPromise) {
   const auto make_api = [] { return std::make_unique<RclcppApi>(); };
