@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/messages/std_msgs/msg/string.hpp"
+
 #include "program_test.hpp"
 
 namespace rclcpp {
@@ -53,6 +55,42 @@ TEST_F(ResultsDeathTest, ResultsAreSummedByTheTypeOfTheExecutor) {
   EXPECT_GE(calls.at("/node/timer_1ms by single_threaded"), 5u);
   EXPECT_GE(calls.at("/node/timer_1ms by multi_threaded"), 15u);
   EXPECT_FALSE(calls.contains("/node//node/get_parameters by multi_threaded"));
+}
+
+// Each executor of `spin_some` counted all messages since the subscription was made, so that most
+// seemed lost; and what waits at the end seemed so, too.
+TEST_F(ResultsDeathTest, NothingIsLostWhereOneExecutorFollowsAnother) {
+  EXPECT_EXIT(
+      {
+        setenv("TAKT_RESULTS", file().c_str(), 1);
+        run([] {
+          const auto node = std::make_shared<Node>("node");
+          const auto publisher = node->create_publisher<std_msgs::msg::String>("topic", 10);
+          const auto subscription = node->create_subscription<std_msgs::msg::String>(
+              "topic", 10, [](const std_msgs::msg::String&) {});
+          for (int i = 0; i < 20; ++i) {
+            publisher->publish(std_msgs::msg::String());
+            publisher->publish(std_msgs::msg::String());
+            executors::SingleThreadedExecutor executor;
+            executor.add_node(node);
+            executor.spin_once();
+          }
+          executors::EventsCBGExecutor last;
+          last.add_node(node);
+          last.spin_once();
+        });
+      },
+      kEndsWell, "");
+  std::uint64_t received = 0, dropped = 0;
+  const nlohmann::json run = results_in(file());
+  for (const auto& row : run.at("callbacks")) {
+    if (row.at("kind") != "subscription" || row.at("callback") != "/topic") continue;
+    EXPECT_EQ(row.at("lost"), 0) << row;
+    received += row.at("received").get<std::uint64_t>();
+    dropped += row.at("dropped").get<std::uint64_t>();
+  }
+  EXPECT_EQ(received, 21u);
+  EXPECT_EQ(dropped, 40u - 20 - 9);  // nine wait when the last one begins
 }
 
 // An executor that spins at exit cannot be asked; all were lost.

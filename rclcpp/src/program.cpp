@@ -184,6 +184,7 @@ bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor&
                   const takt::CallbackGroup* group) {
   const std::lock_guard lock(mutex_);
   if (template_) template_->added(node, group, executor);
+  if (results_) results_->added(node);
   if (!serves(*node)) return true;
   std::erase_if(added_, [&](const auto& known) { return known.expired() || known.lock() == node; });
   added_.push_back(node);

@@ -14,6 +14,7 @@
 #include "takt/containers/process_usage.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/process_json.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace rclcpp::detail {
 namespace {
@@ -58,6 +59,11 @@ void Results::made(const takt::Executor& executor, const std::string& type,
       type, scheduler.empty() ? takt::executors().traits(type).scheduler : scheduler};
 }
 
+void Results::added(const std::shared_ptr<takt::Node>& node) {
+  std::erase_if(nodes_, [&](const auto& known) { return known.expired() || known.lock() == node; });
+  nodes_.push_back(node);
+}
+
 void Results::ends(const takt::Executor& executor) {
   const auto kind = executors_.extract(&executor);
   takt::ProcessResult part;
@@ -74,9 +80,10 @@ void Results::ends(const takt::Executor& executor) {
 }
 
 void Results::add(const takt::ProcessResult& part) {
-  for (const auto& more : part.callbacks) {
-    const takt::CallbackStatistics& of = more.statistics;
+  for (takt::ProcessResult::Callback more : part.callbacks) {
+    takt::CallbackStatistics& of = more.statistics;
     if (is_parameter_service(of.node, of.kind, of.callback)) continue;
+    if (of.kind == takt::EntityKind::subscription) count_since_last_time(of);
     auto* const row = find(sum_.callbacks, more, [](const auto& callback) {
       const takt::CallbackStatistics& name = callback.statistics;
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
@@ -107,6 +114,28 @@ void Results::add(const takt::ProcessResult& part) {
     }
   }
   for (const std::string& text : part.notes) note(text);
+}
+
+// A program does not wait until all is served, and another executor may go on with it.
+void Results::count_since_last_time(takt::CallbackStatistics& of) {
+  const Sent now{of.expected - std::min(of.expected, waiting(of)), of.dropped, of.from_outside};
+  Sent& before = sent_[{of.node, of.callback}];
+  if (now.expected < before.expected || now.dropped < before.dropped) before = {};  // a new one
+  of.expected = now.expected - before.expected;
+  of.dropped = now.dropped - before.dropped;
+  of.from_outside = now.from_outside - std::min(now.from_outside, before.from_outside);
+  before = now;
+}
+
+std::uint64_t Results::waiting(const takt::CallbackStatistics& of) const {
+  for (const auto& weak : nodes_) {
+    const auto node = weak.lock();
+    if (node == nullptr || node->fully_qualified_name() != of.node) continue;
+    for (const auto& entity : node->entities()) {
+      if (entity->kind() == of.kind && entity->name() == of.callback) return entity->ready_count();
+    }
+  }
+  return 0;
 }
 
 void Results::note(const std::string& text) {

@@ -3,8 +3,12 @@
 #ifndef RCLCPP_RESULTS_HPP_
 #define RCLCPP_RESULTS_HPP_
 
+#include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "takt/containers/result.hpp"
 
@@ -23,6 +27,8 @@ class Results {
   /// A spin has ended: so has the measured time, unless there is another one.
   void has_spun();
   void made(const takt::Executor& executor, const std::string& type, const std::string& scheduler);
+  /// An executor is to serve it.
+  void added(const std::shared_ptr<takt::Node>& node);
   void ends(const takt::Executor& executor);
   void add(const takt::ProcessResult& part);
   /// What could not be measured.
@@ -34,8 +40,17 @@ class Results {
   struct Kind {
     std::string executor, scheduler;
   };
+  /// What a subscription has counted since it was made, under whichever executor.
+  struct Sent {
+    std::uint64_t expected = 0, dropped = 0, from_outside = 0;
+  };
+  void count_since_last_time(takt::CallbackStatistics& of);
+  std::uint64_t waiting(const takt::CallbackStatistics& of) const;
+
   const std::string path_;
   std::map<const takt::Executor*, Kind> executors_;
+  std::vector<std::weak_ptr<takt::Node>> nodes_;
+  std::map<std::pair<std::string, std::string>, Sent> sent_;  // by node and callback
   takt::ProcessResult sum_;
   takt::TimePoint begin_{};
   takt::Nanoseconds cpu_time_before_{0};
