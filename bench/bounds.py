@@ -41,8 +41,9 @@ def measure_one(takt, file):
     # Observed and bound are of one run: it needs no margin.
     subprocess.run([takt, "model", trace, "-o", model, "--margin", "0"], stdout=subprocess.DEVNULL, check=True)
     begin = time.monotonic()
+    # It may exit with 1: the host has stopped this machine for longer than the bound. The row shows it.
     done = subprocess.run([takt, "analyze", file, "--model", model, "--allow-unbounded", "--json", "-"],
-                          stdout=subprocess.PIPE, check=True)
+                          stdout=subprocess.PIPE, check=False)
     analysis = json.loads(done.stdout)
     del analysis["callbacks"], analysis["suggestions"]
     for chain in analysis["chains"]:
