@@ -71,6 +71,11 @@ void set_parameters(const ComponentDescription& component, Node& node,
   }
 }
 
+// Where one executor runs all, groups come to it with their node, if they may.
+bool is_placed_alone(const ContainerOverrides& overrides, const CallbackGroup& group) {
+  return overrides.executor.empty() || !group.automatically_add_to_executor();
+}
+
 }  // namespace
 
 void Container::make_components() {
@@ -408,10 +413,8 @@ void Container::place(const Loaded& loaded) {
   for (const auto& group : node->groups()) {
     const std::string own = loaded.own_executor(*group);
     if (own.empty()) continue;
-    if (overrides_.executor.empty()) {
-      executor_for(own).add_callback_group(group, node);
-      continue;
-    }
+    if (is_placed_alone(overrides_, *group)) executor_for(own).add_callback_group(group, node);
+    if (overrides_.executor.empty()) continue;
     const SourceLine& where = loaded.description.callback_groups.at(group->name()).where;
     if (where.empty()) continue;  // assigned, not asked for
     note(fmt::format("{}: callback group '{}' of '{}' is under --executor {}, not under '{}'",
@@ -429,7 +432,7 @@ void Container::displace(Loaded& loaded) {
   try {
     for (const auto& group : node->groups()) {
       const std::string own = loaded.own_executor(*group);
-      if (own.empty() || !overrides_.executor.empty()) continue;
+      if (own.empty() || !is_placed_alone(overrides_, *group)) continue;
       executor_for(own).remove_callback_group(group, node);
       removed.push_back(group);
     }

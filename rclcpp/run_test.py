@@ -119,6 +119,8 @@ def is_analysed(folder):
 
 
 def ends(folder):
+    done = run("run", "--duration", "400ms", "--", "sh", "-c", f"sleep 30 & cd / && exec {program}")
+    check("what a program leaves behind ends, too", "/chatter" in done.stdout, done.stdout)
     done = run("run", "--duration", "30s", "--", program, "calls", "50", "0")
     check("a program may end by itself", "/chatter" in done.stdout, done.stdout)
     done = run("run", "--duration", "30s", "--", program, "calls", "50", "3", status=1)
@@ -149,6 +151,8 @@ def is_refused(folder):
     refused("nothing to compare", "compare", "--executors", "events")
     refused("'./none' cannot be started: No such file", "run", "--", "./none")
     refused("has written no results", "run", "--", "true", status=1)
+    refused("has written no results", "run", "--", "sh", "-c", "echo hi > $TAKT_RESULTS", status=1)
+    refused("/none/robot.yaml", "analyze", "/none/robot.yaml", "--", program)
     refused("for containers, not for a program", "run", "--composition", "single", "--", program)
     refused("for containers, not for a program", "compare", "--compositions", "all", "--", program)
     refused("did you mean 'events'", "run", "--executor", "evens", "--", program)

@@ -12,6 +12,10 @@
 namespace takt::detail {
 namespace {
 
+// Limit: removed callbacks that an executor names in its trace. At it: the others are "(removed)".
+// Seen: in the trace.
+constexpr std::size_t kMostTraced = 10'000;
+
 // The releases of a timer that were due when timers were held, and that nobody has taken: of one
 // that others keep from running all the time no execution tells.
 std::uint64_t releases_left(const Entity& timer, TimePoint held) noexcept {
@@ -210,9 +214,16 @@ CallbackStatistics Observation::statistics_of(const CallbackRecord& record) cons
   return statistics;
 }
 
+Observation::Traced Observation::traced(const CallbackRecord& record) {
+  return {record.node + "/" + record.entity->name(), record.entity->kind(), record.entity->mark()};
+}
+
 void Observation::remember(const CallbackRecord& record) {
-  if (has_ended_ || options_.statistics == StatisticsLevel::off || !record.is_handed_over) return;
-  past_.add(statistics_of(record));
+  if (has_ended_ || !record.is_handed_over) return;
+  if (options_.trace_events != 0 && traced_.size() < kMostTraced) {
+    traced_.emplace(record.id(), traced(record));
+  }
+  if (options_.statistics != StatisticsLevel::off) past_.add(statistics_of(record));
 }
 
 std::vector<CallbackStatistics> Observation::statistics(const CallbackRecords& records,
@@ -233,14 +244,13 @@ std::vector<ThreadStatistics> Observation::thread_statistics(const CallbackRecor
   std::vector<ThreadStatistics> threads = threads_;
   if (options_.trace_events == 0) return threads;
   const auto named = [&](const TraceEvent& event) {
-    NamedTraceEvent result{event, "(removed)"};
-    if (const auto found = records.find(event.callback); found != records.end()) {
-      const CallbackRecord& record = *found->second;
-      result.name = record.node + "/" + record.entity->name();
-      result.kind = record.settings.info.kind;
-      result.cause = retract_path(event.path, record.entity->mark());
+    const auto present = records.find(event.callback);
+    const auto gone = traced_.find(event.callback);
+    if (present == records.end() && gone == traced_.end()) {
+      return NamedTraceEvent{event, "(removed)"};
     }
-    return result;
+    const Traced of = present != records.end() ? traced(*present->second) : gone->second;
+    return NamedTraceEvent{event, of.name, of.kind, retract_path(event.path, of.mark)};
   };
   threads.resize(workers.all().size());
   for (const Worker& worker : workers.all()) {

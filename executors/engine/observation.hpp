@@ -5,7 +5,9 @@
 
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "takt/executors/engine/dispatch_lock.hpp"
@@ -93,14 +95,22 @@ class Observation {
   static void report(const Miss& miss) noexcept;
 
  private:
+  /// What a trace says of a callback.
+  struct Traced {
+    std::string name;
+    EntityKind kind;
+    std::uint64_t mark;
+  };
   bool is_pending(const CallbackRecord& record) const noexcept;
   CallbackStatistics statistics_of(const CallbackRecord& record) const;
+  static Traced traced(const CallbackRecord& record);
 
   const ExecutorOptions& options_;
   const ServingRule* const rule_;
   std::atomic<TimePoint> timers_held_{};  // since when; {}: they are not
   std::vector<ThreadStatistics> threads_;
-  PastStatistics past_;  // of removed callbacks
+  PastStatistics past_;                  // of removed callbacks
+  std::map<CallbackId, Traced> traced_;  // of these, too
   bool has_ended_ = false;
 };
 

@@ -33,7 +33,8 @@ json describe(const takt::Node& node) {
   json groups = json::array(), callbacks = json::array(), topics = json::array();
   for (const auto& group : node.groups()) {
     groups.push_back({{"name", group->name()},
-                      {"is_reentrant", group->type() == takt::CallbackGroupType::Reentrant}});
+                      {"is_reentrant", group->type() == takt::CallbackGroupType::Reentrant},
+                      {"is_automatic", group->automatically_add_to_executor()}});
   }
   const std::string& name = node.fully_qualified_name();
   for (const auto& entity : node.entities()) {

@@ -62,7 +62,10 @@ class Executor::Spinning {
       throw;
     }
   }
-  ~Spinning() { executor_.is_spinning_.store(false); }
+  ~Spinning() {
+    Program::instance().has_spun();
+    executor_.is_spinning_.store(false);
+  }
   Spinning(const Spinning&) = delete;
   Spinning& operator=(const Spinning&) = delete;
 

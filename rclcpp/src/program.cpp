@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <system_error>
 #include <utility>
 
 #include <unistd.h>
@@ -92,8 +91,8 @@ Program::Program() {
                       "TAKT_NODES=" + variables_.nodes);
   }
   if (const std::string path = quiet_variable("TAKT_RESULTS"); !path.empty()) {
-    results_.emplace(path);
     variables_.trace_events = trace_events();
+    results_.emplace(path, variables_.trace_events);
   }
   // The file may have loaded them.
   check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
@@ -321,11 +320,17 @@ void Program::begin_spin(Executor& executor, const Context& context, bool is_lon
   if (is_long) spinning_.emplace_back(&executor, &context);
 }
 
+void Program::has_spun() {
+  if (!results_) return;
+  const std::lock_guard lock(mutex_);
+  results_->has_spun(false);
+}
+
 // One of others that goes on is enough for the container, but not after a shutdown.
 void Program::end_spin(const Executor& executor, const Context& context) {
   {
     const std::lock_guard lock(mutex_);
-    if (results_) results_->has_spun();
+    if (results_) results_->has_spun(true);
     if (!file_) return;
     std::erase_if(spinning_, [&](const auto& known) { return known.first == &executor; });
     if (!spinning_.empty() && !is_over_ && context.is_valid()) return;
@@ -333,16 +338,13 @@ void Program::end_spin(const Executor& executor, const Context& context) {
   stop();
 }
 
-// The container stays: a callback on one of its threads may have called exit.
+// The container stays: a callback on one of its threads may have called exit, for which all others
+// wait, or which waits for them.
 void Program::join() {
   std::unique_lock lock(mutex_);
   const auto container = container_;
   lock.unlock();
-  try {
-    if (container != nullptr) container->join();
-  } catch (const std::system_error& error) {
-    if (error.code() != std::errc::resource_deadlock_would_occur) throw;
-  }
+  if (container != nullptr && getpid() == gettid()) container->join();
 }
 
 void Program::at_exit() noexcept {
@@ -361,8 +363,8 @@ void Program::at_exit() noexcept {
   if (!results_) return;
   try {
     if (container_ != nullptr) results_->add(container_->result());
-  } catch (const takt::Error& error) {  // it spins: a callback has called exit
-    results_->note(error.what());
+  } catch (const takt::Error&) {  // it spins: a callback has called exit
+    results_->note_spinning("of the file");
   }
   report([this] { results_->write(variables_.executor, variables_.scheduler); });
 }

@@ -64,6 +64,8 @@ class Program {
   void begin_spin(Executor& executor, const Context& context, bool is_long);
   /// Of a long one: throws what a callback threw.
   void end_spin(const Executor& executor, const Context& context);
+  /// Of one that is not long.
+  void has_spun();
   /// Lets the container end, without waiting.
   void cancel() noexcept;
 

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -24,6 +27,12 @@ namespace {
                     "choose a writable file on a disk with free space", "TAKT_RESULTS=" + path);
 }
 
+std::uintmax_t size_of(const std::string& path) {
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(path, none);
+  return none ? 0 : size;
+}
+
 template <class Rows, class Row, class Key>
 Row* find(Rows& rows, const Row& like, const Key& key) {
   const auto found =
@@ -31,9 +40,24 @@ Row* find(Rows& rows, const Row& like, const Key& key) {
   return found != rows.end() ? &*found : nullptr;
 }
 
+void keep_last_events(takt::ThreadStatistics& thread, std::size_t most) {
+  const std::size_t surplus = thread.trace.size() - std::min(thread.trace.size(), most);
+  thread.trace.erase(thread.trace.begin(),
+                     thread.trace.begin() + static_cast<std::ptrdiff_t>(surplus));
+  thread.trace_overwritten += surplus;
+}
+
 }  // namespace
 
-Results::Results(std::string path) : path_(std::move(path)) {
+Results::Results(const std::string& path, std::size_t trace_events)
+    : path_(std::filesystem::absolute(path)),  // the program may change its folder
+      trace_events_(trace_events),
+      size_before_(size_of(path_)) {
+  std::error_code none;
+  const auto status = std::filesystem::status(path_, none);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw takt::Error("this is not a regular file", "choose another one", "TAKT_RESULTS=" + path_);
+  }
   if (!std::ofstream(path_, std::ios::app)) refuse(path_);
   sum_.name = program_invocation_short_name;
 }
@@ -44,13 +68,14 @@ void Results::spins() {
   cpu_time_before_ = takt::process_cpu_time();
 }
 
-void Results::has_spun() {
+void Results::has_spun(bool is_long) {
+  if (begin_ == takt::TimePoint{}) return;
   const auto seconds = [](takt::Nanoseconds time) {
     return std::chrono::duration<double>(time).count();
   };
   sum_.duration_s = seconds(takt::Clock::steady().now() - begin_);
   sum_.cpu_percent = 100 * seconds(takt::process_cpu_time() - cpu_time_before_) / sum_.duration_s;
-  sum_.pss_kb = takt::proportional_set_size_kb();
+  if (is_long || sum_.pss_kb == 0) sum_.pss_kb = takt::proportional_set_size_kb();
 }
 
 void Results::made(const takt::Executor& executor, const std::string& type,
@@ -66,6 +91,7 @@ void Results::added(const std::shared_ptr<takt::Node>& node) {
 
 void Results::ends(const takt::Executor& executor) {
   const auto kind = executors_.extract(&executor);
+  if (kind.empty()) return;  // it has been asked at exit
   takt::ProcessResult part;
   for (takt::CallbackStatistics& callback : executor.statistics()) {
     part.callbacks.push_back({kind.mapped().executor, std::move(callback)});
@@ -83,7 +109,7 @@ void Results::add(const takt::ProcessResult& part) {
   for (takt::ProcessResult::Callback more : part.callbacks) {
     takt::CallbackStatistics& of = more.statistics;
     if (is_parameter_service(of.node, of.kind, of.callback)) continue;
-    if (of.kind == takt::EntityKind::subscription) count_since_last_time(of);
+    count_since_last_time(of);
     auto* const row = find(sum_.callbacks, more, [](const auto& callback) {
       const takt::CallbackStatistics& name = callback.statistics;
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
@@ -94,7 +120,8 @@ void Results::add(const takt::ProcessResult& part) {
       sum_.callbacks.push_back(more);
     }
   }
-  for (const auto& more : part.threads) {
+  for (takt::ProcessResult::Thread more : part.threads) {
+    if (more.statistics.in_force.tid == 0) continue;  // its executor has only spun some
     auto* const row = find(sum_.threads, more, [](const auto& thread) {
       return std::tie(thread.executor, thread.statistics.in_force.tid);
     });
@@ -103,6 +130,7 @@ void Results::add(const takt::ProcessResult& part) {
     } else {
       sum_.threads.push_back(more);
     }
+    keep_last_events((row != nullptr ? *row : sum_.threads.back()).statistics, trace_events_);
   }
   for (const auto& more : part.chains) {
     auto* const row =
@@ -118,12 +146,20 @@ void Results::add(const takt::ProcessResult& part) {
 
 // A program does not wait until all is served, and another executor may go on with it.
 void Results::count_since_last_time(takt::CallbackStatistics& of) {
-  const Sent now{of.expected - std::min(of.expected, waiting(of)), of.dropped, of.from_outside};
-  Sent& before = sent_[{of.node, of.callback}];
-  if (now.expected < before.expected || now.dropped < before.dropped) before = {};  // a new one
-  of.expected = now.expected - before.expected;
-  of.dropped = now.dropped - before.dropped;
-  of.from_outside = now.from_outside - std::min(now.from_outside, before.from_outside);
+  Counted now{of.expected, of.dropped, of.from_outside, of.skipped};
+  const bool is_timer = of.kind == takt::EntityKind::timer;
+  if (is_timer) now.expected = 0;  // it is what this executor has run
+  now.expected -= std::min(now.expected, waiting(of));
+  Counted& before = counted_[{of.node, of.callback}];
+  if (now.expected < before.expected || now.dropped < before.dropped ||
+      now.skipped < before.skipped) {
+    before = {};  // this is a new one with that name
+  }
+  if (!is_timer) of.expected = now.expected - before.expected;
+  of.dropped -= before.dropped;
+  of.from_outside -= std::min(of.from_outside, before.from_outside);
+  of.skipped -= before.skipped;
+  of.overruns -= std::min(of.overruns, before.skipped);
   before = now;
 }
 
@@ -138,6 +174,12 @@ std::uint64_t Results::waiting(const takt::CallbackStatistics& of) const {
   return 0;
 }
 
+void Results::note_spinning(const std::string& executor) {
+  note("an executor '" + executor +
+       "' still spun when the program ended: what it served is not in the results; let spin() "
+       "return before exit()");
+}
+
 void Results::note(const std::string& text) {
   if (std::find(sum_.notes.begin(), sum_.notes.end(), text) == sum_.notes.end()) {
     sum_.notes.push_back(text);
@@ -145,13 +187,17 @@ void Results::note(const std::string& text) {
 }
 
 void Results::write(const std::string& executor, const std::string& scheduler) {
-  if (begin_ != takt::TimePoint{} && sum_.duration_s == 0) has_spun();  // it has only spun some
+  if (sum_.duration_s == 0) has_spun(true);  // a callback has called exit
   while (!executors_.empty()) {
+    const Kind kind = executors_.begin()->second;
     try {
       ends(*executors_.begin()->first);
-    } catch (const takt::Error& error) {  // it spins: a callback has called exit
-      note(error.what());
+    } catch (const takt::Error&) {
+      note_spinning(kind.executor);
     }
+  }
+  if (size_of(path_) != size_before_) {
+    note("another process has written its results to the same file; these are of the last one");
   }
   nlohmann::json run = takt::rt::process_json(sum_);
   run.erase("failed");

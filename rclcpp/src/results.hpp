@@ -3,6 +3,7 @@
 #ifndef RCLCPP_RESULTS_HPP_
 #define RCLCPP_RESULTS_HPP_
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -19,20 +20,22 @@ namespace rclcpp::detail {
 /// Thread safety: none. Real-time: no.
 class Results {
  public:
-  /// Throws takt::Error if the file cannot be written: before the run, as it would be in vain.
-  explicit Results(std::string path);
+  /// `trace_events`: kept of each thread. Throws takt::Error if the file cannot be written: before
+  /// the run, as it would be in vain.
+  Results(const std::string& path, std::size_t trace_events);
 
   /// The first spin begins: so does the measured time.
   void spins();
-  /// A spin has ended: so has the measured time, unless there is another one.
-  void has_spun();
+  /// A spin has ended: so has the measured time, unless there is another one. Memory is measured
+  /// where the spin is long.
+  void has_spun(bool is_long);
   void made(const takt::Executor& executor, const std::string& type, const std::string& scheduler);
   /// An executor is to serve it.
   void added(const std::shared_ptr<takt::Node>& node);
   void ends(const takt::Executor& executor);
   void add(const takt::ProcessResult& part);
-  /// What could not be measured.
-  void note(const std::string& text);
+  /// That it cannot be asked.
+  void note_spinning(const std::string& executor);
   /// `executor`, `scheduler`: of the environment. Throws takt::Error if it cannot be written.
   void write(const std::string& executor, const std::string& scheduler);
 
@@ -40,17 +43,20 @@ class Results {
   struct Kind {
     std::string executor, scheduler;
   };
-  /// What a subscription has counted since it was made, under whichever executor.
-  struct Sent {
-    std::uint64_t expected = 0, dropped = 0, from_outside = 0;
+  /// What a callback's entity has counted since it was made, under whichever executor.
+  struct Counted {
+    std::uint64_t expected = 0, dropped = 0, from_outside = 0, skipped = 0;
   };
+  void note(const std::string& text);
   void count_since_last_time(takt::CallbackStatistics& of);
   std::uint64_t waiting(const takt::CallbackStatistics& of) const;
 
   const std::string path_;
+  const std::size_t trace_events_;
+  const std::uintmax_t size_before_;
   std::map<const takt::Executor*, Kind> executors_;
   std::vector<std::weak_ptr<takt::Node>> nodes_;
-  std::map<std::pair<std::string, std::string>, Sent> sent_;  // by node and callback
+  std::map<std::pair<std::string, std::string>, Counted> counted_;  // by node and callback
   takt::ProcessResult sum_;
   takt::TimePoint begin_{};
   takt::Nanoseconds cpu_time_before_{0};

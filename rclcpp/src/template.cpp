@@ -29,9 +29,10 @@ namespace {
 
 }  // namespace
 
-Template::Template(std::string path) : path_(std::move(path)) {
+Template::Template(const std::string& path)
+    : path_(std::filesystem::absolute(path)) {  // the program may change its folder
   if (access(path_.c_str(), F_OK) == 0) exists(path_);
-  const std::string folder = std::filesystem::absolute(path_).parent_path();
+  const std::string folder = std::filesystem::path(path_).parent_path();
   if (access(folder.c_str(), W_OK) == 0) return;
   throw takt::Error("no file can be made there: " + takt::errno_message(errno), "",
                     "TAKT_CONFIG_TEMPLATE=" + path_);

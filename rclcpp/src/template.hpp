@@ -19,7 +19,7 @@ class Template {
  public:
   /// Throws takt::Error if there is such a file already, or none can be made: before the run, as it
   /// would be in vain.
-  explicit Template(std::string path);
+  explicit Template(const std::string& path);
 
   /// `threads`: that the program has asked for; 0: it leaves their number to the type.
   void made(const takt::Executor& executor, const std::string& type, std::size_t threads);

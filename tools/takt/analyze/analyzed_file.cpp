@@ -119,6 +119,12 @@ auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
                     "analysed",
                     other));
   }
+  for (const std::string& group : file.program->manual_groups()) {
+    file.system.notes.push_back(fmt::format(
+        "the program adds the group '{}' to an executor itself: unless the file gives it "
+        "one, it is not analysed",
+        group));
+  }
   return [program = file.program](const ComponentDescription& wanted) {
     return program->find(full_name(wanted));
   };

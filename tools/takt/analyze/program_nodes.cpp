@@ -51,9 +51,11 @@ void ProgramNodes::add(const json& description) {
   for (const json& group : description.at("groups")) {
     const std::string called = group.at("name");
     if (groups.contains(called)) continue;
+    const bool is_reentrant = group.at("is_reentrant"), is_automatic = group.at("is_automatic");
     groups[called] = node->create_callback_group(
-        called, group.at("is_reentrant") ? CallbackGroupType::Reentrant
-                                         : CallbackGroupType::MutuallyExclusive);
+        called, is_reentrant ? CallbackGroupType::Reentrant : CallbackGroupType::MutuallyExclusive,
+        is_automatic);
+    if (!is_automatic) manual_groups_.push_back(name + "/" + called);
     handles_.push_back(groups[called]);
   }
   for (const json& callback : description.at("callbacks")) {

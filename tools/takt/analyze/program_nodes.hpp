@@ -22,13 +22,15 @@ class ProgramNodes {
   std::shared_ptr<Node> find(const std::string& name) const;
   /// Of the program, but not of its file.
   const std::vector<std::string>& others() const noexcept { return others_; }
+  /// Those that no executor gets with their node: "/node/group".
+  const std::vector<std::string>& manual_groups() const noexcept { return manual_groups_; }
 
  private:
   void add(const nlohmann::json& description);
 
   std::vector<std::shared_ptr<Node>> nodes_;
   std::vector<std::shared_ptr<void>> handles_;  // of what the nodes have
-  std::vector<std::string> others_;
+  std::vector<std::string> others_, manual_groups_;
 };
 
 }  // namespace takt::tools

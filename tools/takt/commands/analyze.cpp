@@ -64,6 +64,7 @@ void run(Options options) {
   check_writable(options.json);
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
+    read_system(options.file, options.how.settings);  // its errors are not the program's
     options.how.nodes = nodes_of_program(program_words(), options.file);
   }
   const bool prints = options.json != "-";

@@ -120,7 +120,7 @@ void add_run(Comparison& row, const json& run, Nanoseconds asked) {
     pss_kb += process.at("pss_kb").get<double>();
   }
   row.cpu_percent.push_back(cpu_percent);
-  row.wakeups_per_s.push_back(wakeups / seconds);
+  row.wakeups_per_s.push_back(seconds == 0 ? 0 : wakeups / seconds);
   row.pss_mb.push_back(pss_kb / 1024);
 }
 

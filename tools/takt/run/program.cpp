@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
@@ -34,6 +35,11 @@ using nlohmann::json;
 // Limit: bytes of the results of a program. At it: they are refused. Seen: the error.
 constexpr std::size_t kMostBytes = std::size_t{4} << 30;
 
+/// The program may change its folder.
+std::string absolute(const std::string& file) {
+  return file.empty() ? "" : std::filesystem::absolute(file).string();
+}
+
 struct Start {
   const std::vector<std::string>& words;
   std::vector<std::pair<const char*, std::string>> variables;  // those that are not empty are set
@@ -46,7 +52,13 @@ struct Start {
   if (getppid() != parent) _exit(1);  // it has died before
   setpgid(0, 0);
   signals.let_through();
+  // Reading from the terminal would stop it, as its group is not the one in the foreground.
+  if (isatty(STDIN_FILENO) != 0) dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (!start.has_stdout) dup2(STDERR_FILENO, STDOUT_FILENO);
+  // What somebody else has asked for is not what we do.
+  for (const char* name : {"TAKT_RESULTS", "TAKT_TRACE", "TAKT_NODES", "TAKT_CONFIG_TEMPLATE"}) {
+    unsetenv(name);
+  }
   for (const auto& [name, value] : start.variables) {
     if (!value.empty()) setenv(name, value.c_str(), /*overwrite=*/1);
   }
@@ -81,10 +93,20 @@ pid_t begin(const Start& start, const EndSignals& signals) {
 }
 
 struct Ended {
-  int signal = 0;  // that has ended the run before its time; 0: none
-  int status = 0;  // of the program
-  bool was_killed = false;
+  int signal = 0;          // that has ended the run before its time; 0: none
+  int status = 0;          // of the program
+  std::string why_killed;  // empty: it has ended by itself
 };
+
+/// Of what the program has left behind: it may be about to write the results.
+void wait_for_group(pid_t group) {
+  kill(-group, SIGINT);
+  const TimePoint limit = later(Clock::steady().now(), kHurriedEndLimit);
+  while (kill(-group, 0) == 0 && Clock::steady().now() < limit) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  kill(-group, SIGKILL);
+}
 
 Ended wait_for_end(pid_t child, Nanoseconds duration, const EndSignals& signals) {
   const auto process = static_cast<int>(syscall(SYS_pidfd_open, child, 0));
@@ -99,9 +121,15 @@ Ended wait_for_end(pid_t child, Nanoseconds duration, const EndSignals& signals)
       const TimePoint now = Clock::steady().now();
       const int taken = signals.take();
       if (taken != 0 || now >= limit) {
-        ended.was_killed = is_ending;
+        if (is_ending) {
+          ended.why_killed =
+              taken != 0 ? fmt::format("by a second signal, {}", name_of_signal(taken))
+                         : fmt::format("as it had not ended within {} s of {}", kEndLimit.count(),
+                                       name_of_signal(ended.signal == 0 ? SIGINT : ended.signal));
+        } else {
+          ended.signal = taken;
+        }
         kill(-child, is_ending ? SIGKILL : taken != 0 ? taken : SIGINT);
-        if (!is_ending) ended.signal = taken;
         is_ending = true;
         limit = later(now, kEndLimit);
       }
@@ -112,15 +140,14 @@ Ended wait_for_end(pid_t child, Nanoseconds duration, const EndSignals& signals)
   }
   close(process);
   waitpid(child, &ended.status, 0);
+  wait_for_group(child);
   return ended;
 }
 
 /// Why it has failed; empty: it has not.
 std::string failure_of(const Ended& ended, const std::string& program) {
-  if (ended.was_killed) {
-    return fmt::format("the program '{}' was killed: it had not ended {} s after {}", program,
-                       kEndLimit.count(),
-                       name_of_signal(ended.signal == 0 ? SIGINT : ended.signal));
+  if (!ended.why_killed.empty()) {
+    return fmt::format("the program '{}' was killed {}", program, ended.why_killed);
   }
   if (WIFSIGNALED(ended.status)) {
     return fmt::format("the program '{}' was ended by {}", program,
@@ -131,27 +158,33 @@ std::string failure_of(const Ended& ended, const std::string& program) {
 }
 
 /// What the program has written; throws if it has not.
-json read_written(const std::string& path, const std::string& failure, const std::string& program,
-                  const char* what) {
+json read_written(const std::string& path, const char* key, const Ended& ended,
+                  const std::string& program, const char* what) {
   std::error_code is_missing;  // it is empty from the start to the end of the program
   if (std::filesystem::file_size(path, is_missing) != 0 && !is_missing) {
-    return json::parse(read_text(path, kMostBytes));
+    json written = json::parse(read_text(path, kMostBytes), nullptr, /*allow_exceptions=*/false);
+    if (written.is_object() && written.contains(key)) return written;
   }
+  if (ended.signal != 0 && ended.why_killed.empty()) {
+    throw Interrupted(ended.signal, " before the program had written its results");
+  }
+  const std::string failure = failure_of(ended, program);
   if (!failure.empty()) throw std::runtime_error(failure);
   throw Error(fmt::format("the program '{}' has {}", program, what),
-              "give one that was built for rclcpp with `takt ros2 build`");
+              "give one that was built for rclcpp with `takt ros2 build`, and leave it its rights "
+              "and a disk");
 }
 
 }  // namespace
 
 json run_program(const ProgramRun& run) {
+  const EndSignals signals;  // lets no signal end this process before the folder has gone
   const TemporaryFolder folder;
   const std::string results = folder / "results.json";
-  const EndSignals signals;
   const pid_t child =
       begin({run.words,
              {{"TAKT_RESULTS", results},
-              {"TAKT_CONFIG", run.file},
+              {"TAKT_CONFIG", absolute(run.file)},
               {"TAKT_EXECUTOR", run.executor},
               {"TAKT_SCHEDULER", run.scheduler},
               {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
@@ -160,8 +193,9 @@ json run_program(const ProgramRun& run) {
   begin_work();
   const Ended ended = wait_for_end(child, run.duration, signals);
   const std::string failure = failure_of(ended, run.words.front());
-  json result =
-      read_written(results, failure, run.words.front(), "written no results").at("runs").at(0);
+  json result = read_written(results, "runs", ended, run.words.front(), "written no results")
+                    .at("runs")
+                    .at(0);
   if (!result.contains("trace")) result["trace"] = json::array();
   result["failed"] = failure.empty() ? json::array() : json::array({failure});
   result["signal"] = ended.signal;
@@ -169,15 +203,14 @@ json run_program(const ProgramRun& run) {
 }
 
 json nodes_of_program(const std::vector<std::string>& words, const std::string& file) {
+  const EndSignals signals;
   const TemporaryFolder folder;
   const std::string nodes = folder / "nodes.json";
-  const EndSignals signals;
   const pid_t child =
-      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", file}}, false}, signals);
+      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute(file)}}, false}, signals);
   const Ended ended = wait_for_end(child, kEndLimit, signals);
   check_complete(ended.signal, true);
-  return read_written(nodes, failure_of(ended, words.front()), words.front(),
-                      "not spun the nodes of the file");
+  return read_written(nodes, "nodes", ended, words.front(), "not spun the nodes of the file");
 }
 
 }  // namespace takt::tools
