@@ -30,9 +30,16 @@ std::shared_ptr<void> make_callback(Node& node, const json& callback, const Grou
     return node.create_service<Service>(
         name, [](const Service::Request&, Service::Response&) {}, group);
   }
-  if (kind == "client") return node.create_client<Service>(name, {}, group);
+  if (kind == "client") {
+    // Its timer for late responses is one of the program's callbacks, if it has one.
+    ClientOptions options;
+    options.without_service = Nanoseconds::max();
+    return node.create_client<Service>(name, options, group);
+  }
+  std::string valid = name.substr(std::min(name.find_first_not_of('/'), name.size()));
+  std::replace(valid.begin(), valid.end(), '/', '_');  // it may be that of a topic's event
   return node.create_guard_condition(
-      name, [] {}, group);
+      valid, [] {}, group);
 }
 
 }  // namespace
