@@ -17,7 +17,7 @@ struct AllOutputs {
   std::atomic<std::size_t> count{0};
 };
 AllOutputs& all_outputs() noexcept {
-  static AllOutputs instance;
+  static AllOutputs& instance = *new AllOutputs;  // used while static objects are destroyed
   return instance;
 }
 

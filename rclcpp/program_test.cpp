@@ -266,6 +266,17 @@ TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
       kThrows, "threw: oh");
 }
 
+std::shared_ptr<Node> kept;  // is destroyed after what a program has made first
+
+// Its topics were removed from a list that had gone.
+TEST_F(ProgramDeathTest, ANodeMayHaveStaticStorage) {
+  EXPECT_EXIT(run([] {
+                kept = std::make_shared<Node>("node");
+                spin_some(kept);
+              }),
+              kEndsWell, "");
+}
+
 // It waited for its own thread.
 TEST_F(ProgramDeathTest, ACallbackMayExit) {
 #if defined(__SANITIZE_THREAD__)

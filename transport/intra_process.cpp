@@ -22,7 +22,7 @@ namespace takt {
 class Topics {
  public:
   static Topics& instance() {
-    static Topics topics;
+    static Topics& topics = *new Topics;  // some readers are destroyed after static objects
     return topics;
   }
 
