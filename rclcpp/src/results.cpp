@@ -213,7 +213,8 @@ void Results::write(const std::string& executor, const std::string& scheduler) {
   run["repeat"] = 0;
   run["topics"] = nlohmann::json::array();
   std::ofstream file(path_);
-  file << takt::rt::json_text(takt::rt::result_document({std::move(run)}), 2) << '\n';
+  file << takt::rt::json_text(takt::rt::result_document(nlohmann::json::array({std::move(run)})), 2)
+       << '\n';
   file.close();
   if (!file) refuse(path_);
 }

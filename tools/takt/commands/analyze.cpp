@@ -84,7 +84,7 @@ void run(Options options) {
   }
   if (!options.report.empty()) {
     json page = rt::result_document(json::array());
-    page["analyses"] = {document};
+    page["analyses"] = json::array({document});
     write_report(page, options.report);
   }
   if (!options.json.empty()) write_json(document, options.json);

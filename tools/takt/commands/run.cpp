@@ -406,7 +406,7 @@ void run(const Options& options) {
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
   // Write the file first: a closed stdout must not lose it.
-  if (!options.json.empty()) write_json(rt::result_document({run}), options.json);
+  if (!options.json.empty()) write_json(rt::result_document(json::array({run})), options.json);
   if (options.json != "-") {
     print_callbacks(run);
     print_chains(run);
