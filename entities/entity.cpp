@@ -2,7 +2,9 @@
 #include "takt/entities/entity.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <mutex>
+#include <new>
 #include <utility>
 
 #include "takt/base/error.hpp"
@@ -83,7 +85,8 @@ void Entity::leave_owner() noexcept {
 }
 
 PiMutex& ownership_mutex() noexcept {
-  static PiMutex mutex;
+  alignas(PiMutex) static std::byte storage[sizeof(PiMutex)];
+  static PiMutex& mutex = *new (storage) PiMutex;  // some entities are destroyed after statics
   return mutex;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/wait_in_callback.hpp"
 
+#include <cstddef>
 #include <mutex>
+#include <new>
 
 #include "takt/executors/engine/ready_set.hpp"
 
@@ -9,7 +11,8 @@ namespace takt::detail {
 namespace {
 
 PiMutex& waits_mutex() noexcept {
-  static PiMutex mutex;
+  alignas(PiMutex) static std::byte storage[sizeof(PiMutex)];
+  static PiMutex& mutex = *new (storage) PiMutex;  // some entities are destroyed after statics
   return mutex;
 }
 
