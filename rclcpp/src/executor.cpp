@@ -7,6 +7,8 @@
 #include <thread>
 #include <utility>
 
+#include "takt/base/same_owner.hpp"
+
 #include "program.hpp"
 #include "rclcpp/executors.hpp"
 
@@ -111,7 +113,8 @@ void Executor::add_node(std::shared_ptr<Node> node, bool notify) {
 void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
   {
     const std::lock_guard lock(mutex_);
-    if (std::erase_if(nodes_, [&](const auto& known) { return known.lock() == node; }) == 0) {
+    if (std::erase_if(nodes_,
+                      [&](const auto& known) { return takt::is_same_owner(known, node); }) == 0) {
       throw std::runtime_error("Node needs to be associated with this executor.");
     }
   }
@@ -139,8 +142,9 @@ void Executor::remove_callback_group(CallbackGroup::SharedPtr group, bool) {
   NodeBaseInterface::SharedPtr node;
   {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(groups_.begin(), groups_.end(),
-                                    [&](const auto& known) { return known.first.lock() == group; });
+    const auto found = std::find_if(groups_.begin(), groups_.end(), [&](const auto& known) {
+      return takt::is_same_owner(known.first, group);
+    });
     if (found == groups_.end()) {
       throw std::runtime_error("Callback group needs to be associated with executor.");
     }

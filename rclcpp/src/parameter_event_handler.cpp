@@ -3,6 +3,8 @@
 
 #include <stdexcept>
 
+#include "takt/base/same_owner.hpp"
+
 namespace rclcpp {
 namespace {
 
@@ -23,7 +25,7 @@ void remove(std::mutex& mutex, std::list<std::weak_ptr<Handle>>& handles,
             const std::shared_ptr<Handle>& handle) {
   const std::lock_guard lock(mutex);
   const std::size_t before = handles.size();
-  handles.remove_if([&](const auto& known) { return known.lock() == handle; });
+  handles.remove_if([&](const auto& known) { return takt::is_same_owner(known, handle); });
   if (handles.size() == before) throw std::runtime_error("Callback doesn't exist");
 }
 

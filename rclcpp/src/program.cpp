@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "takt/base/printable.hpp"
+#include "takt/base/same_owner.hpp"
 #include "takt/sched/scheduler.hpp"
 
 #include "description.hpp"
@@ -185,7 +186,9 @@ bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor&
   if (template_) template_->added(node, group, executor);
   if (results_) results_->added(node);
   if (!serves(*node)) return true;
-  std::erase_if(added_, [&](const auto& known) { return known.expired() || known.lock() == node; });
+  std::erase_if(added_, [&](const auto& known) {
+    return known.expired() || takt::is_same_owner(known, node);
+  });
   added_.push_back(node);
   const std::string& name = node->fully_qualified_name();
   if (container_ != nullptr && !is_over_ && id_of(*container_, name) == 0) {
