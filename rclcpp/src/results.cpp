@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
+#include "takt/base/same_owner.hpp"
 #include "takt/containers/process_usage.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/process_json.hpp"
@@ -33,11 +34,14 @@ std::uintmax_t size_of(const std::string& path) {
   return none ? 0 : size;
 }
 
+/// Adds it to the row with its key, or as a new one.
 template <class Rows, class Row, class Key>
-Row* find(Rows& rows, const Row& like, const Key& key) {
+Row& add_to(Rows& rows, const Row& more, const Key& key) {
   const auto found =
-      std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return key(row) == key(like); });
-  return found != rows.end() ? &*found : nullptr;
+      std::find_if(rows.begin(), rows.end(), [&](const Row& row) { return key(row) == key(more); });
+  if (found == rows.end()) return rows.emplace_back(more);
+  found->statistics.add(more.statistics);
+  return *found;
 }
 
 void keep_last_events(takt::ThreadStatistics& thread, std::size_t most) {
@@ -85,7 +89,9 @@ void Results::made(const takt::Executor& executor, const std::string& type,
 }
 
 void Results::added(const std::shared_ptr<takt::Node>& node) {
-  std::erase_if(nodes_, [&](const auto& known) { return known.expired() || known.lock() == node; });
+  std::erase_if(nodes_, [&](const auto& known) {
+    return known.expired() || takt::is_same_owner(known, node);
+  });
   nodes_.push_back(node);
 }
 
@@ -110,36 +116,20 @@ void Results::add(const takt::ProcessResult& part) {
     takt::CallbackStatistics& of = more.statistics;
     if (is_parameter_service(of.node, of.kind, of.callback)) continue;
     count_since_last_time(of);
-    auto* const row = find(sum_.callbacks, more, [](const auto& callback) {
+    add_to(sum_.callbacks, more, [](const auto& callback) {
       const takt::CallbackStatistics& name = callback.statistics;
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
     });
-    if (row != nullptr) {
-      row->statistics.add(more.statistics);
-    } else {
-      sum_.callbacks.push_back(more);
-    }
   }
-  for (takt::ProcessResult::Thread more : part.threads) {
+  for (const takt::ProcessResult::Thread& more : part.threads) {
     if (more.statistics.in_force.tid == 0) continue;  // its executor has only spun some
-    auto* const row = find(sum_.threads, more, [](const auto& thread) {
+    auto& row = add_to(sum_.threads, more, [](const auto& thread) {
       return std::tie(thread.executor, thread.statistics.in_force.tid);
     });
-    if (row != nullptr) {
-      row->statistics.add(more.statistics);
-    } else {
-      sum_.threads.push_back(more);
-    }
-    keep_last_events((row != nullptr ? *row : sum_.threads.back()).statistics, trace_events_);
+    keep_last_events(row.statistics, trace_events_);
   }
-  for (const auto& more : part.chains) {
-    auto* const row =
-        find(sum_.chains, more, [](const auto& chain) { return std::tie(chain.name); });
-    if (row != nullptr) {
-      row->statistics.add(more.statistics);
-    } else {
-      sum_.chains.push_back(more);
-    }
+  for (const takt::ProcessResult::ChainResult& more : part.chains) {
+    add_to(sum_.chains, more, [](const auto& chain) { return std::tie(chain.name); });
   }
   for (const std::string& text : part.notes) note(text);
 }
