@@ -44,6 +44,8 @@ def measure_one(takt, file):
     # It may exit with 1: the host has stopped this machine for longer than the bound. The row shows it.
     done = subprocess.run([takt, "analyze", file, "--model", model, "--allow-unbounded", "--json", "-"],
                           stdout=subprocess.PIPE, check=False)
+    if done.returncode > 1:
+        done.check_returncode()
     analysis = json.loads(done.stdout)
     del analysis["callbacks"], analysis["suggestions"]
     for chain in analysis["chains"]:
