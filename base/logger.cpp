@@ -16,6 +16,7 @@
 
 #include "takt/base/available_cpus.hpp"
 #include "takt/base/clock.hpp"
+#include "takt/base/never_destroyed.hpp"
 #include "takt/base/printable.hpp"
 
 namespace takt {
@@ -50,9 +51,16 @@ std::optional<std::uint64_t> LogThrottle::may_log() noexcept {
   return std::nullopt;
 }
 
+struct Logger::EndOfProcess {
+  explicit EndOfProcess(Logger& of_process) : logger(of_process) {}
+  ~EndOfProcess() { logger.stop(); }
+  Logger& logger;
+};
+
 Logger& Logger::instance() {
-  static Logger logger;
-  return logger;
+  static detail::NeverDestroyed<Logger> logger;
+  static const EndOfProcess end(*logger);
+  return *logger;
 }
 
 // Lines by value. No thread waits for another, and nothing allocates.
@@ -64,17 +72,20 @@ struct Logger::Output {
 Logger::Logger() : output_(std::make_unique<Output>()), writer_(write_to_stderr) {
 }
 
-Logger::~Logger() {
-  stop_.store(true);
+void Logger::stop() {
+  const std::lock_guard lock(starting_);
+  stopping_.store(true);
   work_.fetch_add(1);
   work_.notify_one();
   if (output_->thread.joinable()) output_->thread.join();
+  started_.store(true);
+  stopped_.store(true);
+  write_what_waits();
 }
 
 void Logger::start() {
   if (started_.load(std::memory_order_acquire)) return;  // pairs with the store below
-  static std::mutex mutex;
-  const std::lock_guard lock(mutex);
+  const std::lock_guard lock(starting_);
   if (started_.load()) return;
   output_->thread = std::thread([this] {
     pthread_setname_np(pthread_self(), "log");
@@ -88,6 +99,10 @@ void Logger::run_in_thread(const std::function<void()>& function) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   start();
+  if (stopped_.load()) {
+    const std::lock_guard stopped(starting_);
+    return function();
+  }
   function_.store(&function);
   work_.fetch_add(1);
   work_.notify_one();
@@ -129,37 +144,44 @@ void Logger::hand_over(LogLevel level, Record& record) noexcept {
   record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
   output_->queue.push(record);  // it has room
+  if (stopped_.load()) {
+    const std::lock_guard lock(starting_);
+    return write_what_waits();
+  }
   work_.fetch_add(1);
   work_.notify_one();
 }
 
 void Logger::write_until_stopped() {
-  std::uint64_t dropped_reported = 0;
   for (;;) {
     const std::uint32_t seen = work_.load();
-    const bool stopping = stop_.load();
+    const bool stopping = stopping_.load();
     if (const auto* function = function_.load()) {
       (*function)();
       function_.store(nullptr);
       function_.notify_one();
     }
-    // Not until it is empty: others may log without end.
-    Record record;
-    for (std::size_t i = 0; i < kRecords && output_->queue.pop(record); ++i) write_line(record);
-    if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported) {
-      writer_(LogLevel::warn, fmt::format("{} log lines were dropped: more than {} at once",
-                                          dropped - dropped_reported, kRecords));
-      dropped_reported = dropped;
-    }
+    write_what_waits();
     if (stopping) return;
     work_.wait(seen);
+  }
+}
+
+void Logger::write_what_waits() {
+  // Not until it is empty: others may log without end.
+  Record record;
+  for (std::size_t i = 0; i < kRecords && output_->queue.pop(record); ++i) write_line(record);
+  if (const std::uint64_t dropped = this->dropped(); dropped != dropped_reported_) {
+    writer_(LogLevel::warn, fmt::format("{} log lines were dropped: more than {} at once",
+                                        dropped - dropped_reported_, kRecords));
+    dropped_reported_ = dropped;
   }
 }
 
 void Logger::write_line(const Record& record) {
   const std::string_view line(record.text, record.size);
   writer_(record.level, printable(line));  // names and texts of others may be in it
-  if (listener_) {
+  if (listener_ && !stopped_.load()) {     // afterwards what it uses may have gone
     const bool has_source = record.source_size != 0 && record.source_size + 2 <= line.size();
     listener_({record.level, record.time,
                has_source ? line.substr(0, record.source_size) : std::string_view(),

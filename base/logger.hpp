@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <type_traits>
@@ -19,6 +20,11 @@
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
+
+namespace detail {
+template <class T>
+class NeverDestroyed;
+}
 
 enum class LogLevel { debug, info, warn, error };
 
@@ -60,7 +66,8 @@ struct LogLine {
 /// `log`, which writes to stderr. When the queue is full the line is dropped and counted, and
 /// the count is written as soon as there is room. The thread starts with the first line, or before
 /// the first callback of an executor, with the default attributes of a thread (SCHED_OTHER, all
-/// CPUs), and sleeps on a futex while there is nothing to write.
+/// CPUs), and sleeps on a futex while there is nothing to write. It ends with the process, when
+/// static objects are destroyed; those destroyed later write their lines themselves.
 ///
 /// Thread safety: every method may be called from any thread.
 /// Real-time: `log` neither blocks nor allocates, except for the first line of a process in which
@@ -110,12 +117,16 @@ class Logger {
   };
   struct Output;  // the queue and the thread
 
+  friend class detail::NeverDestroyed<Logger>;
+  struct EndOfProcess;
+
   Logger();
-  ~Logger();
+  void stop();
   bool take_room() noexcept;
   void hand_over(LogLevel level, Record& record) noexcept;
   void write_line(const Record& record);
   void write_until_stopped();
+  void write_what_waits();
 
   const std::unique_ptr<Output> output_;
   std::function<void(LogLevel, std::string_view)> writer_;
@@ -127,7 +138,9 @@ class Logger {
   std::atomic<std::size_t> taken_{0};
   std::atomic<std::uint32_t> work_{0};  // changes with every line: what the thread sleeps on
   std::atomic<const std::function<void()>*> function_{nullptr};  // to call in the thread
-  std::atomic<bool> stop_{false}, started_{false};
+  std::uint64_t dropped_reported_ = 0;                           // the thread's
+  std::mutex starting_;
+  std::atomic<bool> started_{false}, stopping_{false}, stopped_{false};
 };
 
 /// Limits repeated log lines to one per second, or to `most`.

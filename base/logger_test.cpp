@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
 #include <latch>
 #include <mutex>
 #include <string>
@@ -192,6 +193,19 @@ TEST(Logger, WritesALineAsOne) {
   Logger::instance().flush();
   Logger::instance().set_writer({});
   EXPECT_EQ(written, "node 'a\\n[error] b\\u001b[31m\\xff'");
+}
+
+// A destructor of an object with static storage that logged used a destroyed logger: the line was
+// lost.
+TEST(LoggerDeathTest, WhatIsDestroyedAfterMainCanLog) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        std::atexit([] { log(LogLevel::info, "at the end"); });  // runs after the logger's end
+        log(LogLevel::info, "before");
+        std::exit(0);
+      },
+      testing::ExitedWithCode(0), "before\n.*at the end");
 }
 
 }  // namespace

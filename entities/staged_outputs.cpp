@@ -5,6 +5,7 @@
 #include <atomic>
 #include <mutex>
 
+#include "takt/base/never_destroyed.hpp"
 #include "takt/entities/send.hpp"
 
 namespace takt {
@@ -17,8 +18,8 @@ struct AllOutputs {
   std::atomic<std::size_t> count{0};
 };
 AllOutputs& all_outputs() noexcept {
-  static AllOutputs& instance = *new AllOutputs;  // used while static objects are destroyed
-  return instance;
+  static detail::NeverDestroyed<AllOutputs> instance;
+  return *instance;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 namespace takt {
 namespace {
@@ -25,10 +26,9 @@ struct FrameList {
   FreeFrame* first = nullptr;
 };
 
-// Never destroyed, as entities may outlive `main`.
 FrameList& frames(std::size_t size) {
-  static auto& lists = *new std::array<FrameList, kSizes>;
-  return lists[size];
+  static detail::NeverDestroyed<std::array<FrameList, kSizes>> lists;
+  return (*lists)[size];
 }
 
 // Which list a frame belongs to; kSizes: to none.

@@ -6,6 +6,8 @@
 #include <memory>
 #include <mutex>
 
+#include "takt/base/never_destroyed.hpp"
+
 namespace takt {
 
 MessageType detail::finish_message_type(MessageType type) {
@@ -94,7 +96,8 @@ const MessageType& detail::make_message_type(std::string_view name, const Messag
 
 const MessageType& serialized_type(std::string_view name) {
   static std::mutex mutex;
-  static auto& types = *new std::map<std::string, MessageType, std::less<>>;
+  static detail::NeverDestroyed<std::map<std::string, MessageType, std::less<>>> all;
+  auto& types = *all;
   const std::lock_guard lock(mutex);
   if (const auto known = types.find(name); known != types.end()) return known->second;
   MessageType type{.name = std::string(name),

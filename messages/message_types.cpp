@@ -5,6 +5,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/library.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 namespace takt {
 namespace {
@@ -17,8 +18,8 @@ using Describe = MessageTypes::Describe;
 }  // namespace
 
 MessageTypes& message_types() {
-  static MessageTypes types;
-  return types;
+  static detail::NeverDestroyed<MessageTypes> types;
+  return *types;
 }
 
 const MessageType* MessageTypes::find(std::string_view name) {

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 namespace takt {
 namespace {
@@ -30,13 +31,12 @@ struct Joined {
 };
 using Table = std::array<Joined, ChainJoin::kMostJoined>;
 
-// Made with the first join, for most programs have none; never destroyed, as messages may outlive
-// `main`.
+// Made with the first join, for most programs have none.
 std::atomic<Table*> table_of_process{nullptr};
 
 void make_table() {
-  static Table& table = *new Table;
-  table_of_process.store(&table);
+  static detail::NeverDestroyed<Table> table;
+  table_of_process.store(&*table);
 }
 
 Joined& place(std::uint64_t number) noexcept {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/held_locks.hpp"
+#include "takt/base/never_destroyed.hpp"
 #include "takt/nodes/node_state.hpp"
 
 namespace takt {
@@ -50,8 +51,8 @@ std::string absolute_name_space(std::string_view name_space) {
 class NodeNames {
  public:
   static NodeNames& instance() {
-    static NodeNames& names = *new NodeNames;  // some nodes are destroyed after static objects
-    return names;
+    static detail::NeverDestroyed<NodeNames> names;
+    return *names;
   }
   /// False: there is one already.
   bool add(const Participant* participant, const std::string& name) {

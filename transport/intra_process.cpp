@@ -13,6 +13,7 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/lockfree/sequence.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/never_destroyed.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/transport/local_topics.hpp"
 
@@ -22,8 +23,8 @@ namespace takt {
 class Topics {
  public:
   static Topics& instance() {
-    static Topics& topics = *new Topics;  // some readers are destroyed after static objects
-    return topics;
+    static detail::NeverDestroyed<Topics> topics;
+    return *topics;
   }
 
   void add(IntraProcessWriter& writer) {

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/wait_in_callback.hpp"
 
-#include <cstddef>
 #include <mutex>
-#include <new>
 
+#include "takt/base/never_destroyed.hpp"
 #include "takt/executors/engine/ready_set.hpp"
 
 namespace takt::detail {
 namespace {
 
 PiMutex& waits_mutex() noexcept {
-  alignas(PiMutex) static std::byte storage[sizeof(PiMutex)];
-  static PiMutex& mutex = *new (storage) PiMutex;  // some entities are destroyed after statics
-  return mutex;
+  static NeverDestroyed<PiMutex> mutex;
+  return *mutex;
 }
 
 bool is_inside(const Dispatch* dispatch, const CallbackRecord& record) noexcept {

@@ -1,5 +1,6 @@
 // Nodes, timers, subscriptions, guard conditions, parameters and lifecycles.
 // SPDX-License-Identifier: Apache-2.0
+#include "takt/base/same_owner.hpp"
 #include "takt/executors/sequences/world.hpp"
 
 namespace takt::sequences {
@@ -60,7 +61,7 @@ void World::drop_node() {
   const Place dropped = std::move(*place);  // goes when the list is in order
   places_.erase(place);
   for (const PartPtr& part : parts_) {
-    if (part->lifecycle.lock() == dropped.lifecycle) part->was_active = is_active(*part);
+    if (is_same_owner(part->lifecycle, dropped.lifecycle)) part->was_active = is_active(*part);
   }
 }
 

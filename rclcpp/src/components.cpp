@@ -10,6 +10,7 @@
 #include <link.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 #include "class_loader/class_loader.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
@@ -21,10 +22,10 @@ struct Factories {
   std::mutex mutex;
   std::vector<RegisteredFactory> all;
 };
-// Never destroyed: libraries are initialised and end in whichever order.
+// Libraries are initialised and end in whichever order.
 Factories& factories() {
-  static Factories& known = *new Factories;
-  return known;
+  static takt::detail::NeverDestroyed<Factories> known;
+  return *known;
 }
 
 }  // namespace

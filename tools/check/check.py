@@ -45,6 +45,7 @@ RULES = {
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
     "reader": "files are read by one reader",
+    "unsound": "no last pointer for a comparison, no static object on the heap",
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
     "phrase": "retired phrases",
@@ -206,6 +207,11 @@ def check_output(file, _):
 def check_readers(file, _):
     for line, what in file_rules.readers(file.path, file.lines):
         yield Finding(file.path, line, "reader", what)
+
+
+def check_unsound(file, _):
+    for line, what in file_rules.unsound(file.path, file.lines):
+        yield Finding(file.path, line, "unsound", what)
 
 
 def check_waiting(file, _):
@@ -430,8 +436,8 @@ def main():
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,
-                     check_waiting, check_environment,
-                     check_links, check_phrases, check_one_list, check_time_sums):
+                     check_unsound, check_waiting, check_environment, check_links, check_phrases,
+                     check_one_list, check_time_sums):
             findings.extend(rule(file, root))
     found = collections.Counter()
     for finding in findings:

@@ -229,6 +229,17 @@ def test_time_sums():
             "base/a.cpp:8: '+= period_;': later(time, duration) cannot overflow")
 
 
+def test_unsound():
+    refused("a last pointer for a comparison, and a static object on the heap",
+            {"base/a.cpp": SPDX + "if (weak.lock() == node) return;\n"
+                                  "if (weak.lock() != nullptr) return;\n"
+                                  "static Topics& topics = *new Topics;\n"
+                                  "static auto& lists = *new std::array<List, 3>;\n"},
+            "base/a.cpp:2: use is_same_owner(), which makes no pointer",
+            "base/a.cpp:4: use NeverDestroyed, which allocates nothing",
+            "base/a.cpp:5: use NeverDestroyed, which allocates nothing")
+
+
 def test_waiting():
     loops = (SPDX + "void f() {\n  while (!a) std::this_thread::yield();\n  while (b() != 1) {\n  }\n"
              "  while (c < (d + 1)) {\n    usleep(1);\n  }\n"
@@ -313,6 +324,7 @@ test_links()
 test_once()
 test_keep()
 test_time_sums()
+test_unsound()
 test_waiting()
 test_phrases()
 test_generated()

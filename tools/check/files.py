@@ -30,6 +30,13 @@ READERS = {"containers/container_result.cpp", "containers/process_usage.cpp", "m
            "transport/shared_memory/roudi_process.cpp", "transport/shared_memory/shared_memory.cpp",
            "transport/dds/dds_security.cpp"}
 
+# (what is written, why not)
+UNSOUND = [
+    # The pointer that it makes may be the last one: then the object ends here, perhaps under a lock.
+    (re.compile(r"\.lock\(\) [=!]= (?!nullptr\b)"), "use is_same_owner(), which makes no pointer"),
+    (re.compile(r"\bstatic [^;=]*= \*new\b"), "use NeverDestroyed, which allocates nothing"),
+]
+
 
 def is_product(path):
     parts = pathlib.PurePath(path).parts
@@ -56,6 +63,16 @@ def raw_output(path, lines):
             yield number, "use rt::print(), which escapes what other processes say"
         if DUMPS.search(line):
             yield number, "use rt::json_text(), which takes every text"
+
+
+def unsound(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path):
+        return
+    for number, line in enumerate(lines, 1):
+        for pattern, why in UNSOUND:
+            if pattern.search(line):
+                yield number, why
 
 
 def readers(path, lines):

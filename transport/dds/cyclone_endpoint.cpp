@@ -12,6 +12,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/sequence.hpp"
+#include "takt/base/never_destroyed.hpp"
 #include "takt/transport/dds/cyclone_participant.hpp"
 
 namespace takt {
@@ -122,8 +123,9 @@ void CycloneEndpoint::note(dds_entity_t handle, dds_instance_handle_t other, int
 }
 
 void put_away(std::unique_ptr<CycloneEndpoint> gone) {
-  static auto& mutex = *new std::mutex;  // never destroyed, as messages may outlive `main`
-  static auto& waiting = *new std::vector<std::unique_ptr<CycloneEndpoint>>;
+  static std::mutex mutex;
+  static detail::NeverDestroyed<std::vector<std::unique_ptr<CycloneEndpoint>>> all;
+  auto& waiting = *all;
   std::vector<std::unique_ptr<CycloneEndpoint>> idle;  // ends without the lock
   const std::lock_guard lock(mutex);
   if (gone != nullptr) waiting.push_back(std::move(gone));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "takt/base/logger.hpp"
+#include "takt/base/never_destroyed.hpp"
 #include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
@@ -14,10 +15,9 @@ struct Readers {
   std::vector<SharedReader*> all;
 };
 
-// Never destroyed, as readers may outlive `main`.
 Readers& readers() {
-  static auto& readers = *new Readers;
-  return readers;
+  static detail::NeverDestroyed<Readers> readers;
+  return *readers;
 }
 
 }  // namespace
