@@ -2,14 +2,13 @@
 #include "takt/entities/entity.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <mutex>
-#include <new>
 #include <utility>
 
 #include "takt/base/error.hpp"
 #include "takt/base/held_locks.hpp"
 #include "takt/base/lockfree/read_section.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 namespace takt {
 
@@ -44,6 +43,11 @@ void Entity::join_chain(ChainStep step) {
     throw Error("'" + name_ + "' has an executor already", "declare chains before");
   }
   chain_steps_.push_back(std::move(step));
+}
+
+const std::string& Entity::topic() const noexcept {
+  static detail::NeverDestroyed<const std::string> none;
+  return *none;
 }
 
 bool Entity::front(Arrival&) const noexcept {
@@ -85,9 +89,8 @@ void Entity::leave_owner() noexcept {
 }
 
 PiMutex& ownership_mutex() noexcept {
-  alignas(PiMutex) static std::byte storage[sizeof(PiMutex)];
-  static PiMutex& mutex = *new (storage) PiMutex;  // some entities are destroyed after statics
-  return mutex;
+  static detail::NeverDestroyed<PiMutex> mutex;
+  return *mutex;
 }
 
 }  // namespace takt

@@ -185,15 +185,16 @@ class Entity {
   /// Timers: releases that have come by then are not served but counted as missed.
   virtual void skip_releases(TimePoint) noexcept {}
 
-  /// Counts for results beside those of the executor.
-  struct Report {
-    std::string topic = {};          // so that `{.missed = 1}` is complete
+  /// The topic or service whose messages it takes; empty for all others.
+  virtual const std::string& topic() const noexcept;
+  /// Counts for results beside those of the executor, since it was made.
+  struct Counts {
     std::uint64_t expected = 0;      // messages sent to it, as far as this process knows
     std::uint64_t from_outside = 0;  // of these, messages that came from other processes
     std::uint64_t dropped = 0;       // overwritten before they were taken
     std::uint64_t missed = 0;        // timer releases that came while one was outstanding
   };
-  virtual Report report() const { return {}; }
+  virtual Counts counts() const noexcept { return {}; }
   /// Messages overwritten, or releases missed, so far.
   virtual std::uint64_t lost() const noexcept { return 0; }
 
@@ -212,6 +213,11 @@ class Entity {
   /// give its own entity to another executor. With ownership_mutex held.
   void add_earlier_owner(Sink& owner) { earlier_owners_.push_back(&owner); }
   void forget_earlier_owner(const Sink& owner) noexcept { std::erase(earlier_owners_, &owner); }
+
+  /// What its executors have answered for until the last one gave it back: those of the next one
+  /// begin there. Written while it is given back, read with ownership_mutex held afterwards.
+  void set_answered(const Counts& counts) noexcept { answered_ = counts; }
+  const Counts& answered() const noexcept { return answered_; }
 
   /// Takes it from its executor or wait set, if it has one, and waits as Sink::remove does.
   void leave_owner() noexcept;
@@ -238,6 +244,7 @@ class Entity {
   CallbackParameters parameters_;
   std::vector<ChainStep> chain_steps_;
   std::atomic<Sink*> sink_{nullptr};
+  Counts answered_;
   // Guarded by ownership_mutex.
   Sink* owner_ = nullptr;
   std::vector<Sink*> earlier_owners_;

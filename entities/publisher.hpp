@@ -99,7 +99,7 @@ class PublisherBase {
   }
   /// Whether it was made with loans.
   bool has_loans() const noexcept { return loans_->capacity() != 0; }
-  /// In this process and outside.
+  /// In this process and in others.
   std::size_t subscription_count() const noexcept {
     return local_subscription_count() + outside_subscription_count();
   }
@@ -153,7 +153,7 @@ class PublisherBase {
   const Nanoseconds expected_period_;
   const PoolPtr<OwnedBlock> wrappers_;
   const PoolPtr<LoanedBlock> loans_;
-  const std::unique_ptr<LoanedBlock> prototype_;  // of loans outside; nullptr: there are none
+  const std::unique_ptr<LoanedBlock> prototype_;  // of loans to others; nullptr: there are none
 };
 
 /// Thread safety: every method from any thread.

@@ -1,4 +1,4 @@
-// Tests of callbacks for what happens to the ends of a topic besides messages.
+// Tests of callbacks for what happens to publishers and subscriptions besides messages.
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/entities/qos_event.hpp"
 

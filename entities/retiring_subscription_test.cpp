@@ -18,9 +18,9 @@ struct Level {
 };
 TAKT_MESSAGE(Level, "test_msgs/msg/Level", metres);
 
-// A reentrant service that one callback drops is asked by another one that answers: the end outside
-// was destroyed under its hands. (This test once polled `is_inside`, which is set back after 10 ms:
-// on a busy machine it missed that, and hung.)
+// A reentrant service that one callback drops is asked by another one that answers: the remote
+// reader was destroyed under its hands. (This test once polled `is_inside`, which is set back after
+// 10 ms: on a busy machine it missed that, and hung.)
 TEST(Subscription, LeavesNobodyInsideItsEndOutsideWhenItRetires) {
   const auto outside = std::make_shared<Outside>();
   Node node("node", {.participant = outside});
@@ -42,9 +42,9 @@ TEST(Subscription, ReportsWhileItRetires) {
   const std::shared_ptr<Entity> kept = node.entities().front();
   std::atomic<bool> has_begun{false};
   std::thread reports([&] {
-    EXPECT_EQ(kept->report().from_outside, 7u);
+    EXPECT_EQ(kept->counts().from_outside, 7u);
     has_begun.store(true);
-    EXPECT_TRUE(eventually([&] { return kept->report().from_outside == 0; }));
+    EXPECT_TRUE(eventually([&] { return kept->counts().from_outside == 0; }));
   });
   EXPECT_TRUE(eventually([&] { return has_begun.load(); }));
   handle.reset();

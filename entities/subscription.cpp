@@ -72,9 +72,8 @@ SubscriptionBase::SubscriptionBase(EntityKind kind, const std::string& name,
 
 SubscriptionBase::~SubscriptionBase() = default;
 
-SubscriptionBase::Report SubscriptionBase::report() const {
-  return {.topic = topic(),
-          .expected = expected(),
+SubscriptionBase::Counts SubscriptionBase::counts() const noexcept {
+  return {.expected = expected(),
           .from_outside = ask_outside(&RemoteReader::received),
           .dropped = lost()};
 }
@@ -94,7 +93,7 @@ void SubscriptionBase::detach() noexcept {
 void SubscriptionBase::retire() noexcept {
   leave();
   Entity::retire();
-  // After the callback, which asks it for the ends outside when it answers.
+  // After the callback, which asks it for the clients in other processes when it answers.
   if (own_remote_ == nullptr) return;
   remote_.store(nullptr);
   wait_for_readers();

@@ -37,7 +37,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
                    const std::shared_ptr<Participant>& participant, const Memory& memory);
   ~SubscriptionBase() override;
 
-  const std::string& topic() const noexcept { return endpoint().topic; }
+  const std::string& topic() const noexcept override { return endpoint().topic; }
   const QoS& qos() const noexcept { return endpoint().qos; }
   std::size_t ready_count() const noexcept override;
   bool front(Arrival& arrival) const noexcept override;
@@ -47,7 +47,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   void attach(Sink& sink) noexcept override;
   void detach() noexcept override;
   void retire() noexcept override;
-  Report report() const override;
+  Counts counts() const noexcept override;
   std::uint64_t lost() const noexcept override;
   /// Publishers in other processes.
   std::size_t outside_publisher_count() const noexcept {
@@ -79,7 +79,7 @@ class SubscriptionBase : public Entity, public IntraProcessReader {
   [[gnu::noinline]] MessageBlock* decode_received(MessageBlock& received) noexcept;
   /// The message that these bytes are, or nullptr.
   MessageBlock* decode(std::span<const std::byte> bytes) noexcept;
-  /// The end outside may go meanwhile: a callback may drop what another one answers for.
+  /// The remote reader may go meanwhile: a callback may drop what another one answers for.
   template <class Number>
   Number ask_outside(Number (RemoteReader::*question)() const noexcept) const noexcept {
     const ReadSection section;

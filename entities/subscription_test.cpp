@@ -388,10 +388,10 @@ TEST_F(SubscriptionTest, KeepsTheNewestAndCountsExactlyWhatWasExpectedAndDropped
   EXPECT_THAT(seen, ElementsAre(3, 4, 5));
   publish_loan(*scans, 6);
   scans.reset();  // what it sent still counts
-  const Entity::Report report = subscription->report();
-  EXPECT_EQ(report.topic, "/scan");
-  EXPECT_EQ(report.expected, 6u);
-  EXPECT_EQ(report.dropped, 2u);
+  const Entity::Counts counts = subscription->counts();
+  EXPECT_EQ(subscription->topic(), "/scan");
+  EXPECT_EQ(counts.expected, 6u);
+  EXPECT_EQ(counts.dropped, 2u);
 }
 
 TEST_F(SubscriptionTest, GivesBackDroppedAndUntakenMessages) {

@@ -56,7 +56,7 @@ class Timer : public Entity, private SimulatedClock::Listener {
   bool take(Slot& slot) noexcept override;
   void execute(Slot& slot) override;
   void skip_releases(TimePoint until) noexcept override;
-  Report report() const override { return {.missed = missed()}; }
+  Counts counts() const noexcept override { return {.missed = missed()}; }
   std::uint64_t lost() const noexcept override { return missed(); }
 
  protected:

@@ -104,7 +104,7 @@ TEST_F(TimerTest, HasOneReleaseAfterAnOverrunAndCountsTheOthersAsMissed) {
   clock_.advance(15ms);  // exactly at a release: 40 is late, 50 is missed
   EXPECT_EQ(take(timer), "40");
   EXPECT_EQ(timer.missed(), 3u);
-  EXPECT_EQ(timer.report().missed, 3u);
+  EXPECT_EQ(timer.counts().missed, 3u);
   EXPECT_EQ(timer.next_release(), kStart + 60ms);
 }
 

@@ -1,4 +1,4 @@
-// What is said of the ends of a topic in two processes that do not fit to each other.
+// What is said of a publisher and a subscription in two processes that do not match.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <mutex>

@@ -315,7 +315,7 @@ TEST_F(TwoParticipants, AMessageOfTheWrongLengthIsDroppedAndCounted) {
   ASSERT_TRUE(eventually([&] { return subscription->ready_count() == 1; }));
   Labelled message;
   EXPECT_FALSE(subscription->take(message));
-  EXPECT_EQ(subscription->report().dropped, 1u);
+  EXPECT_EQ(subscription->counts().dropped, 1u);
 }
 
 // Cyclone said "Bad Parameter", and of whatever came next too.

@@ -147,7 +147,8 @@ constexpr bool has_message_times(EntityKind kind) noexcept {
   return kind != EntityKind::timer && kind != EntityKind::waitable;
 }
 
-/// A callback, and all that was counted of it.
+/// A callback, and all that was counted of it since the executor has it. An executor that gets it
+/// first counts also what was sent to it before.
 struct CountedCallback : CallbackCounts {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;

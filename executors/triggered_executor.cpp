@@ -133,12 +133,12 @@ class Periodic final : public Triggered {
  private:
   /// False: it has not come yet.
   bool begin_period(ReadySet& ready) noexcept {
-    ready.read_clock();
+    ready.timers().read_clock();
     TimePoint end = ready.next_release();
-    if (end == TimePoint{}) ready.open_at(end = later(ready.now(), period_));
-    if (ready.now() < end) return false;
+    if (end == TimePoint{}) ready.open_at(end = later(ready.timers().now(), period_));
+    if (ready.timers().now() < end) return false;
     outputs_.publish();
-    const auto missed = (ready.now() - end) / period_;
+    const auto missed = (ready.timers().now() - end) / period_;
     missed_ += static_cast<std::uint64_t>(missed);
     ready.open_at(later(end + missed * period_, period_));
     return true;

@@ -47,7 +47,7 @@ std::shared_ptr<Chain> Chain::create(const ChainOptions& options, const std::vec
     }
     if (!entities.empty()) {
       const auto& [before, before_name] = path[entities.size() - 1];
-      if (!before->publishes(before_name, entity->report().topic)) {
+      if (!before->publishes(before_name, entity->topic())) {
         throw Error(fmt::format("chain '{}' does not connect: {}/{} publishes nothing that {}/{} "
                                 "receives",
                                 options.name, before->fully_qualified_name(), before_name,

@@ -138,10 +138,10 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
     this->set_listener(nullptr);
   }
   /// Messages that wait for the node are not expected to have been received.
-  Entity::Report report() const override {
-    Entity::Report report = Base::report();
-    if (!this->gate().is_open()) report.expected -= this->ring().size();
-    return report;
+  Entity::Counts counts() const noexcept override {
+    Entity::Counts counts = Base::counts();
+    if (!this->gate().is_open()) counts.expected -= this->ring().size();
+    return counts;
   }
 
  private:

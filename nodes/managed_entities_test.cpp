@@ -148,8 +148,8 @@ TEST_F(ManagedEntities, ASubscriptionKeepsTheNewestMessagesUntilItsNodeIsActive)
     EXPECT_FALSE(subscription->take(scan));
   };
   rests(0);
-  EXPECT_EQ(subscription->report().expected, 2u);  // those that were overwritten
-  EXPECT_EQ(subscription->report().dropped, 2u);
+  EXPECT_EQ(subscription->counts().expected, 2u);  // those that were overwritten
+  EXPECT_EQ(subscription->counts().dropped, 2u);
   ASSERT_TRUE(node_->configure());
   rests(10);
   ASSERT_TRUE(node_->activate());
@@ -157,7 +157,7 @@ TEST_F(ManagedEntities, ASubscriptionKeepsTheNewestMessagesUntilItsNodeIsActive)
   EXPECT_EQ(subscription->ready_count(), 3u);
   EXPECT_EQ(run_all(*subscription), 3);
   EXPECT_THAT(seen, ElementsAre(12, 13, 14));
-  EXPECT_EQ(subscription->report().expected, 10u);
+  EXPECT_EQ(subscription->counts().expected, 10u);
   scans_->publish(Scan{20});
   EXPECT_EQ(sink.announcements, 2);
   ASSERT_TRUE(node_->deactivate());

@@ -16,7 +16,7 @@ namespace {
 
 /// "/map", from the topic of its requests or replies: "rq/mapRequest", "rr/mapReply".
 std::string service_of(const Entity& entity) {
-  const std::string topic = entity.report().topic;
+  const std::string topic = entity.topic();
   return topic.substr(2, topic.rfind('R') - 2);
 }
 
@@ -83,7 +83,7 @@ bool ModelBuilder::is_step(std::size_t from, std::size_t to) const {
 }
 
 void ModelBuilder::link_publishers(std::size_t to) {
-  const std::string topic = callbacks_[to]->entity->report().topic;
+  const std::string topic = callbacks_[to]->entity->topic();
   const Node* node = nullptr;
   std::optional<PublishingCallbacks> publishing;  // of this node, whose callbacks are neighbours
   for (std::size_t from = 0; from < callbacks_.size(); ++from) {

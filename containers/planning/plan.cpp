@@ -25,7 +25,7 @@ class SystemGraph {
       for (const auto& entity : node->entities()) {
         callbacks_.push_back({node, entity->name()});
         kinds_.push_back(entity->kind());
-        topics_.push_back(entity->report().topic);
+        topics_.push_back(entity->topic());
       }
     }
     links_.resize(callbacks_.size());
@@ -101,7 +101,7 @@ class SystemGraph {
 std::vector<Chain::Step> filled(const std::vector<Chain::Step>& named, const SystemGraph& graph) {
   std::vector<Chain::Step> path{named.front()};
   for (std::size_t i = 1; i < named.size(); ++i) {
-    const auto topic = named[i].first->find_entity(named[i].second)->report().topic;
+    const auto topic = named[i].first->find_entity(named[i].second)->topic();
     if (!topic.empty() && path.back().first->publishes(path.back().second, topic)) {
       path.push_back(named[i]);
       continue;

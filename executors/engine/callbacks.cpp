@@ -173,7 +173,7 @@ void Callbacks::add_entity(const std::shared_ptr<Entity>& entity, const Node& no
     // It was found twice, in the node's list and as an added entity; or it was dropped, and is not
     // destroyed yet.
     if (!entity->is_free() || entity->is_retired()) return;
-    entity->set_owner(record.get());
+    record->own_entity();
   }
   Record& added = *record;
   of_entity_.emplace(entity.get(), &added);

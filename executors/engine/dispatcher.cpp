@@ -76,7 +76,8 @@ bool Dispatcher::run_ready(Worker& worker, const ReadySet::Limits& limits) noexc
   if (record == nullptr) [[unlikely]]
     return false;
   Execution execution(*record);
-  const TimePoint picked = ready_.now();  // read since the last callback, or the last sleep
+  const TimePoint picked =
+      ready_.timers().now();  // read since the last callback, or the last sleep
   if (execution.is_checked) [[unlikely]]
     observation_.watch_execution(*record, worker);
   if (record->is_reentrant()) {
@@ -110,7 +111,7 @@ void Dispatcher::take(Execution& execution) noexcept {
 }
 
 void Dispatcher::execute(Worker& worker, Execution& execution, StagedOutputs* outputs) noexcept {
-  const TimePoint picked = ready_.now();
+  const TimePoint picked = ready_.timers().now();
   lock().unlock();
   const ExecutionTimes times = run(worker, execution, picked, outputs);
   lock().lock();
@@ -182,9 +183,9 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
   if (is_taken && options_.statistics != StatisticsLevel::off) ++record.executions;
   if (times.are_read) [[unlikely]] {
     if (lock().is_shared() || execution.is_checked || !is_taken) {
-      ready_.read_clock();
+      ready_.timers().read_clock();
     } else {
-      ready_.set_now(times.end);
+      ready_.timers().set_now(times.end);
       has_just_run_ = times.end - times.start < kBrief;
     }
     // The time of the dispatch was read after the callback before: what came since then, from
@@ -259,7 +260,7 @@ void Dispatcher::install_updates_here() noexcept {
 void Dispatcher::begin() noexcept {
   const std::lock_guard guard(lock());
   install_update();
-  ready_.read_clock();
+  ready_.timers().read_clock();
   has_just_run_ = false;
   // Between two spins no thread has waited for file descriptors.
   if (workers_.watch_file_descriptors()) workers_.backend()->look();
@@ -267,8 +268,8 @@ void Dispatcher::begin() noexcept {
 
 bool Dispatcher::has_time_left(TimePoint limit) noexcept {
   if (limit == kNever) return true;
-  ready_.read_clock();
-  return ready_.now() < limit;
+  ready_.timers().read_clock();
+  return ready_.timers().now() < limit;
 }
 
 }  // namespace takt::detail

@@ -112,7 +112,7 @@ class DispatchingExecutor::Spin {
 };
 
 void DispatchingExecutor::release_timers(bool released) noexcept {
-  dispatcher_.ready().release_timers(released);
+  dispatcher_.ready().timers().release_timers(released);
   observation_.release_timers(released);
   workers().wake();  // the worker that waits for the first one must look again
 }

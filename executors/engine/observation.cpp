@@ -191,26 +191,22 @@ CallbackStatistics Observation::statistics_of(const CallbackRecord& record) cons
   if (record.message_times != nullptr) {
     static_cast<MessageTimes&>(statistics) = *record.message_times;
   }
-  const Entity::Report report = record.entity->report();
   const bool is_removed = record.state.is_removed();
+  // What waits for its trigger, or for a callback that was removed, is not lost.
+  const bool has_trigger = rule_ != nullptr && rule_->has_trigger();
+  const Entity::Counts counts = record.entity_counts(has_trigger || is_removed);
   statistics.node = record.node;
   statistics.group = record.group->name();
   statistics.callback = record.entity->name();
   statistics.kind = record.settings.info.kind;
-  statistics.topic = report.topic;
-  statistics.dropped = report.dropped + record.discarded;
-  statistics.skipped = report.missed;
+  statistics.topic = record.entity->topic();
+  statistics.dropped = counts.dropped + record.discarded;
+  statistics.skipped = counts.missed;
   if (record.is_timer() && !is_removed)
     statistics.skipped += releases_left(*record.entity, timers_held_.load());
   statistics.overruns += statistics.skipped;
-  statistics.from_outside = report.from_outside;
-  statistics.expected = record.is_timer() ? statistics.received : report.expected;
-  // What waits for its trigger, or for a callback that was removed, is not lost.
-  const bool has_trigger = rule_ != nullptr && rule_->has_trigger();
-  if ((has_trigger || is_removed) && !record.is_timer()) {
-    statistics.expected -=
-        std::min(statistics.expected, std::uint64_t(record.entity->ready_count()));
-  }
+  statistics.from_outside = counts.from_outside;
+  statistics.expected = record.is_timer() ? statistics.received : counts.expected;
   return statistics;
 }
 

@@ -18,6 +18,7 @@
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
+#include "takt/executors/engine/timer_queue.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/watchdog.hpp"
 #include "takt/sched/scheduler.hpp"
@@ -32,17 +33,20 @@ class ReadySet {
  public:
   /// `exact_time`: the clock is read after every callback, to report to the scheduler how long it
   /// ran. Otherwise only to look for due timers: when nothing else is ready, and about every two
-  /// microseconds, see look_at_clock. `keeps_history`: the scheduler must not be asked in vain.
+  /// microseconds, see TimerQueue. `keeps_history`: the scheduler must not be asked in vain.
   /// `has_period`: nothing is served before open_at, and what arrives wakes nobody.
   ReadySet(Readiness readiness, Clock& clock, bool exact_time, bool keeps_history, bool has_period,
            Watchdog* watchdog)
       : readiness_(readiness),
         windows_ahead_(readiness == Readiness::wait_set ? 0 : 1),
-        clock_(clock),
         watchdog_(watchdog),
         keeps_history_(keeps_history),
         has_period_(has_period),
-        exact_time_(exact_time) {}
+        exact_time_(exact_time),
+        timers_(clock) {}
+
+  TimerQueue& timers() noexcept { return timers_; }
+  const TimerQueue& timers() const noexcept { return timers_; }
 
   /// Whether the clock is read at every dispatch. An update may turn it on.
   bool exact_time() const noexcept { return exact_time_.load(std::memory_order_relaxed); }
@@ -109,19 +113,9 @@ class ReadySet {
   TimePoint next_release() const noexcept {
     if (has_period_) [[unlikely]]
       return opens_at_;
-    return timers_.empty() || timers_stopped_.load() ? kNever : timers_.front().first;
+    return timers_.next_release();
   }
-  /// When a timer may need another worker than the one that wakes up for the first: that one is due
-  /// again, or one of another group is due. As far as it is known; kNever when it is not.
-  TimePoint release_beside_first() const noexcept;
   void open_at(TimePoint end_of_period) noexcept { opens_at_ = end_of_period; }
-  void release_timers(bool released) noexcept { timers_stopped_.store(!released); }
-  bool timers_are_held() const noexcept { return timers_stopped_.load(); }
-
-  /// The time as of the last reading, for callers that just read the clock (full statistics).
-  void set_now(TimePoint now) noexcept { now_ = now; }
-  TimePoint now() const noexcept { return now_; }
-  void read_clock() noexcept { now_ = clock_.now(); }
 
  private:
   void enqueue(CallbackRecord& record, Arrival arrival) noexcept;
@@ -129,35 +123,25 @@ class ReadySet {
   [[gnu::noinline]] void push_next_snapshot() noexcept;
   void push(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void push_checked(CallbackRecord& record) noexcept;
-  static void set_urgency(CallbackRecord& record) noexcept;
-  void set(CallbackRecord& record, const CallbackSettings& settings) noexcept;
   void hand_back(ReadyCallback* callback) noexcept;
   ReadyCallback* pop() noexcept;
   void unpark(ReadyCallback* callback) noexcept;
   void settle(CallbackRecord& record, bool more, std::uint32_t ended) noexcept;
   [[gnu::cold, gnu::noinline]] void end_removed(CallbackRecord& record) noexcept;
-  static void leave(CallbackRecord& record) noexcept;
   [[gnu::noinline]] void drain_inbox() noexcept;
   [[gnu::noinline]] void release_due_timers() noexcept;
-  void look_at_clock() noexcept;
-  void arm(CallbackRecord& record) noexcept;
-  void rearm(ReadyCallback* first) noexcept;
   void exchange_next_snapshot(ScheduleUpdate& update) noexcept;
-  void exchange_timers(ScheduleUpdate& update) noexcept;
 
   const Readiness readiness_;
   // Without polling points, what arrives now belongs to the window after the one that is being
   // served: so under `ros` no callback overtakes for ever.
   const std::uint64_t windows_ahead_;
-  Clock& clock_;
   Watchdog* const watchdog_;
   const bool keeps_history_;
   const bool has_period_;
   std::atomic<bool> exact_time_;  // written at a dispatch point
-  std::atomic<bool> timers_stopped_{false};
   TimePoint opens_at_{};
   std::unique_ptr<Scheduler> scheduler_;
-  std::vector<std::pair<TimePoint, CallbackRecord*>> timers_;  // a heap, the first due in front
   // Wait sets: what has become ready since the polling point. An array, as a list would write into
   // records that another worker has.
   std::vector<ReadyCallback*> next_snapshot_;
@@ -165,10 +149,9 @@ class ReadySet {
   // Each dispatch writes these: one cache line.
   alignas(64) std::size_t waiting_ = 0;  // in the scheduler
   std::uint64_t window_ = 0;
-  TimePoint now_{};
-  std::uint32_t dispatches_until_look_ = 1, dispatches_between_looks_ = 1;  // for due timers
-  ReadyCallback* deferred_ = nullptr;                                       // linked by next
+  ReadyCallback* deferred_ = nullptr;  // linked by next
   std::size_t in_next_snapshot_ = 0;
+  TimerQueue timers_;
 
   alignas(64) Inbox<CallbackRecord> inbox_;  // any thread writes it
 };
@@ -216,9 +199,7 @@ inline void ReadySet::poll() noexcept {
     ++window_;
     if (in_next_snapshot_ != 0) push_next_snapshot();
   }
-  if (!timers_.empty() && (exact_time() || waiting_ == 0 || --dispatches_until_look_ == 0)) {
-    release_due_timers();
-  }
+  if (timers_.must_look(exact_time() || waiting_ == 0)) release_due_timers();
 }
 
 inline CallbackRecord* ReadySet::pick(const Limits& limits) noexcept {
@@ -255,10 +236,10 @@ inline void ReadySet::unpark(ReadyCallback* callback) noexcept {
 inline void ReadySet::settle(CallbackRecord& record, bool more, std::uint32_t ended) noexcept {
   const bool is_ready = record.state.settle(record.is_announced, more, ended,
                                             [&] { return record.entity->ready_count() != 0; });
-  if (record.is_timer()) return arm(record);
+  if (record.is_timer()) return timers_.arm(record);
   if (!is_ready) return;
   Arrival arrival{};
-  if (!record.entity->front(arrival)) arrival = {next_sequence(), now_};
+  if (!record.entity->front(arrival)) arrival = {next_sequence(), timers_.now()};
   enqueue(record, arrival);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/executors/engine/record.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -10,6 +12,17 @@
 #include "takt/nodes/callback_info.hpp"
 
 namespace takt::detail {
+namespace {
+
+Entity::Counts counts_of(const Entity& entity, bool all_is_served) noexcept {
+  Entity::Counts counts = entity.counts();
+  if (all_is_served) {
+    counts.expected -= std::min(counts.expected, std::uint64_t(entity.ready_count()));
+  }
+  return counts;
+}
+
+}  // namespace
 
 CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr<Entity> of,
                                const Node& its_node, const CallbackParameters& parameters)
@@ -27,6 +40,29 @@ CallbackRecord::CallbackRecord(Callbacks& owner, Dispatcher& by, std::shared_ptr
   if (!by.observation().records_times()) return;
   times = std::make_unique<CallbackTimes>();  // now, as nothing is allocated when they are filled
   if (has_message_times(entity->kind())) message_times = std::make_unique<MessageTimes>();
+}
+
+void CallbackRecord::set(const CallbackSettings& now) noexcept {
+  settings = now;
+  demoted_info = settings.info;
+  demoted_info.priority = std::numeric_limits<int>::min();
+  demoted_info.criticality = std::numeric_limits<int>::min();
+  demoted_info.chain = kNoChain;
+  demoted_info.period = Nanoseconds::zero();
+  is_checked = must_be_checked(*this, settings);
+  if (!is_checked) is_demoted = false;
+  set_urgency();  // it may be waiting: then it goes back with the new urgency
+}
+
+void CallbackRecord::set_urgency() noexcept {
+  info = is_demoted ? &demoted_info : &settings.info;
+  deadline = is_demoted ? kNever : deadline_of(ready_time);
+}
+
+void CallbackRecord::own_entity() noexcept {
+  entity->set_owner(this);
+  counted_before = entity->answered();
+  lost_before = counted_before.dropped + counted_before.missed;
 }
 
 // ---- As a sink ----
@@ -76,6 +112,12 @@ void CallbackRecord::notify_over() noexcept {
   WaitInCallback::notify_progress();
 }
 
+void CallbackRecord::leave() noexcept {
+  if (!state.is_over()) return;
+  notify_over();
+  if (state.has_left()) state.release();
+}
+
 void CallbackRecord::remove_at_rest() noexcept {
   state.remove(is_announced);
   notify_over();
@@ -100,6 +142,8 @@ void CallbackRecord::wait_until_over() const noexcept {
 void CallbackRecord::detach() noexcept {
   if (!state.begin_to_detach()) return state.wait_until_detached();
   entity->detach();
+  counted_in_the_end = counts_of(*entity, /*all_is_served=*/true);
+  entity->set_answered(counted_in_the_end);
   state.set_detached();
 }
 
@@ -118,6 +162,19 @@ std::shared_ptr<Entity> CallbackRecord::release_entity() noexcept {
 }
 
 // ---- What it says ----
+
+Entity::Counts CallbackRecord::entity_counts(bool all_is_served) const noexcept {
+  Entity::Counts counts =
+      state.is_detached() ? counted_in_the_end : counts_of(*entity, all_is_served);
+  const auto subtract = [](std::uint64_t& from, std::uint64_t before) noexcept {
+    from -= std::min(from, before);  // of a node that is not active, fewer may be expected now
+  };
+  subtract(counts.expected, counted_before.expected);
+  subtract(counts.from_outside, counted_before.from_outside);
+  subtract(counts.dropped, counted_before.dropped);
+  subtract(counts.missed, counted_before.missed);
+  return counts;
+}
 
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
   const std::string_view node = std::string_view(record.supervision->node).substr(1);

@@ -94,6 +94,9 @@ struct CallbackRecord final : DispatchState, Sink {
   bool is_handed_over = false;  // to the ready set, by an update
   bool is_watched = false;      // its file descriptor
 
+  // What the entity had counted when its former executors gave it back, and when this one did.
+  Entity::Counts counted_before, counted_in_the_end;
+
   // Dispatches write what follows, too: no publisher reads it.
   alignas(64) CallbackCounts counts;
   std::uint64_t discarded = 0;    // messages of aborted chain instances
@@ -109,6 +112,11 @@ struct CallbackRecord final : DispatchState, Sink {
     sequence = arrival.sequence;
     ready_time = arrival.ready_time;
   }
+  /// It must be in no scheduler.
+  void set(const CallbackSettings& settings) noexcept;
+  /// What schedulers see of it: again after it was or was no longer demoted, and for each release
+  /// with a deadline.
+  void set_urgency() noexcept;
   // As a sink.
   void announce(Arrival arrival) noexcept override;
   bool takes_here() const noexcept override;
@@ -124,6 +132,9 @@ struct CallbackRecord final : DispatchState, Sink {
 
   /// It is removed, and no execution is left: its removers go on.
   [[gnu::cold, gnu::noinline]] void notify_over() noexcept;
+  /// It has lost one of what keeps it in the ready set, if it is removed: the lists that an update
+  /// replaces, an execution, or the inbox. The caller's last access then.
+  void leave() noexcept;
   /// It was never handed over, or no thread spins: so no execution is left.
   void remove_at_rest() noexcept;
   /// Waits until it is removed, and no execution is left; but see the source.
@@ -134,6 +145,11 @@ struct CallbackRecord final : DispatchState, Sink {
   bool may_be_freed() noexcept;
   /// As the destructor does.
   std::shared_ptr<Entity> release_entity() noexcept;
+  /// The entity is free. With ownership_mutex held.
+  void own_entity() noexcept;
+  /// What the entity has counted since this record has it. `all_is_served`: messages that still
+  /// wait are not expected.
+  Entity::Counts entity_counts(bool all_is_served) const noexcept;
   /// With ownership_mutex held.
   void forget_earlier_owner() noexcept {
     if (entity != nullptr) entity->forget_earlier_owner(*this);

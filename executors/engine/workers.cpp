@@ -136,7 +136,7 @@ TimePoint Workers::release_to_wait_for() const noexcept {
   const auto waiting = std::count_if(
       all_.begin(), all_.end(), [](const Worker& worker) { return worker.waits_until != kNever; });
   const bool are_parallel = lock_.is_shared() && options_.clock->as_manual() == nullptr;
-  return waiting == 1 && are_parallel ? ready_.release_beside_first() : kNever;
+  return waiting == 1 && are_parallel ? ready_.timers().release_beside_first() : kNever;
 }
 
 // How long the worker searches before it sleeps. In a pool only one does, and only if no thread of
@@ -146,7 +146,7 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
   if (!may_search(worker)) return Nanoseconds::zero();
   const TimePoint release = ready_.next_release();
   if (options_.early_wake != Nanoseconds::zero() && release < first_wait_ &&
-      release <= later(ready_.now(), options_.early_wake)) {
+      release <= later(ready_.timers().now(), options_.early_wake)) {
     return Nanoseconds::max();
   }
   const bool others_work = lock_.is_shared() && idle_.load() + 1 < working_;
@@ -183,16 +183,17 @@ bool Workers::search(Worker& worker, TimePoint until, Nanoseconds patience,
   if (lock_.is_shared() && search_.exchange(Search::none) != Search::quiet) has_found = true;
   set_wait(worker, kNever);
   worker.spin_time += now - start;
-  ready_.read_clock();
+  ready_.timers().read_clock();
   return has_found || now >= until;
 }
 
 bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) noexcept {
-  const Expected expected{future, ready_.timers_are_held()};  // before it asks for releases
+  const Expected expected{future,
+                          ready_.timers().timers_are_held()};  // before it asks for releases
   const Nanoseconds patience = patience_of(worker);
   if (patience != Nanoseconds::zero() &&
       search(worker, std::min(limit, ready_.next_release()), patience, expected)) {
-    return ready_.now() < limit || must_look(expected);
+    return ready_.timers().now() < limit || must_look(expected);
   }
   const TimePoint release = release_to_wait_for();
   TimePoint end = std::min(limit, release);
@@ -211,8 +212,8 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   }
   lock_.lock();
   set_wait(worker, kNever);
-  ready_.read_clock();
-  return is_needed || ready_.now() < limit;
+  ready_.timers().read_clock();
+  return is_needed || ready_.timers().now() < limit;
 }
 
 }  // namespace takt::detail

@@ -123,7 +123,7 @@ class Workers final : public Wakeable {
   /// Something for which a sleeper wakes up.
   bool must_look(const Expected& expected) const noexcept {
     return ready_.has_announcements() || updates_.is_pending() || stops_.load() ||
-           ready_.timers_are_held() != expected.timers_were_held ||
+           ready_.timers().timers_are_held() != expected.timers_were_held ||
            (expected.future != nullptr && expected.future->ready());
   }
   void set_wait(Worker& worker, TimePoint until) noexcept TAKT_REQUIRES(lock_);

@@ -115,7 +115,7 @@ void Results::add(const takt::ProcessResult& part) {
   for (takt::ProcessResult::Callback more : part.callbacks) {
     takt::CallbackStatistics& of = more.statistics;
     if (is_parameter_service(of.node, of.kind, of.callback)) continue;
-    count_since_last_time(of);
+    if (of.kind != takt::EntityKind::timer) of.expected -= std::min(of.expected, waiting(of));
     add_to(sum_.callbacks, more, [](const auto& callback) {
       const takt::CallbackStatistics& name = callback.statistics;
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
@@ -134,25 +134,7 @@ void Results::add(const takt::ProcessResult& part) {
   for (const std::string& text : part.notes) note(text);
 }
 
-// A program does not wait until all is served, and another executor may go on with it.
-void Results::count_since_last_time(takt::CallbackStatistics& of) {
-  Counted now{of.expected, of.dropped, of.from_outside, of.skipped};
-  const bool is_timer = of.kind == takt::EntityKind::timer;
-  if (is_timer) now.expected = 0;  // it is what this executor has run
-  now.expected -= std::min(now.expected, waiting(of));
-  Counted& before = counted_[{of.node, of.callback}];
-  if (now.expected < before.expected || now.dropped < before.dropped ||
-      now.skipped < before.skipped) {
-    before = {};  // this is a new one with that name
-  }
-  if (!is_timer) of.expected = now.expected - before.expected;
-  of.dropped -= before.dropped;
-  of.from_outside -= std::min(of.from_outside, before.from_outside);
-  of.skipped -= before.skipped;
-  of.overruns -= std::min(of.overruns, before.skipped);
-  before = now;
-}
-
+// A program does not wait until all is served, and another executor may continue with it.
 std::uint64_t Results::waiting(const takt::CallbackStatistics& of) const {
   for (const auto& weak : nodes_) {
     const auto node = weak.lock();

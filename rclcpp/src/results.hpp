@@ -43,12 +43,7 @@ class Results {
   struct Kind {
     std::string executor, scheduler;
   };
-  /// What a callback's entity has counted since it was made, under whichever executor.
-  struct Counted {
-    std::uint64_t expected = 0, dropped = 0, from_outside = 0, skipped = 0;
-  };
   void note(const std::string& text);
-  void count_since_last_time(takt::CallbackStatistics& of);
   std::uint64_t waiting(const takt::CallbackStatistics& of) const;
 
   const std::string path_;
@@ -56,7 +51,6 @@ class Results {
   const std::uintmax_t size_before_;
   std::map<const takt::Executor*, Kind> executors_;
   std::vector<std::weak_ptr<takt::Node>> nodes_;
-  std::map<std::pair<std::string, std::string>, Counted> counted_;  // by node and callback
   takt::ProcessResult sum_;
   takt::TimePoint begin_{};
   takt::Nanoseconds cpu_time_before_{0};

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/executors/engine/timer_queue.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace takt::detail {
+namespace {
+
+// Heap order: the timer that is due first in front; of equal ones, the one registered first.
+constexpr auto due_later = [](const auto& a, const auto& b) noexcept {
+  return a.first != b.first ? a.first > b.first : a.second->id() > b.second->id();
+};
+
+}  // namespace
+
+// A reading of the clock takes nearly half as long as a callback without work, so they are paced:
+// the number of dispatches between two looks follows the time that they took so far.
+void TimerQueue::look_at_clock() noexcept {
+  constexpr std::int64_t kBetweenLooksNs = 2000;
+  // A due timer waits for as many, if brief callbacks have suddenly become long.
+  constexpr std::int64_t kMostBetweenLooks = 16;
+  const TimePoint before = now_;
+  read_clock();
+  if (dispatches_until_look_ == 0) {
+    const std::int64_t elapsed_ns = std::max<std::int64_t>((now_ - before).count(), 1);
+    dispatches_between_looks_ = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
+        dispatches_between_looks_ * kBetweenLooksNs / elapsed_ns, 1, kMostBetweenLooks));
+  }
+  dispatches_until_look_ = dispatches_between_looks_;
+}
+
+void TimerQueue::arm(CallbackRecord& record) noexcept {
+  const TimePoint release = *record.entity->next_release();
+  if (release == kNever) return;
+  entries_.emplace_back(release, &record);  // within the reserved capacity
+  std::push_heap(entries_.begin(), entries_.end(), due_later);
+}
+
+// All at once: one by one, n timers that begin together would cost O(n²). One that is announced
+// meanwhile goes, too, and comes again when the inbox is drained.
+void TimerQueue::rearm(ReadyCallback* first) noexcept {
+  std::erase_if(entries_, [](const auto& timer) { return timer.second->is_announced.load(); });
+  std::make_heap(entries_.begin(), entries_.end(), due_later);
+  while (first != nullptr) {
+    auto& record = static_cast<CallbackRecord&>(*std::exchange(first, first->next));
+    RecordState::set_again(record.is_announced);
+    arm(record);
+  }
+}
+
+CallbackRecord* TimerQueue::take_due(TimePoint& due) noexcept {
+  if (entries_.empty() || entries_.front().first > now_) return nullptr;
+  const auto [release, record] = entries_.front();
+  std::pop_heap(entries_.begin(), entries_.end(), due_later);
+  entries_.pop_back();
+  due = release;
+  return record;
+}
+
+// The heap's second and third entry are enough of an answer: nothing depends on it but how often a
+// worker has to be woken.
+TimePoint TimerQueue::release_beside_first() const noexcept {
+  if (next_release() == kNever) return kNever;
+  const auto& [release, first] = entries_.front();
+  const Nanoseconds period = first->settings.info.period;
+  TimePoint result = period == Nanoseconds::zero() ? kNever : later(release, period);
+  for (std::size_t i = 1; i < std::min<std::size_t>(entries_.size(), 3); ++i) {
+    if (entries_[i].second->exclusion != first->exclusion) {
+      result = std::min(result, entries_[i].first);
+    }
+  }
+  return result;
+}
+
+void TimerQueue::exchange(Entries& memory) noexcept {
+  memory.clear();
+  for (const auto& timer : entries_) {  // within the reserved capacity
+    if (!timer.second->state.is_removed()) memory.push_back(timer);
+  }
+  entries_.swap(memory);
+  std::make_heap(entries_.begin(), entries_.end(), due_later);
+}
+
+}  // namespace takt::detail
