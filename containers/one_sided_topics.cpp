@@ -17,12 +17,12 @@ namespace {
 // same line.
 constexpr std::size_t kMostNamed = 10;
 
+}  // namespace
+
 bool is_everywhere(const std::string& topic) {
   return topic == "/rosout" || topic == "/parameter_events" || topic == "/takt/heartbeat" ||
          topic.ends_with("/transition_event") || topic.find("/_") != std::string::npos;
 }
-
-}  // namespace
 
 std::string OneSidedTopic::reason() const {
   return is_published ? fmt::format("no subscription; published by {}", fmt::join(nodes, ", "))

@@ -30,6 +30,9 @@ std::vector<OneSidedTopic> one_sided_topics(Participant* participant);
 /// `participant`. Thread safety: from any thread. Real-time: no.
 bool is_known_topic(const std::string& name, Participant* participant);
 
+/// Whether every node has this topic, or it is one of ROS 2's hidden ones.
+bool is_everywhere(const std::string& topic);
+
 /// Returns one line about the topics that may be mistakes; empty if there are none. It leaves out
 /// the topics that every node has, and ROS 2's hidden topics.
 std::string hint_at(const std::vector<OneSidedTopic>& topics);

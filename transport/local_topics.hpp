@@ -8,7 +8,7 @@
 #include "takt/base/visibility.hpp"
 #include "takt/transport/intra_process.hpp"
 
-namespace TAKT_INTERNAL takt {
+namespace TAKT_PUBLIC takt {
 
 struct LocalTopics {
   std::vector<Endpoint> publishers, subscriptions;

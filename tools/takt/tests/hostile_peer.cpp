@@ -269,5 +269,5 @@ int main(int, char** argv) {
     std::this_thread::sleep_for(2ms);
   }
   std::cout << peer.victims() << " " << peer.sent() << " " << peer.ends() << std::endl;
-  std::_Exit(0);  // its ends go as those of a process that was killed
+  std::_Exit(0);  // its endpoints go as those of a process that was killed
 }

@@ -82,7 +82,7 @@ void print_ends(const char* title, const char* kind, const std::vector<GraphEndp
   for (const GraphEndpoint& end : ends) print_end(kind, end);
 }
 
-/// When there is an end of a topic for which `is_meant`, or after some time.
+/// When there is an endpoint of a topic for which `is_meant`, or after some time.
 template <class IsMeant>
 Graph graph_with(const Options& options, IsMeant is_meant) {
   return Observer(options).whole_graph([&](const Graph& seen) {

@@ -1,0 +1,94 @@
+// takt graph: a file's system as a picture.
+// SPDX-License-Identifier: Apache-2.0
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "takt/base/error.hpp"
+#include "takt/measuring/output.hpp"
+
+#include "commands.hpp"
+#include "picture/dot.hpp"
+#include "picture/system_graph.hpp"
+#include "run/result_json.hpp"
+#include "table.hpp"
+
+namespace takt::tools::graph_command {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  std::string file, picture, json_path;
+};
+
+void print(const json& graph) {
+  Table topics({"topic", "type", "rate_hz", "from", "to", "mismatch"});
+  for (const json& topic : graph.at("topics")) {
+    double rate = 0;
+    std::string type;
+    const auto nodes = [&](const char* side) {
+      std::vector<std::string> names;
+      for (const json& end : topic.at(side)) {
+        names.push_back(end.at("node"));
+        type = end.at("type");
+        rate += end.value("rate_hz", 0.0);
+      }
+      return names.empty() ? "-" : fmt::format("{}", fmt::join(names, " "));
+    };
+    const std::string from = nodes("publishers"), to = nodes("subscriptions");
+    std::string mismatch = from == "-" ? "no publisher" : to == "-" ? "no subscription" : "-";
+    if (!topic.at("mismatches").empty()) mismatch = topic.at("mismatches")[0].at("why");
+    topics.add({topic.at("name"), type, rate == 0 ? "-" : fmt::format("{:.4g}", rate), from, to,
+                mismatch});
+  }
+  topics.print("topics");
+}
+
+bool is_kind(const std::string& path, const char* ending) {
+  return path.ends_with(ending);
+}
+
+void run(const Options& options) {
+  const std::string& picture = options.picture;
+  if (!picture.empty() && !is_kind(picture, ".svg") && !is_kind(picture, ".html") &&
+      !is_kind(picture, ".dot")) {
+    throw Error(fmt::format("'{}' is not a kind of picture", picture),
+                "end its name with .svg, .html or .dot");
+  }
+  const json graph = system_graph(options.file);
+  if (!picture.empty()) {
+    const std::string dot = dot_text(graph);
+    write_text(is_kind(picture, ".dot")   ? dot
+               : is_kind(picture, ".svg") ? svg_of(dot)
+                                          : picture_page(graph, svg_of(dot)),
+               "picture", picture);
+    rt::to_stderr("picture: {}\n", picture);
+  }
+  if (!options.json_path.empty()) write_json(graph, options.json_path);
+  if (picture.empty() && options.json_path != "-") print(graph);
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("FILE", options->file,
+                   "A configuration file; its components are constructed, but do not run")
+      ->required();
+  command->add_option(
+      "-o,--output", options->picture,
+      "The picture: a name that ends with .svg, .html (both need graphviz) or .dot; "
+      "without it, a table of the topics is printed");
+  command->add_option("--json", options->json_path, "Also write the graph as JSON; - for stdout");
+  command->footer("Example:\n  takt graph robot.yaml -o robot.svg\n");
+  command->callback([options] { run(*options); });
+}
+const Command registered("graph",
+                         "Draws the processes, executors, nodes, topics and chains of a file",
+                         set_up);
+
+}  // namespace
+}  // namespace takt::tools::graph_command

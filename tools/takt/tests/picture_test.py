@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""`takt graph` draws what a file describes: boxes, edges, chains in colour, and in red what does not match.
+
+usage: picture_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt = os.path.abspath(sys.argv[1])
+folder = tempfile.TemporaryDirectory()
+robot = os.path.join(folder.name, "robot.yaml")
+with open(robot, "w") as file:
+    file.write("""\
+threads:
+  urgent: {policy: SCHED_FIFO, priority: 80, affinity: [0]}
+executors:
+  hot: {type: events, scheduler: edf, threads: [urgent]}
+chains:
+  - {name: drive, path: [/lidar/scan_timer, /filter/scan, /motor/points], deadline: 20ms}
+containers:
+  - name: front
+    components:
+      - component: takt::Workload
+        name: lidar
+        executor: hot
+        parameters:
+          publishers: {topic: [scan, image], period_us: [10000, 100000], reliability: [reliable, best_effort]}
+      - component: takt::Workload
+        name: filter
+        parameters: {relays: {input: [scan], output: [points]}}
+  - name: back
+    components:
+      - {component: takt::Workload, name: motor, parameters: {subscriptions: {topic: [points, nothing]}}}
+      - {component: takt::Workload, name: screen, parameters: {subscriptions: {topic: [image]}}}
+""")
+
+
+def graph(*words, **options):
+    return subprocess.run([takt, "graph", *words], env=dict(environment, **options), text=True, capture_output=True,
+                          stdin=subprocess.DEVNULL, timeout=60)
+
+
+def picture(name, file=robot, **options):
+    path = os.path.join(folder.name, name)
+    done = graph(file, "-o", path, **options)
+    return done, open(path).read() if os.path.exists(path) else ""
+
+
+done = graph(robot, "--json", "-")
+data = json.loads(done.stdout)
+topics = {topic["name"]: topic for topic in data["topics"]}
+check("the processes have their executors, also those that Takt assigns to a chain, and nodes",
+      [(process["name"], [executor["name"] for executor in process["executors"]], [node["name"] for node in process["nodes"]])
+       for process in data["processes"]] == [("front", ["hot", "drive"], ["/filter", "/lidar"]),
+                                             ("back", ["drive", "default"], ["/motor", "/screen"])], data["processes"])
+check("a thread has its policy, priority and CPUs",
+      data["processes"][0]["executors"][0]["threads"] == [
+          {"name": "urgent", "policy": "SCHED_FIFO", "priority": 80, "cpus": [0]}], data["processes"][0])
+check("a timer's topic has a rate", topics["/scan"]["publishers"][0]["rate_hz"] == 100, topics["/scan"])
+check("QoS that does not match is found between processes",
+      topics["/image"]["mismatches"] == [
+          {"from": "/lidar", "to": "/screen", "why": "less reliability is offered than asked for"}], topics["/image"])
+done = graph(robot)
+rows = {row.split()[0]: row for row in done.stdout.splitlines() if row.startswith("/")}
+check("the table has a row for each topic", set(rows) == set(topics), done.stdout)
+check("it says what does not match", rows["/nothing"].endswith("no publisher") and
+      rows["/image"].endswith("asked for") and rows["/scan"].endswith(" -"), done.stdout)
+
+done, text = picture("robot.dot")
+names = {label: name for name, label in re.findall(r'^(n\d+) \[label="([^"\\]+)', text, re.M)}
+edges = re.findall(r"^(\w+) -> (\w+) \[(.*)\];$", text, re.M)
+
+
+def edge(start, end):
+    return next((style for a, b, style in edges if (a, b) == (names[start], names[end])), "")
+
+
+check("nodes are drawn once", sorted(names) == ["/filter", "/lidar", "/motor", "/screen"], text)
+chain = re.search(r'fontcolor="(#\w+)", label="drive, deadline 20 ms"', text)
+check("a chain has its colour in each process and between them",
+      chain and all(f'color="{chain[1]}"' in edge(*pair) for pair in (("/lidar", "/filter"), ("/filter", "/motor"))), text)
+check("what does not match is red", "#d00000" in edge("/lidar", "/screen") and "#d00000" not in edge("/lidar", "/filter"), text)
+check("so is what nobody publishes", re.search(r'fontcolor="#d00000", label="/nothing\\nno publisher"', text), text)
+
+hostile = os.path.join(folder.name, 'a"]; x [label="<b>.yaml')
+shutil.copy(robot, hostile)
+done, text = picture("hostile.dot", hostile)
+check("a name cannot leave its quotes", 'digraph "' in text and r'\"]; x [label=\"<b>.yaml"' in text, text[:200])
+if shutil.which("dot"):
+    done, text = picture("robot.svg")
+    check("graphviz lays it out", done.returncode == 0 and "<svg" in text and "/lidar" in text, done.stderr)
+    done, text = picture("hostile.html", hostile)
+    check("a page has no foreign elements", done.returncode == 0 and "<b>" not in text and "&lt;b&gt;" in text, text[:600])
+    check("nor anything of a network",
+          not re.search(r'(?:href|src)="http', text) and "<script" not in text, text[:600])
+else:
+    print("skipped: the layout, as graphviz is not installed")
+done, text = picture("none.svg", PATH=folder.name)
+check("without graphviz one sentence says what to install",
+      done.returncode == 2 and "apt-get install graphviz" in done.stderr and not text, done.stderr)
+for words, said in (([robot, "-o", "robot.png"], ".svg, .html or .dot"), ([robot, "-o", "/nowhere/robot.dot"], "/nowhere/robot.dot"),
+                    (["/nowhere.yaml"], "/nowhere.yaml")):
+    done = graph(*words)
+    check(f"takt graph {' '.join(words)} is refused", done.returncode in (1, 2) and said in done.stderr and
+          done.stderr.count("\n") == 1, done.returncode, done.stderr)
+finish()
