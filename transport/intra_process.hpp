@@ -32,7 +32,7 @@ struct ServiceIdentity {
   }
 };
 
-/// One end of a topic. Name, type and QoS decide about matches; the rest is what ROS 2's graph
+/// An endpoint of a topic. Name, type and QoS decide about matches; the rest is what ROS 2's graph
 /// shows.
 struct Endpoint {
   std::string topic;

@@ -111,8 +111,8 @@ void ConfigurationReader::read_file(const Value& root) {
         each_in_map([this](const Value& thread) { read_thread(thread); })},
        {"dds", "Joins a DDS domain.", [this](const Value& dds) { read_dds(dds); }},
        {"topics",
-        "What holds for both ends of a topic instead of what the code says, by the topic's full "
-        "name.",
+        "What holds for a topic's publishers and subscriptions instead of what the code says, by "
+        "its full name.",
         each_in_map([this](const Value& topic) { read_topic(topic); })},
        {"schedulers", "External schedulers, by the name that their library registers.",
         each_in_map([this](const Value& scheduler) { read_scheduler(scheduler); })},

@@ -43,7 +43,7 @@ std::map<std::string, std::string> user_data_of(const dds_qos_t& qos);
 /// Under one key; empty: nothing.
 std::string user_data_value(const dds_qos_t& qos, std::string_view key);
 
-/// A topic of the participant for as long as one of its ends lives.
+/// A topic of the participant for as long as one of its endpoints lives.
 class Topic {
  public:
   Topic(dds_entity_t participant, const Endpoint& endpoint, bool in_shared_memory);

@@ -1,4 +1,4 @@
-// The participant on Cyclone DDS: its threads, its ends, the graph around it.
+// The participant on Cyclone DDS: its threads, its endpoints, the graph around it.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_CYCLONE_PARTICIPANT_HPP_
 #define TAKT_TRANSPORT_DDS_CYCLONE_PARTICIPANT_HPP_

@@ -105,11 +105,10 @@ class RemoteReader {
   virtual std::uint64_t received() const noexcept = 0;
 };
 
-/// A message that has come from outside. From shared memory it has a payload, in its chunk or,
-/// when its reader holds many already, a copy. Else it is not decoded yet: so DDS's thread is free
-/// for the next one, and the receiver's thread does the receiver's work.
-/// Thread safety: as MessageBlock.
-/// Real-time: as Participant; hold_copy and hold_bytes allocate.
+/// A message that has come from another process. From shared memory it has a payload, in its chunk
+/// or, when its reader holds many already, a copy. Else it is not decoded yet: so DDS's thread is
+/// free for the next one, and the receiver's thread does the receiver's work. Thread safety: as
+/// MessageBlock. Real-time: as Participant; hold_copy and hold_bytes allocate.
 class ReceivedBlock final : public MessageBlock, public PoolNode<ReceivedBlock> {
  public:
   /// Empty, too, when it lies in a chunk that does not say that it is of our type.
@@ -175,7 +174,7 @@ class Participant {
   static std::shared_ptr<Participant> create(const DdsOptions& options);
   virtual ~Participant() = default;
 
-  /// `events` is notified of events between the writer and readers outside.
+  /// `events` is notified of events between the writer and readers in other processes.
   virtual std::unique_ptr<RemoteWriter> create_writer(
       const Endpoint& endpoint,
       std::shared_ptr<EndpointEvents> events = std::make_shared<EndpointEvents>()) = 0;

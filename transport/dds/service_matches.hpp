@@ -17,9 +17,9 @@
 namespace TAKT_INTERNAL takt {
 
 /// The clients that a service has discovered, or the services that a client has, with the ids in
-/// their user data: one is there when its ends of both topics are. As rmw_cyclonedds counts them.
-/// Thread safety: from any thread.
-/// Real-time: hearing and count take a lock with priority inheritance, and allocate nothing.
+/// their user data: one is there when its endpoints of both topics are. As rmw_cyclonedds counts
+/// them. Thread safety: from any thread. Real-time: hearing and count take a lock with priority
+/// inheritance, and allocate nothing.
 class ServiceMatches {
  public:
   enum Topic { requests, responses };

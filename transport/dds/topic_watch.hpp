@@ -1,4 +1,4 @@
-// Says which ends of a topic in other processes do not fit to ours, and why.
+// Says which endpoints of a topic in other processes do not match ours, and why.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
 #define TAKT_TRANSPORT_DDS_TOPIC_WATCH_HPP_
@@ -13,10 +13,10 @@
 
 namespace takt {
 
-/// DDS does not match two ends of a topic whose types differ, and says nothing; of QoS it says only
-/// the policy. So the ends that DDS discovers are compared with ours here, as they come. Each pair
-/// is logged once: different types as an error, QoS that does not fit as a warning. So is a node of
-/// ours, the first time that another process serves one of its services, too.
+/// DDS does not match two endpoints of a topic whose types differ, and says nothing; of QoS it says
+/// only the policy. So the ends that DDS discovers are compared with ours here, as they come. Each
+/// pair is logged once: different types as an error, QoS that does not fit as a warning. So is a
+/// node of ours, the first time that another process serves one of its services, too.
 ///
 /// Thread safety: every method from any thread.
 /// Real-time: no. Discovered ends are compared on Cyclone's threads.
