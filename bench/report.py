@@ -3,26 +3,16 @@
 
 usage: report.py OUT.html < results.json
 
-Every figure is an SVG with its text as text, the number of samples, and the machine's block.
+Every figure is an SVG with its text as text and the number of samples. The page is one file, for a light or a dark
+screen and for print.
 SPDX-License-Identifier: Apache-2.0
 """
-import html
-import io
 import json
-import re
+import os
 import sys
 
-import matplotlib
+from report_page import COLOURS, Page, boxes, distribution_curves, lines, number, percentile_curves, plt, quantile, scale
 
-matplotlib.use("svg")
-import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
-
-plt.rcParams.update({
-    "svg.fonttype": "none", "font.size": 10, "font.family": "sans-serif", "axes.grid": True,
-    "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False,
-    "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
-
-COLOURS = ["#3566a8", "#d0632b", "#3c8a4e", "#a83c6b", "#7a5cc0", "#8a6d3b", "#2b9aa0", "#555555"]
 # What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
 PAPER = {
     ("memory", "pss_mb"): ("ram_pss_mb_vs_nodes", "nodes", None, 1),
@@ -33,126 +23,6 @@ PAPER = {
     ("executors", "cpu_percent"): ("containers_500kb_50hz_500us_work", "subs", "cpu_pct", 1)}
 # Experiment, series that the paper measured in another way: it limited the rate.
 ANOTHER_WAY = {("goodput", "multi_process_loaned")}
-
-
-class Page:
-    """Collects figures and tables, each with what it says about its data."""
-
-    def __init__(self, document):
-        machine = document["machine"]
-        self.machine = (f"{machine['cpus']} × {machine['cpu']}, Linux {machine['kernel']}, "
-                        f"{machine.get('preemption', '')}, load average "
-                        f"{machine['load_average']:.2f}, takt {document['takt']['version']}")
-        self.parts = []
-        self.count = 0
-
-    def heading(self, text):
-        self.parts.append(f"<h2>{html.escape(text)}</h2>")
-
-    def figure(self, figure, caption):
-        self.count += 1
-        text = io.StringIO()
-        figure.tight_layout()
-        figure.savefig(text, format="svg")
-        plt.close(figure)
-        svg = text.getvalue()
-        svg = svg[svg.index("<svg"):]
-        # Several pictures share the page, but their ids must not.
-        svg = re.sub(r'id="([^"]+)"', rf'id="f{self.count}_\1"', svg)
-        svg = re.sub(r'url\(#([^)]+)\)', rf'url(#f{self.count}_\1)', svg)
-        svg = re.sub(r'href="#([^"]+)"', rf'href="#f{self.count}_\1"', svg)
-        self.parts.append(
-            f"<figure>{svg}<figcaption><b>Figure {self.count}.</b> {html.escape(caption)} "
-            f'<span class="machine">{html.escape(self.machine)}</span></figcaption></figure>')
-
-    def table(self, header, rows):
-        cells = "".join(f"<th>{html.escape(name)}</th>" for name in header)
-        lines = [f"<tr>{cells}</tr>"]
-        for row in rows:
-            cells = "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row)
-            lines.append(f"<tr>{cells}</tr>")
-        self.parts.append("<table>" + "\n".join(lines) + "</table>")
-
-    def note(self, text):
-        self.parts.append(f'<p class="note">{html.escape(text)}</p>')
-
-    def write(self, path, title):
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(
-                "<!doctype html><html lang=en><head><meta charset=utf-8>"
-                f"<title>{html.escape(title)}</title><link rel=icon href=data:,><style>"
-                "body{font:15px/1.5 system-ui,sans-serif;max-width:1500px;margin:2em auto;"
-                "padding:0 1em;color:#222}figure{display:inline-block;margin:0 1.5em 2em 0;"
-                "vertical-align:top;width:700px}figure svg{width:100%;height:auto}"
-                "figcaption{font-size:13px}.machine,.note{color:#666;font-size:12px}"
-                "table{border-collapse:collapse;margin:1em 0;font-size:13px}"
-                "td,th{padding:3px 10px;text-align:right;border-bottom:1px solid #ddd}"
-                "td:first-child,th:first-child{text-align:left}"
-                f"</style></head><body><h1>{html.escape(title)}</h1>"
-                f'<p class="machine">{html.escape(self.machine)}</p>'
-                + "\n".join(self.parts) + "</body></html>\n")
-
-
-def quantile(buckets, fraction):
-    """Of [value, count] pairs in order of value."""
-    total = sum(count for _, count in buckets)
-    seen = 0
-    for value, count in buckets:
-        seen += count
-        if seen >= fraction * total:
-            return value
-    return 0
-
-
-def percentile_curves(page, named_buckets, caption):
-    """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws)."""
-    figure, axes = plt.subplots()
-    samples = 0
-    for colour, (name, buckets) in zip(COLOURS * 9, named_buckets):
-        total = sum(count for _, count in buckets)
-        if total == 0:
-            continue
-        samples += total
-        xs, ys, seen = [], [], 0
-        for value, count in buckets:
-            seen += count
-            xs.append(total / max(total - seen, 0.5))
-            ys.append(max(value, 0.01))
-        axes.plot(xs, ys, label=f"{name} (n={total})", color=colour, drawstyle="steps-pre")
-    ticks = [1, 2, 10, 100, 1000, 10000, 100000]
-    names = ["0", "50", "90", "99", "99.9", "99.99", "99.999"]
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xticks(ticks, names)
-    axes.minorticks_off()
-    axes.set_xlim(1, None)
-    axes.set_xlabel("percentile (%)")
-    axes.set_ylabel("latency (µs)")
-    axes.legend(fontsize=8)
-    page.figure(figure, f"{caption} n = {samples} samples.")
-
-
-def boxes(page, named_buckets, caption):
-    """p25 to p75 with the median, whiskers from p1 to p99, the maximum as a point."""
-    figure, axes = plt.subplots()
-    statistics, samples = [], 0
-    for name, buckets in named_buckets:
-        total = sum(count for _, count in buckets)
-        if total == 0:
-            continue
-        samples += total
-        statistics.append({
-            "label": f"{name}\nn={total}", "med": quantile(buckets, .5),
-            "q1": quantile(buckets, .25), "q3": quantile(buckets, .75),
-            "whislo": quantile(buckets, .01), "whishi": quantile(buckets, .99),
-            "fliers": [buckets[-1][0]]})
-    axes.bxp(statistics, vert=False, patch_artist=True, boxprops={"facecolor": "#c9d8ec"},
-             medianprops={"color": "#d0632b"}, flierprops={"markersize": 4})
-    axes.set_xscale("log")
-    axes.set_xlabel("latency (µs)")
-    axes.plot([], [], color="#d0632b", label="median; box p25–p75, whiskers p1–p99, point: maximum")
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.12))
-    page.figure(figure, f"{caption} n = {samples} samples.")
 
 
 def centre(value):
@@ -173,8 +43,8 @@ def distances(values):
 
 def shown(value):
     if "sum" in value:
-        return f"{value['sum']:g} in all"
-    return f"{value['median']:.4g} ({value['min']:.4g} – {value['max']:.4g})"
+        return f"{number(value['sum'])} in all"
+    return f"{number(value['median'])} ({number(value['min'])} – {number(value['max'])})"
 
 
 def curves(page, experiment, metric, paper):
@@ -184,11 +54,10 @@ def curves(page, experiment, metric, paper):
     for row in experiment["rows"]:
         if "metrics" in row and metric in row["metrics"]:
             series.setdefault(row["series"], []).append(row)
-    for colour, (name, rows) in zip(COLOURS * 9, series.items()):
+    for line, (name, rows) in zip(lines(), series.items()):
         values = [row["metrics"][metric] for row in rows]
         axes.errorbar([row["x"] for row in rows], [centre(value) for value in values],
-                      yerr=distances(values), marker="o", markersize=4, capsize=3, color=colour,
-                      label=name)
+                      yerr=distances(values), marker="o", markersize=4, capsize=3, label=name, **line)
     source = PAPER.get((experiment["name"], metric))
     if paper and source:
         table, x_key, key, factor = source
@@ -203,9 +72,11 @@ def curves(page, experiment, metric, paper):
                       label=f"{name}, paper (Raspberry Pi 4B)")
     if "size" in experiment["x_label"]:
         axes.set_xscale("log")
+        scale(axes.xaxis)
     positive = [centre(row["metrics"][metric]) for rows in series.values() for row in rows]
     if positive and min(positive) > 0 and max(positive) / min(positive) > 30:
         axes.set_yscale("log")
+        scale(axes.yaxis)
     axes.set_xlabel(experiment["x_label"])
     axes.set_ylabel(experiment["labels"][metric])
     axes.legend(fontsize=7)
@@ -221,7 +92,7 @@ def bars(page, experiment, metric):
     figure, axes = plt.subplots(figsize=(7.2, 1.2 + 0.35 * len(rows)))
     values = [row["metrics"][metric] for row in rows]
     axes.barh([row["series"] for row in rows], [centre(value) for value in values],
-              xerr=distances(values), color="#3566a8", capsize=3,
+              xerr=distances(values), color=COLOURS[0], ecolor="#808080", capsize=3,
               label=f"{'sum' if 'sum' in values[0] else 'median and range'} of "
                     f"{experiment['repeat']} runs")
     axes.invert_yaxis()
@@ -256,9 +127,9 @@ def draw_experiment(page, experiment, paper):
         page.note(f"Not as in the original: {deviation}")
     page.table(["series"] + ([experiment["x_label"]] if experiment["x_label"] else []) +
                [experiment["labels"][metric] for metric in metrics] + lost,
-               [[row["series"]] + ([f"{row['x']:g}"] if "x" in row else []) +
+               [[row["series"]] + ([row["x"]] if "x" in row else []) +
                 [shown(row["metrics"][m]) if m in row["metrics"] else "-" for m in metrics] +
-                [f"{row['metrics'][metric]['sum']:g}" for metric in lost]
+                [row["metrics"][metric]["sum"] for metric in lost]
                 for row in experiment["rows"] if "metrics" in row])
     for series, why in sorted({(row["series"], row["missing"])
                                for row in experiment["rows"] if "missing" in row}):
@@ -274,43 +145,113 @@ def bucket_limit_us(bucket):
     return (((bucket % sub + sub + 1) << shift) - 1) / 1e3
 
 
-def draw_runs(page, runs):
-    """What takt compare has run: a curve and a box for each executor."""
-    files = []
+def row_name(run):
+    parts = [run["executor"]] + [run[key] for key in ("scheduler", "composition") if run[key] != "file"]
+    return ", ".join(parts)
+
+
+def buckets_of(runs, rows, is_meant=lambda row: True):
+    """The latencies of these rows in all runs, as [µs, count] pairs in order."""
+    result = {}
     for run in runs:
-        if run["file"] not in files:
-            files.append(run["file"])
-    for file in files:
-        page.heading(file)
+        for row in run[rows]:
+            if is_meant(row):
+                for bucket, count in row["latency_us"].get("histogram", []):
+                    limit = min(bucket_limit_us(bucket), row["latency_us"]["max"])
+                    result[limit] = result.get(limit, 0) + count
+    return sorted(result.items())
+
+
+def percentiles(buckets):
+    """As far as the number of samples carries."""
+    n = sum(count for _, count in buckets)
+    return [quantile(buckets, share) if n * (1 - share) >= 0.999 else "-" for share in (.5, .9, .99, .999)] + [
+        buckets[-1][0] if buckets else "-"]
+
+
+LATENCY = ["p50 (µs)", "p90 (µs)", "p99 (µs)", "p99.9 (µs)", "max (µs)"]
+
+
+def median_of(values):
+    values = sorted(values)
+    return (values[(len(values) - 1) // 2] + values[len(values) // 2]) / 2 if values else "-"
+
+
+def draw_summary(page, groups):
+    """A row for each executor, in the order and with the columns of the terminal."""
+    def is_subscription(callback):
+        return callback["kind"] == "subscription"
+
+    named = [(name, buckets_of(runs, "callbacks", is_subscription)) for name, runs in groups.items()]
+    named = [(name, buckets) for name, buckets in named if buckets]
+    if named:
+        for draw in (percentile_curves, distribution_curves, boxes):
+            draw(page, named, "Subscriptions: publish → callback.")
+    rows = []
+    for name, runs in groups.items():
+        subscriptions = [callback for run in runs for callback in run["callbacks"] if is_subscription(callback)]
+        rows.append([name, sum(run["duration_s"] for run in runs)] +
+                    [sum(callback[key] for callback in subscriptions)
+                     for key in ("received", "lost", "dropped", "overruns", "late", "too_late", "deadline_misses")] +
+                    percentiles(dict(named).get(name, [])) +
+                    [median_of([sum(process["cpu_percent"] for process in run["processes"]) for run in runs]),
+                     median_of([sum(thread["wakeups"] for thread in run["threads"]) / run["duration_s"] for run in runs]),
+                     median_of([sum(process["pss_kb"] for process in run["processes"]) / 1000 for run in runs])])
+    page.table(["executor", "seconds", "received", "lost", "dropped", "overruns", "late", "too late", "misses"] + LATENCY +
+               ["CPU (%)", "wakeups/s", "PSS (MB)"], rows)
+
+
+def draw_chains(page, groups):
+    rows = []
+    names = list(dict.fromkeys(chain["name"] for runs in groups.values() for run in runs for chain in run["chains"]))
+    if names:
+        page.heading("Chains", 3)
+    for chain in names:
+        named = []
+        for name, runs in groups.items():
+            buckets = buckets_of(runs, "chains", lambda row: row["name"] == chain)
+            if buckets:
+                named.append((name, buckets))
+            mine = [row for run in runs for row in run["chains"] if row["name"] == chain]
+            rows.append([chain, name] + [sum(row[key] for row in mine) for key in ("instances", "misses", "aborted")] +
+                        [mine[0]["deadline_us"] if mine and mine[0]["deadline_us"] else "-"] + percentiles(buckets))
+        percentile_curves(page, named, f"Chain {chain}: release of the first callback → end of the last.")
+    if names:
+        page.table(["chain", "executor", "instances", "misses", "aborted", "deadline (µs)"] + LATENCY, rows)
+
+
+def draw_callbacks(page, groups):
+    """All that was measured of each callback; of one executor open, of several folded."""
+    for name, runs in groups.items():
+        callbacks = {}
+        for run in runs:
+            for callback in run["callbacks"]:
+                callbacks.setdefault((callback["node"], callback["callback"], callback["kind"]), []).append(callback)
+        rows = []
+        for (node, callback, kind), mine in callbacks.items():
+            latencies = buckets_of(
+                runs, "callbacks", lambda row: (row["node"], row["callback"], row["kind"]) == (node, callback, kind))
+            rows.append([node, callback, kind] + [sum(row[key] for row in mine) for key in
+                                                  ("received", "lost", "dropped", "overruns", "deadline_misses")] +
+                        percentiles(latencies) + [median_of([row["execution_us"]["p50"] for row in mine]),
+                                                  max(row["execution_us"]["max"] for row in mine)])
+        page.table(["node", "callback", "kind", "received", "lost", "dropped", "overruns", "misses"] + LATENCY +
+                   ["execution p50 (µs)", "execution max (µs)"], rows, folded=f"Callbacks under {name}")
+
+
+def draw_runs(page, runs):
+    """What takt compare has run."""
+    for file in dict.fromkeys(run["file"] for run in runs):
         groups = {}
         for run in runs:
-            if run["file"] != file:
-                continue
-            name = run["executor"]
-            name += f", {run['scheduler']}" if run["scheduler"] != "file" else ""
-            name += f", {run['composition']}" if run["composition"] != "file" else ""
-            group = groups.setdefault(
-                name, {"buckets": {}, "cpu": [], "received": 0, "lost": 0, "dropped": 0})
-            group["cpu"].append(sum(process["cpu_percent"] for process in run["processes"]))
-            for callback in run["callbacks"]:
-                if callback["kind"] == "timer":
-                    continue
-                for key in ("received", "lost", "dropped"):
-                    group[key] += callback[key]
-                for bucket, count in callback["latency_us"].get("histogram", []):
-                    limit = bucket_limit_us(bucket)
-                    group["buckets"][limit] = group["buckets"].get(limit, 0) + count
-        named = [(name, sorted(group["buckets"].items())) for name, group in groups.items()]
-        named = [(name, buckets) for name, buckets in named if buckets]
-        if named:
-            percentile_curves(page, named, "Subscriptions: publish → callback.")
-            boxes(page, named, "Subscriptions: publish → callback.")
-        page.table(["executor", "received", "lost", "dropped", "p50 (µs)", "p99 (µs)", "CPU (%)"],
-                   [[name, groups[name]["received"], groups[name]["lost"],
-                     groups[name]["dropped"], f"{quantile(buckets, .5):.4g}",
-                     f"{quantile(buckets, .99):.4g}",
-                     f"{sorted(groups[name]['cpu'])[len(groups[name]['cpu']) // 2]:.2f}"]
-                    for name, buckets in named])
+            if run["file"] == file:
+                groups.setdefault(row_name(run), []).append(run)
+        repeats = max(len(group) for group in groups.values())
+        page.heading(f"{file}: {repeats} {'run' if repeats == 1 else 'runs'} each, interleaved")
+        draw_summary(page, groups)
+        draw_chains(page, groups)
+        page.heading("Callbacks", 3)
+        draw_callbacks(page, groups)
 
 
 def draw_jitter(page, jitter):
@@ -320,12 +261,13 @@ def draw_jitter(page, jitter):
     figure, axes = plt.subplots()
     far = max(quantile(sorted((int(k), v) for k, v in row["histogram"].items()), .999)
               for row in rows if row["histogram"])
-    for colour, row in zip(COLOURS * 9, rows):
+    for line, row in zip(lines(), rows):
         points = sorted((int(key), count) for key, count in row["histogram"].items())
         points = [point for point in points if point[0] <= far]
-        axes.step([x for x, _ in points], [y for _, y in points], where="mid", color=colour,
-                  label=f"{row['name']} (n={row['cycles']}, max {row['max']} µs)", linewidth=1)
+        axes.step([x for x, _ in points], [y for _, y in points], where="mid", linewidth=1,
+                  label=f"{row['name']} (n = {row['cycles']}, max {row['max']} µs)", **line)
     axes.set_yscale("log")
+    scale(axes.yaxis)
     axes.set_xlabel("latency (µs)")
     axes.set_ylabel("cycles per 1 µs")
     axes.legend(fontsize=7)
@@ -337,8 +279,8 @@ def draw_jitter(page, jitter):
              for row in rows]
     percentile_curves(page, named, "The same as percentiles (resolution 1 µs).")
     page.table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"],
-               [[row["name"], row["cycles"], f"{row['p50_us']:.2f}", f"{row['p99_us']:.2f}",
-                 row["max"], row["early"], f"{row['cpu_percent']:.2f}"] for row in rows])
+               [[row["name"], row["cycles"], row["p50_us"], row["p99_us"], row["max"], row["early"],
+                 row["cpu_percent"]] for row in rows])
 
 
 def draw_timeline(page, timeline):
@@ -421,8 +363,17 @@ def draw_analysis(page, analysis):
         page.note(f"Assumption {number}: {assumption}.")
 
 
+def title_of(document):
+    """Tells one page from another in a browser's tabs."""
+    if "experiments" in document:
+        return "takt bench " + " ".join(experiment["name"] for experiment in document["experiments"])
+    rows, command = ((document["analyses"], "analyze") if "analyses" in document else (document["runs"], "compare")
+                     if "runs" in document else ([], "latency"))
+    return " ".join([f"takt {command}"] + list(dict.fromkeys(os.path.basename(row["file"]) for row in rows)))
+
+
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
     document = json.load(sys.stdin)
     page = Page(document)
@@ -436,8 +387,14 @@ def main():
         draw_runs(page, document["runs"])
     for analysis in document.get("analyses", []):
         draw_analysis(page, analysis)
-    page.write(sys.argv[1], "takt bench" if "experiments" in document else
-               "takt analyze" if "analyses" in document else "takt compare")
+    for graph in document.get("graphs", []):
+        page.heading(f"{graph['file']}: graph")
+        if "svg" in graph:
+            page.drawing(graph["svg"], "Processes, executors with their threads, nodes and topics; chains are coloured, "
+                                       "and what does not match is red. n = 1 file.", is_wide=True)
+        else:
+            page.note(f"Not drawn: {graph['missing']}.")
+    page.write(sys.argv[1], title_of(document))
 
 
 if __name__ == "__main__":

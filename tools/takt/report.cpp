@@ -5,16 +5,49 @@
 #include <stdexcept>
 
 #include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "embedded.hpp"
+#include "picture/dot.hpp"
+#include "picture/system_graph.hpp"
 #include "run/feed.hpp"
 
 namespace takt::tools {
 namespace {
 
+using nlohmann::json;
+
 constexpr const char* kPython = "/usr/bin/python3";  // Debian's Python finds Debian's matplotlib
+
+// The script imports the page as from a file.
+constexpr const char* kImportPage = R"(
+import sys, types
+page = sys.modules["report_page"] = types.ModuleType("report_page")
+exec(sys.argv[2], page.__dict__)
+)";
+
+std::vector<std::string> command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  return words;
+}
+
+json graph_of(const std::string& file) {
+  Logger::instance().flush();
+  const LogLevel before = Logger::instance().level();
+  Logger::instance().set_level(LogLevel::error);  // an analysis has nodes of these names, too
+  json result{{"file", file}};
+  try {
+    result["svg"] = svg_of(dot_text(system_graph(file)));
+  } catch (const std::exception& error) {  // the measurements are worth a page without it
+    result["missing"] = error.what();
+  }
+  Logger::instance().set_level(before);
+  return result;
+}
 
 }  // namespace
 
@@ -28,8 +61,11 @@ void check_report(const std::string& path) {
   }
 }
 
-void write_report(const nlohmann::json& document, const std::string& path) {
-  if (feed({kPython, "-c", kReportScript, path}, rt::json_text(document)) != 0) {
+void write_report(json document, const std::string& path, const std::vector<std::string>& files) {
+  document["command"] = command_line();
+  for (const std::string& file : files) document["graphs"].push_back(graph_of(file));
+  const std::string script = std::string(kImportPage) + kReportScript;
+  if (feed({kPython, "-c", script, path, kReportPage}, rt::json_text(document)) != 0) {
     throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
   rt::to_stderr("report: {}\n", path);

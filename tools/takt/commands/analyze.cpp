@@ -85,7 +85,9 @@ void run(Options options) {
   if (!options.report.empty()) {
     json page = rt::result_document(json::array());
     page["analyses"] = json::array({document});
-    write_report(page, options.report);
+    const bool has_nodes = program_words().empty();  // a program's are not known here
+    write_report(page, options.report,
+                 has_nodes ? std::vector{options.file} : std::vector<std::string>());
   }
   if (!options.json.empty()) write_json(document, options.json);
   const bool passes = options.allows_unbounded ? !file.is_contradicted() : file.is_all_guaranteed();

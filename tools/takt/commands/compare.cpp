@@ -352,7 +352,10 @@ void compare(Options options) {
   if (options.json != "-") print(rows, options.repeat);
   const json document = rt::result_document(std::move(runs));
   if (!options.json.empty()) write_json(document, options.json);
-  if (!options.report.empty()) write_report(document, options.report);
+  const bool has_nodes = program_words().empty();  // a program's are not known here
+  if (!options.report.empty()) {
+    write_report(document, options.report, has_nodes ? options.files : std::vector<std::string>());
+  }
   if (interrupted) throw Interrupted(*interrupted);
 }
 

@@ -1,0 +1,231 @@
+"""The page of a report: its style, its tables, and the figures of latencies.
+
+report.py draws with it; `takt` has both in it.
+SPDX-License-Identifier: Apache-2.0
+"""
+import datetime
+import html
+import io
+import math
+import re
+import shlex
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt  # noqa: E402  (the backend comes first)
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator  # noqa: E402
+
+plt.rcParams.update({
+    "svg.fonttype": "none", "font.size": 10, "font.family": "sans-serif", "axes.grid": True,
+    "grid.alpha": 0.3, "axes.spines.top": False, "axes.spines.right": False,
+    "legend.frameon": False, "figure.figsize": (7.2, 4.2), "svg.hashsalt": "takt"})
+
+# Legible on white and on black; more than eight series differ by the style of their lines.
+COLOURS = ["#4a7fc4", "#d0632b", "#3c9a54", "#c4508a", "#8a70d0", "#a08040", "#2b9aa0", "#808080"]
+STYLES = ["-", "--", ":", "-."]
+CSS = """
+:root { color-scheme: light dark; --text: #222; --faint: #666; --line: #ddd; --back: #fff }
+@media (prefers-color-scheme: dark) { :root { --text: #ddd; --faint: #999; --line: #444; --back: #181818 } }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1600px; margin: 2em auto; padding: 0 1em; color: var(--text);
+       background: var(--back) }
+dl { display: grid; grid-template-columns: max-content auto; gap: 0 1em; font-size: 13px; color: var(--faint) }
+dt, dd { margin: 0 }
+dd { overflow-wrap: anywhere }
+.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 600px), 1fr)); gap: 1.5em }
+figure { margin: 0; max-width: 760px; break-inside: avoid }
+figure svg { width: 100%; height: auto }
+figure.wide { max-width: none }
+figure.wide svg { width: auto; max-width: 100%; background: #fff }
+figure:not(.wide) svg text { fill: var(--text) }
+figcaption, .note { font-size: 13px; color: var(--faint) }
+.wide { overflow-x: auto }
+table { border-collapse: collapse; margin: 1em 0; font-size: 13px; font-variant-numeric: tabular-nums }
+td, th { padding: 3px 8px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap }
+td.text, th.text { text-align: left }
+summary { cursor: pointer }
+@media print { :root { --text: #000; --faint: #333; --back: #fff } body { margin: 0; max-width: none; font-size: 11px }
+               .figures { grid-template-columns: 1fr 1fr } .wide { overflow-x: visible } }
+"""
+
+
+def number(value):
+    """As people write it: three digits that count, all of a large one, no exponent."""
+    if not isinstance(value, (int, float)):
+        return str(value)
+    if value == int(value) or abs(value) >= 1000:
+        return f"{value:.0f}"
+    digits = 2 - math.floor(math.log10(abs(value)))
+    return f"{value:.{max(digits, 0)}f}"
+
+
+def scale(axis):
+    """A logarithmic axis with ticks at 1, 2 and 5, or at powers of ten where these would be too many."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 3000 * low else (1,), numticks=30))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.10g}"))
+    axis.set_minor_locator(NullLocator())
+
+
+def lines():
+    """A colour and a style for each series."""
+    return [{"color": colour, "linestyle": style} for style in STYLES for colour in COLOURS] * 9
+
+
+class Page:
+    """Collects figures and tables, each with what it says about its data."""
+
+    def __init__(self, document):
+        machine = document["machine"]
+        self.about = [("date", datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"))]
+        if "command" in document:
+            self.about.append(("command", shlex.join(document["command"])))
+        self.about += [
+            ("machine", f"{machine['cpus']} × {machine['cpu']}, Linux {machine['kernel']}, "
+                        f"{machine.get('preemption', '')}, load average {machine['load_average']:.2f}"),
+            ("takt", document["takt"]["version"])]
+        self.parts = []
+        self.count = 0
+        self.is_open = False  # a row of figures
+
+    def add(self, part, is_figure=False):
+        if is_figure != self.is_open:
+            self.parts.append('<div class="figures">' if is_figure else "</div>")
+            self.is_open = is_figure
+        self.parts.append(part)
+
+    def heading(self, text, level=2):
+        self.add(f"<h{level}>{html.escape(text)}</h{level}>")
+
+    def figure(self, figure, caption):
+        text = io.StringIO()
+        figure.tight_layout()
+        figure.savefig(text, format="svg", transparent=True)
+        plt.close(figure)
+        # Black is that of the text, also on a dark screen.
+        self.drawing(text.getvalue().replace("stroke: #000000", "stroke: var(--text)"), caption)
+
+    def drawing(self, svg, caption, is_wide=False):
+        self.count += 1
+        svg = svg[svg.index("<svg"):]
+        # Several pictures share the page, but their ids must not.
+        svg = re.sub(r'id="([^"]+)"', rf'id="f{self.count}_\1"', svg)
+        svg = re.sub(r'url\(#([^)]+)\)', rf'url(#f{self.count}_\1)', svg)
+        svg = re.sub(r'href="#([^"]+)"', rf'href="#f{self.count}_\1"', svg)
+        self.add(f"<figure{' class=wide' if is_wide else ''}>{svg}<figcaption><b>Figure {self.count}.</b> {html.escape(caption)}</figcaption></figure>",
+                 is_figure=not is_wide)
+
+    def table(self, header, rows, folded=None):
+        """`folded`: what it is called where it is not open at first."""
+        rows = [[number(cell) for cell in row] for row in rows]
+        text = [all(not re.match(r"[-.\d]", row[i]) for row in rows) for i in range(len(header))]
+
+        def cells(tag, row):
+            return "".join(f'<{tag}{" class=text" if is_text else ""}>{html.escape(cell)}</{tag}>'
+                           for cell, is_text in zip(row, text))
+
+        body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
+        table = f'<div class="wide"><table><tr>{cells("th", header)}</tr>\n{body}</table></div>'
+        self.add(f"<details><summary>{html.escape(folded)}</summary>{table}</details>" if folded else table)
+
+    def note(self, text):
+        self.add(f'<p class="note">{html.escape(text)}</p>')
+
+    def write(self, path, title):
+        self.add("")
+        about = "".join(f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>" for name, text in self.about)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(
+                "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
+                f'content="width=device-width"><title>{html.escape(title)}</title><link rel=icon href=data:,>'
+                f"<style>{CSS}</style></head><body><h1>{html.escape(title)}</h1><dl>{about}</dl>"
+                + "\n".join(self.parts) + "</body></html>\n")
+
+
+def quantile(buckets, fraction):
+    """Of [value, count] pairs in order of value."""
+    total = sum(count for _, count in buckets)
+    seen = 0
+    for value, count in buckets:
+        seen += count
+        if seen >= fraction * total:
+            return value
+    return 0
+
+
+def percentile_curves(page, named_buckets, caption):
+    """Latency against the percentile, the axis stretched towards 100 % (as HdrHistogram draws)."""
+    figure, axes = plt.subplots()
+    totals = []
+    for line, (name, buckets) in zip(lines(), named_buckets):
+        total = sum(count for _, count in buckets)
+        if total == 0:
+            continue
+        totals.append(total)
+        xs, ys, seen = [], [], 0
+        for value, count in buckets:
+            seen += count
+            xs.append(total / max(total - seen, 0.5))
+            ys.append(max(value, 0.01))
+        axes.plot(xs, ys, label=f"{name} (n = {total})", drawstyle="steps-pre", **line)
+    if not totals:
+        return plt.close(figure)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    # As far as the number of samples carries: of 200, one in 100 can be seen, and not one in 1000.
+    ticks = [tick for tick in (1, 2, 10, 100, 1000, 10_000, 100_000, 1_000_000) if tick <= max(totals)]
+    axes.set_xticks(ticks, [f"{100 - 100 / tick:.10g}" for tick in ticks])
+    axes.xaxis.set_minor_locator(NullLocator())
+    scale(axes.yaxis)
+    axes.set_xlim(1, 2 * max(totals))
+    axes.set_xlabel("percentile (%)")
+    axes.set_ylabel("latency (µs)")
+    axes.legend(fontsize=8)
+    page.figure(figure, f"{caption} Percentiles; n = {sum(totals)} samples.")
+
+
+def distribution_curves(page, named_buckets, caption):
+    """The share of samples that a latency is not above (ECDF)."""
+    figure, axes = plt.subplots()
+    samples = 0
+    for line, (name, buckets) in zip(lines(), named_buckets):
+        total = sum(count for _, count in buckets)
+        samples += total
+        xs, ys, seen = [], [], 0
+        for value, count in buckets:
+            seen += count
+            xs.append(max(value, 0.01))
+            ys.append(100 * seen / total)
+        axes.plot(xs, ys, label=name, drawstyle="steps-post", **line)
+    axes.set_xscale("log")
+    scale(axes.xaxis)
+    axes.set_ylim(0, 100)
+    axes.set_xlabel("latency (µs)")
+    axes.set_ylabel("samples that were not later (%)")
+    axes.legend(fontsize=8)
+    page.figure(figure, f"{caption} Distribution; n = {samples} samples.")
+
+
+def boxes(page, named_buckets, caption):
+    """p25 to p75 with the median, whiskers from p1 to p99, the maximum as a point."""
+    figure, axes = plt.subplots()
+    statistics, samples = [], 0
+    for name, buckets in named_buckets:
+        total = sum(count for _, count in buckets)
+        if total == 0:
+            continue
+        samples += total
+        statistics.append({
+            "label": f"{name}\nn = {total}", "med": quantile(buckets, .5),
+            "q1": quantile(buckets, .25), "q3": quantile(buckets, .75),
+            "whislo": quantile(buckets, .01), "whishi": quantile(buckets, .99),
+            "fliers": [buckets[-1][0]]})
+    axes.bxp(statistics, vert=False, patch_artist=True, boxprops={"facecolor": "#c9d8ec"},
+             medianprops={"color": "#d0632b"}, flierprops={"markersize": 4})
+    axes.invert_yaxis()  # the order of the table
+    axes.set_xscale("log")
+    scale(axes.xaxis)
+    axes.set_xlabel("latency (µs)")
+    axes.plot([], [], color="#d0632b", label="median; box p25–p75, whiskers p1–p99, point: maximum")
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, 1.12))
+    page.figure(figure, f"{caption} n = {samples} samples.")
