@@ -125,6 +125,14 @@ json result_document(json runs) {
           {"runs", std::move(runs)}};
 }
 
+json bucket_limits_us() {
+  json limits = json::array();
+  for (std::size_t i = 0; i < Histogram::kBuckets; ++i) {
+    limits.push_back(us(Histogram::upper_limit(i)));
+  }
+  return limits;
+}
+
 json process_json(const ProcessResult& process) {
   json threads = json::array(), trace = json::array();
   for (const auto& thread : process.threads) {

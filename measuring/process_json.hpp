@@ -14,6 +14,9 @@ namespace takt::rt {
 /// The whole document: version, machine, runs.
 nlohmann::json result_document(nlohmann::json runs);
 
+/// The largest time in µs of each bucket of the histograms, by its number.
+nlohmann::json bucket_limits_us();
+
 /// One process as an entry of "runs", without the options of the run. Histograms are lists of
 /// [bucket, count], see base/histogram.hpp.
 nlohmann::json process_json(const ProcessResult& process);

@@ -128,6 +128,10 @@ std::vector<Decision> decide(std::span<const Ratio> ratios) {
   return decisions;
 }
 
+double same_percent(const Ratio& ratio) {
+  return 100 * (std::max(ratio.high, 1 / ratio.low) - 1);
+}
+
 std::string text_of(const Ratio& ratio, const Decision& decision) {
   switch (decision.verdict) {
     case Verdict::none:
@@ -135,8 +139,7 @@ std::string text_of(const Ratio& ratio, const Decision& decision) {
     case Verdict::real:
       return "real";
     case Verdict::same:
-      return fmt::format("the same within {:.1f} %",
-                         100 * (std::max(ratio.high, 1 / ratio.low) - 1));
+      return fmt::format("the same within {:.1f} %", same_percent(ratio));
     case Verdict::open:
       return decision.repeats ? fmt::format("open: {} repeats would decide", *decision.repeats)
                               : fmt::format("open: {} repeats would not decide", kRepeatsAllowed);

@@ -49,6 +49,9 @@ struct Decision {
 /// such tables, however many ratios there are and however they depend on each other (Holm, 1979).
 std::vector<Decision> decide(std::span<const Ratio> ratios);
 
+/// How far from 1 the ratio may be.
+double same_percent(const Ratio& ratio);
+
 /// "real", "the same within 3.1 %", "open: 14 repeats would decide", or "no verdict".
 std::string text_of(const Ratio& ratio, const Decision& decision);
 /// "real", "same", "open" or "none", for files.

@@ -18,8 +18,10 @@
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "report.hpp"
+#include "run/result_files.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
+#include "run/verdicts.hpp"
 #include "table.hpp"
 
 namespace takt::tools::compare_command {
@@ -29,7 +31,9 @@ using nlohmann::json;
 
 struct Options {
   std::vector<std::string> files;
-  std::string executors = "all", schedulers, compositions = "file", duration = "5s", report, json;
+  std::string executors = "all", schedulers, compositions = "file", duration = "5s", against, save,
+              report;
+  ResultFiles results;
   int repeat = 1;
 };
 
@@ -221,8 +225,11 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
   for (const Comparison& row : rows) {
     table.add(names.row(row, cells_of(row)));
     for (const auto& [name, chain] : row.chains) {
-      std::vector<std::string> cells{name, std::to_string(chain.instances),
-                                     per_second(chain.instances, row), std::to_string(chain.misses),
+      std::vector<std::string> cells{name,
+                                     fmt::format("{:.2f}", row.seconds),
+                                     std::to_string(chain.instances),
+                                     per_second(chain.instances, row),
+                                     std::to_string(chain.misses),
                                      std::to_string(chain.aborted)};
       for (std::string& cell : percentiles(chain.latency)) cells.push_back(std::move(cell));
       by_chain[name].push_back(names.row(row, cells));
@@ -234,8 +241,8 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
   if (std::any_of(rows.begin(), rows.end(), [](const auto& row) { return row.is_long; })) {
     rt::print("! a run took longer than asked: compare its counts by the second\n");
   }
-  Table chains(names.header({"chain", "instances", "instances/s", "misses", "aborted", "p50", "p90",
-                             "p99", "p99.9", "max"}));
+  Table chains(names.header({"chain", "seconds", "instances", "instances/s", "misses", "aborted",
+                             "p50", "p90", "p99", "p99.9", "max"}));
   for (auto& [name, chain_rows] : by_chain) {
     for (auto& row : chain_rows) chains.add(std::move(row));
   }
@@ -306,7 +313,8 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
   return {std::move(runs), interrupted};
 }
 
-void compare(Options options) {
+/// What is asked for, or Error before anything is measured.
+std::vector<Comparison> rows_of(Options& options) {
   for (const std::string& file : options.files) read_system(file);  // may load executors
   if (options.files.empty()) {
     if (program_words().empty()) {
@@ -330,9 +338,6 @@ void compare(Options options) {
       throw Error(fmt::format("there is no composition '{}'", name), suggest(name, valid));
     }
   }
-  parse_run_time(options.duration);
-  check_writable(options.json);
-  if (!options.report.empty()) check_report(options.report);
   std::vector<Comparison> rows;
   for (const std::string& file : options.files) {
     for (const std::string& executor : executor_names) {
@@ -346,17 +351,57 @@ void compare(Options options) {
       }
     }
   }
+  return rows;
+}
+
+/// Refuses before the measurement what could not be written after it.
+void check_outputs(const Options& options) {
+  options.results.check();
+  if (!options.save.empty()) {
+    const std::vector<std::string> names = executors().names();
+    if (std::find(names.begin(), names.end(), options.save) != names.end()) {
+      throw Error(fmt::format("--save: '{}' is an executor, which --against would find first",
+                              options.save),
+                  "choose another name");
+    }
+    check_writable(stored_path(options.save));
+  }
+  if (!options.report.empty()) check_report(options.report);
+}
+
+Against find_against(const Options& options, std::span<const Comparison> rows) {
+  std::vector<RowName> names;
+  for (const Comparison& row : rows) {
+    names.push_back({with_program(row.file), row.executor,
+                     row.scheduler.empty() ? std::string(kFile) : row.scheduler, row.composition});
+  }
+  return find_against(options.against, names);
+}
+
+void compare(Options options) {
+  std::vector<Comparison> rows = rows_of(options);
+  parse_run_time(options.duration);
+  const Against against = find_against(options, rows);
+  const bool is_comparison = rows.size() > options.files.size() || !against.stored.is_null();
+  check_outputs(options);
   begin_work();
   auto [runs, interrupted] = measure(rows, options);
   if (runs.empty()) throw Interrupted(*interrupted);
-  if (options.json != "-") print(rows, options.repeat);
-  const json document = rt::result_document(std::move(runs));
-  if (!options.json.empty()) write_json(document, options.json);
+  const std::vector<Compared> compared = compare_rows(runs, against);
+  if (!options.results.use_stdout()) {
+    print(rows, options.repeat);
+    if (is_comparison) print_verdicts(compared, against, options.repeat);
+  }
+  json document = rt::result_document(std::move(runs));
+  document["bucket_limits_us"] = rt::bucket_limits_us();
+  document["ratios"] = ratios_json(compared);
+  options.results.write(document);
   const bool has_nodes = program_words().empty();  // a program's are not known here
   if (!options.report.empty()) {
     write_report(document, options.report, has_nodes ? options.files : std::vector<std::string>());
   }
   if (interrupted) throw Interrupted(*interrupted);
+  if (!options.save.empty()) write_json(document, stored_path(options.save));
 }
 
 void set_up(CLI::App* command) {
@@ -369,15 +414,25 @@ void set_up(CLI::App* command) {
   command->add_option("--compositions", options->compositions,
                       "file, single, per-node, or a list; all: single,per-node");
   command->add_option("--duration", options->duration, "Duration of each run (5s)");
-  command->add_option("--repeat", options->repeat, "Runs of each row (1)")
+  command
+      ->add_option("--repeat", options->repeat,
+                   "Runs of each row (1); six are the least that tell a difference from chance")
       ->check(CLI::Range(1, 1000));
+  command->add_option(
+      "--against", options->against,
+      "What the ratios are to: an executor of this comparison (default: the first), "
+      "or runs stored by --save");
+  command->add_option("--save", options->save,
+                      "Store the runs for --against, as NAME.compared.json in this folder");
   command->add_option("--report", options->report, "Also write an HTML page");
-  command->add_option("--json", options->json, "Also write every run as JSON; - for stdout");
+  options->results.add_options(command, "every run");
   command->footer(
       "With -- PROGRAM [ARGUMENT]... runs a program written for rclcpp, each FILE as its "
       "TAKT_CONFIG.\n\n"
-      "Example:\n  takt compare robot.yaml --executors all --duration 5s --repeat 3 "
-      "--report robot.html\n  takt compare --executors events,file -- takt ros2 run my_package "
+      "Example:\n  takt compare robot.yaml --executors all --duration 5s --repeat 10 "
+      "--report robot.html\n  takt compare robot.yaml --executors file --repeat 10 --save before\n"
+      "  takt compare robot.yaml --executors file --repeat 10 --against before\n  takt compare "
+      "--executors events,file -- takt ros2 run my_package "
       "my_program\n");
   command->callback([options] { compare(*options); });
 }

@@ -22,6 +22,7 @@
 #include "run/end_signals.hpp"
 #include "run/processes.hpp"
 #include "run/program.hpp"
+#include "run/result_files.hpp"
 #include "run/result_json.hpp"
 #include "run/trace.hpp"
 #include "table.hpp"
@@ -38,7 +39,8 @@ struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
   std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
-                                               json, trace, recordings;
+                                               trace, recordings;
+  ResultFiles results;
   std::vector<std::string> load;
   bool histograms = false;
 };
@@ -364,7 +366,7 @@ json run_system(const std::vector<SystemDescription>& system, const Options& opt
                         .scheduler = options.scheduler,
                         .duration = duration,
                         .trace_events = overrides(options).trace_events,
-                        .has_stdout = options.json != "-"});
+                        .has_stdout = !options.results.use_stdout()});
   }
   note_variables(options);
   if (!options.name.empty()) warn_if_it_loads_nothing(system.front());
@@ -377,7 +379,7 @@ json run_system(const std::vector<SystemDescription>& system, const Options& opt
 
 void run(const Options& options) {
   if (!options.process.empty()) return serve_parent(options);
-  check_writable(options.json);
+  options.results.check();
   check_writable(options.trace);
   const std::vector<SystemDescription> system = processes(options);
   json run = run_system(system, options);
@@ -391,13 +393,13 @@ void run(const Options& options) {
   run["composition"] = options.composition;
   run["transport"] = options.transport;
   run["repeat"] = 0;
-  if (options.json != "-") {  // else they are in it
+  if (!options.results.use_stdout()) {  // else they are in it
     for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
   }
   if (!options.trace.empty()) write_traced(run, system, options);
   run.erase("trace");
   run.erase("executors");
-  if (!options.json.empty() && !options.histograms) {
+  if (options.results.any() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
       for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
         callback.at(times).erase("histogram");
@@ -406,8 +408,10 @@ void run(const Options& options) {
     for (json& chain : run.at("chains")) chain.at("latency_us").erase("histogram");
   }
   // Write the file first: a closed stdout must not lose it.
-  if (!options.json.empty()) write_json(rt::result_document(json::array({run})), options.json);
-  if (options.json != "-") {
+  json document = rt::result_document(json::array({run}));
+  if (options.histograms) document["bucket_limits_us"] = rt::bucket_limits_us();
+  options.results.write(document);
+  if (!options.results.use_stdout()) {
     print_callbacks(run);
     print_chains(run);
     print_topics(run);
@@ -454,8 +458,8 @@ void set_up(CLI::App* command) {
       ->check(CLI::IsMember({"auto", "intra", "dds", "shm"}));
   command->add_option("--duration", options->duration,
                       "Duration of the run: 10s, 500ms (default: until Ctrl-C)");
-  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
-  command->add_flag("--histograms", options->histograms, "Include histograms in the JSON");
+  options->results.add_options(command, "the results");
+  command->add_flag("--histograms", options->histograms, "Include histograms in these");
   command->add_option("--trace", options->trace,
                       "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
   // Of a child of this command.

@@ -1,0 +1,19 @@
+// Results as comma-separated values.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_TOOLS_TAKT_RESULT_CSV_HPP_
+#define TAKT_TOOLS_TAKT_RESULT_CSV_HPP_
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace takt::tools {
+
+/// One value in each line, with all that says what it is of, as spreadsheets, pandas and R read it:
+/// of callbacks, chains, threads and processes of "runs", their histograms if they are there, and
+/// "ratios". docs/reference/command_line.md describes the columns.
+std::string result_csv(const nlohmann::json& document);
+
+}  // namespace takt::tools
+
+#endif  // TAKT_TOOLS_TAKT_RESULT_CSV_HPP_

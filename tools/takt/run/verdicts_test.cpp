@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/verdicts.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/temporary.hpp"
+#include "takt/measuring/process_json.hpp"
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// A run with one subscription, whose one latency is so many µs, and one thread.
+json run_of(const std::string& executor, int repeat, double us, std::uint64_t misses = 0,
+            const std::string& file = "robot.yaml") {
+  ProcessResult process;
+  process.duration_s = 1;
+  process.cpu_percent = 10;
+  process.callbacks.resize(1);
+  CallbackStatistics& statistics = process.callbacks[0].statistics;
+  statistics.kind = EntityKind::subscription;
+  statistics.received = 1;
+  statistics.deadline_misses = misses;
+  statistics.latency.record(Nanoseconds(std::llround(us * 1e3)));
+  json run = rt::process_json(process);
+  run["file"] = file;
+  run["executor"] = executor;
+  run["scheduler"] = run["composition"] = "file";
+  run["repeat"] = repeat;
+  return run;
+}
+
+/// Repeats in which the machine becomes slower; `events` takes 0.8 times as long as `static`.
+json runs_of_two(int repeats) {
+  json runs = json::array();
+  for (int i = 0; i < repeats; ++i) {
+    const double us = 100 * (1 + i);
+    runs.push_back(run_of("static", i, us));
+    runs.push_back(run_of("events", i, 0.8 * us * (i % 2 == 0 ? 1.01 : 0.99)));
+  }
+  return runs;
+}
+
+json document_of(json runs) {
+  json document = json::object();
+  document["runs"] = std::move(runs);
+  return document;
+}
+
+std::vector<std::string> figures_of(const std::vector<Compared>& all) {
+  std::vector<std::string> names;
+  for (const Compared& each : all) names.push_back(each.figure);
+  return names;
+}
+
+TEST(Verdicts, AreOfPairsAgainstTheFirstRow) {
+  const std::vector<Compared> all = compare_rows(runs_of_two(8), {});
+  // Nothing was missed, so there is no ratio of misses.
+  EXPECT_THAT(figures_of(all), testing::ElementsAre("p50", "p99", "max", "cpu_%"));
+  EXPECT_EQ(all[0].row.executor, "events");
+  EXPECT_EQ(all[0].other, "static");
+  EXPECT_NEAR(all[0].ratio.value, 0.8, 0.001);
+  EXPECT_LT(all[0].ratio.high - all[0].ratio.low, 0.02);  // although the machine became slower
+  EXPECT_EQ(all[0].decision.verdict, rt::Verdict::real);
+  EXPECT_EQ(all[0].samples, 8u);
+  EXPECT_EQ(all[3].decision.verdict, rt::Verdict::same);
+  EXPECT_EQ(
+      sentence(all),
+      "events: p50 is 0.80 (0.79 to 0.81) of static, p99 0.80 (0.79 to 0.81), max 0.80 (0.79 to "
+      "0.81): real. The same: cpu_% within 0.0 %.");
+}
+
+TEST(Verdicts, AreAgainstTheRowThatIsNamed) {
+  const std::vector<Compared> all = compare_rows(runs_of_two(8), {"events", nullptr});
+  EXPECT_EQ(all[0].row.executor, "static");
+  EXPECT_NEAR(all[0].ratio.value, 1.25, 0.001);
+}
+
+TEST(Verdicts, BelowSixRepeatsThereIsNone) {
+  const std::vector<Compared> all = compare_rows(runs_of_two(5), {});
+  ASSERT_FALSE(all.empty());
+  for (const Compared& each : all) EXPECT_EQ(each.decision.verdict, rt::Verdict::none);
+  EXPECT_TRUE(compare_rows(runs_of_two(1), {}).empty());
+}
+
+TEST(Verdicts, AreOfEachFileAlone) {
+  json runs = runs_of_two(6);
+  for (int i = 0; i < 6; ++i) runs.push_back(run_of("static", i, 5, 0, "other.yaml"));
+  for (const Compared& each : compare_rows(runs, {})) EXPECT_EQ(each.row.file, "robot.yaml");
+}
+
+TEST(Verdicts, OfMissesCountHalfAMissMore) {
+  json runs = json::array();
+  for (int i = 0; i < 8; ++i) {
+    runs.push_back(run_of("static", i, 100, 0));
+    runs.push_back(run_of("events", i, 100, 2));
+  }
+  const std::vector<Compared> all = compare_rows(runs, {});
+  ASSERT_EQ(all.front().figure, "misses");
+  EXPECT_NEAR(all.front().ratio.value, 5, 1e-9);  // 2.5 to 0.5
+}
+
+TEST(Verdicts, LeaveOutARunWithoutItsPair) {
+  json runs = runs_of_two(8);
+  runs.erase(runs.size() - 1);  // interrupted
+  EXPECT_EQ(compare_rows(runs, {}).front().ratio.repeats, 7u);
+}
+
+class Stored : public testing::Test {
+ protected:
+  std::string store(const json& document) {
+    const std::string path = folder_ / "before.json";
+    std::ofstream(path) << document;
+    return path;
+  }
+  const std::vector<RowName> rows_{{"robot.yaml", "static"}, {"robot.yaml", "events"}};
+
+ private:
+  const TemporaryFolder folder_;
+};
+
+TEST_F(Stored, RunsAreComparedRowByRowAndNotInPairs) {
+  json before = runs_of_two(8);
+  for (json& run : before) run["file"] = "old_name.yaml";
+  const Against against = find_against(store(document_of(before)), rows_);
+  const std::vector<Compared> all = compare_rows(runs_of_two(7), against);
+  EXPECT_EQ(all.front().row.executor, "static");
+  EXPECT_THAT(all.front().other, testing::StartsWith("static ("));
+  EXPECT_EQ(all.front().ratio.repeats, 7u);
+  EXPECT_EQ(all.front().ratio.other_repeats, 8u);
+  EXPECT_EQ(all.back().row.executor, "events");
+}
+
+TEST_F(Stored, OneRowStandsForAll) {
+  json before = json::array();
+  for (int i = 0; i < 6; ++i) before.push_back(run_of("isolated", i, 100));
+  const Against against = find_against(store(document_of(before)), rows_);
+  EXPECT_THAT(compare_rows(runs_of_two(6), against).front().other, HasSubstr("isolated"));
+}
+
+TEST_F(Stored, RunsMustHaveEachRow) {
+  json before = runs_of_two(6);
+  for (json& run : before) {
+    if (run.at("executor") == "events") run["executor"] = "isolated";
+  }
+  EXPECT_THAT([&] { find_against(store(document_of(before)), rows_); },
+              ThrowsMessage<Error>(testing::AllOf(HasSubstr("nothing is stored of 'events'"),
+                                                  HasSubstr("valid: static, isolated"))));
+}
+
+TEST_F(Stored, AnythingElseIsRefused) {
+  for (const json& document : {json::array(), json(3), document_of(3), document_of(json::array()),
+                               document_of(json::array({document_of(3)}))}) {
+    EXPECT_THROW(find_against(store(document), rows_), Error) << document;
+  }
+  const json spoiled = run_of("static", 0, 100);
+  for (const auto& [key, value] : spoiled.items()) {
+    if (key == "notes" || key == "failed" || key == "trace") continue;
+    json run = spoiled;
+    run[key] = "nonsense";
+    if (value.is_string()) run[key] = 1;
+    EXPECT_THROW(find_against(store(document_of(json::array({run}))), rows_), Error) << key;
+  }
+}
+
+TEST(Against, AWrongNameIsAnsweredByTheRightOnes) {
+  const std::vector<RowName> rows{{"robot.yaml", "static"}, {"robot.yaml", "events", "edf"}};
+  EXPECT_THAT([&] { find_against("evnts", rows); },
+              ThrowsMessage<Error>(testing::AllOf(HasSubstr("evnts.compared.json"),
+                                                  HasSubstr("valid: static, events edf"))));
+  EXPECT_TRUE(find_against("events", rows).stored.is_null());
+  EXPECT_TRUE(find_against("events edf", rows).stored.is_null());
+  EXPECT_EQ(find_against("", rows).name, "");
+}
+
+TEST(Against, StoredRunsHaveAFileOfTheirName) {
+  EXPECT_EQ(stored_path("before"), "before.compared.json");
+  EXPECT_EQ(stored_path("results/before"), "results/before.compared.json");
+  EXPECT_EQ(stored_path("/tmp/x.json"), "/tmp/x.json");
+}
+
+}  // namespace
+}  // namespace takt::tools

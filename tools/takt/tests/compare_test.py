@@ -1,0 +1,119 @@
+#!/usr/bin/env python3
+"""What takt compare says of differences, as a person asks for it: compare_test.py TAKT FILE
+
+No time is asserted, only relations: the machine may be as busy as it likes.
+SPDX-License-Identifier: Apache-2.0
+"""
+import csv
+import io
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
+from checks import check, environment, finish  # noqa: E402
+
+takt, system = map(os.path.abspath, sys.argv[1:3])
+folder = pathlib.Path(tempfile.mkdtemp())
+os.chdir(folder)
+TWO = ("compare", system, "--executors", "single_threaded,events", "--duration", "200ms")
+VERDICT = r"(real|the same within [0-9.]+ %|open: [0-9]+ repeats would (not )?decide|no verdict)"
+
+
+def run(*words, status=0):
+    done = subprocess.run([takt, *words], env=environment, stdin=subprocess.DEVNULL, text=True, capture_output=True,
+                          timeout=300)
+    check(f"takt {' '.join(words[2:])}: status {status}", done.returncode == status, done.returncode, done.stdout[-2000:],
+          done.stderr)
+    return done.stdout, done.stderr
+
+
+def lines_of(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+# ---- Six repeats ----
+shown, _ = run(*TWO, "--repeat", "6", "--json", "six.json", "--csv", "six.csv", "--save", "before")
+title = [line for line in shown.split("\n") if "95 % intervals, pairs of runs that took turns" in line]
+check("one table has the ratios", len(title) == 1, shown)
+check("its rows end with verdict, repeats, seconds and n",
+      len(re.findall(rf"^events +single_threaded +\S.*{VERDICT} +[1-6] +[0-9.]+ +(\d+|-)$", shown, re.M)) >= 6, shown)
+sentences = re.findall(r"^events: .*$", shown, re.M)
+check("one sentence is of the executor", len(sentences) == 1, shown)
+check("it names what is real, with its interval, or says that nothing is", re.match(
+    r"events: (no real difference from single_threaded|"
+    r"\S.*? is [0-9.]+ \([0-9.]+ to [0-9.]+\) of single_threaded.*: real)\.", sentences[0]), sentences)
+document = json.loads(pathlib.Path("six.json").read_text())
+ratios = document["ratios"]
+check("the figures are in the order of the table",
+      [name for name in (of["figure"] for of in ratios) if name in ("p50", "p99", "max", "timer_p99", "cpu_%", "wakeups/s")] ==
+      ["p50", "p99", "max", "timer_p99", "cpu_%", "wakeups/s"], ratios)
+check("ratios lie in their intervals", all(0 < of["low"] <= of["ratio"] <= of["high"] for of in ratios), ratios)
+check("all are of six pairs, or of fewer if a run had no sample", all(of["repeats"] <= 6 and of["is_paired"] for of in ratios), ratios)
+check("what is real has an interval without 1",
+      all(of["low"] > 1 or of["high"] < 1 for of in ratios if of["verdict"] == "real"), ratios)
+check("what is open may need more repeats",
+      all((of["repeats_to_decide"] or 1001) > 6 for of in ratios if of["verdict"] == "open"), ratios)
+limits = document["bucket_limits_us"]
+check("limits of buckets grow", all(low < high for low, high in zip(limits, limits[1:])))
+
+rows = lines_of(pathlib.Path("six.csv").read_text())
+check("the CSV has the same ratios", [(row["figure"], row["value"], row["verdict"]) for row in rows if row["of"] == "ratio"] ==
+      [(of["figure"], json.dumps(of["ratio"]), of["verdict"]) for of in ratios], rows[-3:])
+received = {(run["executor"], run["repeat"]): sum(callback["received"] for callback in run["callbacks"])
+            for run in document["runs"]}
+of_csv = dict.fromkeys(received, 0)
+for row in rows:
+    if row["figure"] == "received":
+        of_csv[row["executor"], int(row["repeat"])] += int(row["value"])
+check("and the same counts of each run", of_csv == received, of_csv, received)
+buckets = [row for row in rows if row["figure"] == "latency_us bucket"]
+check("each bucket has its limits", buckets and all(float(row["from"]) < float(row["to"]) for row in buckets), buckets[:3])
+check("each row has the length of its run", all(float(row["seconds"]) > 0 for row in rows))
+check("each time has its sample size", all(int(row["n"]) > 0 for row in rows if "_us " in row["figure"]))
+
+# ---- Too few ----
+for repeats, words in (("3", "3 repeats cannot"), ("1", "1 repeat cannot")):
+    shown, _ = run(*TWO, "--repeat", repeats)
+    said = re.findall(r"^no verdict: .*$", shown, re.M)
+    check(f"{repeats} give no verdict, in one line", len(said) == 1 and words in said[0] and "six are the least" in said[0]
+          and "ratios" not in shown and ": real" not in shown, shown)
+shown, _ = run("compare", system, "--executors", "events", "--duration", "200ms")
+check("one row has nothing to be compared with", "verdict" not in shown, shown)
+
+# ---- Against what is stored ----
+check("--save has stored the runs where its help says", "before.compared.json" in os.listdir())
+shown, _ = run(*TWO, "--repeat", "6", "--against", "before")
+check("both executors are compared with their own stored runs", len(re.findall(
+    rf"^(events|single_threaded) +\1 \(before\) .*{VERDICT} +[1-6] of [1-6] ", shown, re.M)) >= 12, shown)
+check("it says that these are no pairs", "before was stored: its runs and these did not take turns" in shown
+      and "pairs of runs" not in shown, shown)
+shown, _ = run(*TWO, "--repeat", "6", "--against", "events")
+check("another row is what the ratios are to", re.search(r"^single_threaded +events +p50 ", shown, re.M), shown)
+
+# ---- What is refused, before anything runs ----
+LONG = ("compare", system, "--executors", "single_threaded,events", "--duration", "1h")
+for words, parts in (
+        (("--against", "evens"), ("'evens' is neither", "did you mean 'events'?", "single_threaded, events, before")),
+        (("--save", "nowhere/before"), ("nowhere/before.compared.json", "choose a writable file")),
+        (("--save", "events"), ("'events' is an executor", "choose another name")),
+        (("--csv", "nowhere/out.csv"), ("nowhere/out.csv", "choose a writable file")),
+        (("--csv", "-", "--json", "-"), ("cannot both be written to stdout",)),
+        (("--against", system), ("is neither",)),
+        (("--against", "six.csv.json"), ("this is no file of takt compare --save",))):
+    pathlib.Path("six.csv.json").write_text("{}")
+    shown, errors = run(*LONG, *words, status=2)
+    check(f"{' '.join(words)} is refused with the remedy", all(part in errors for part in parts) and not shown, errors)
+
+# ---- takt run ----
+shown, _ = run("run", system, "--duration", "200ms", "--csv", "-")
+rows = lines_of(shown)
+check("takt run writes CSV, too", {row["of"] for row in rows} >= {"timer", "subscription", "thread", "process"}, shown[:500])
+check("without histograms unless asked", not any("bucket" in row["figure"] for row in rows))
+shown, _ = run("run", system, "--duration", "200ms", "--csv", "-", "--histograms")
+check("with them if asked", any("bucket" in row["figure"] for row in lines_of(shown)))
+finish()
