@@ -239,7 +239,30 @@ def draw_callbacks(page, groups):
                    ["execution p50 (µs)", "execution max (µs)"], rows, folded=f"Callbacks under {name}")
 
 
-def draw_runs(page, runs):
+def draw_ratios(page, ratios):
+    """Which differences between the rows are real, as takt compare says it."""
+    def verdict(of):
+        if of["verdict"] == "same":
+            return f"the same within {100 * (max(of['high'], 1 / of['low']) - 1):.1f} %"
+        if of["verdict"] == "open":
+            return (f"open: {of['repeats_to_decide']} repeats would decide" if of["repeats_to_decide"]
+                    else "open: 1000 repeats would not decide")
+        return of["verdict"]
+
+    ratios = [of for of in ratios if of["verdict"] != "none"]
+    if not ratios:
+        page.note("No verdict: six repeats are the least that tell a difference from chance.")
+        return
+    page.table(["executor", "of", "figure", "ratio", "95 % interval", "verdict", "repeats", "seconds", "n"],
+               [[row_name(of), of["against"], of["figure"], of["ratio"], f"{number(of['low'])} to {number(of['high'])}",
+                 verdict(of), of["repeats"] if of["is_paired"] else f"{of['repeats']} of {of['against_repeats']}",
+                 of["duration_s"], "-" if of["samples"] is None else of["samples"]] for of in ratios])
+    if not all(of["is_paired"] for of in ratios):
+        page.note("The other runs were stored: they and these did not take turns, so how the machine changed in between "
+                  "is in these ratios.")
+
+
+def draw_runs(page, runs, ratios):
     """What takt compare has run."""
     for file in dict.fromkeys(run["file"] for run in runs):
         groups = {}
@@ -249,6 +272,9 @@ def draw_runs(page, runs):
         repeats = max(len(group) for group in groups.values())
         page.heading(f"{file}: {repeats} {'run' if repeats == 1 else 'runs'} each, interleaved")
         draw_summary(page, groups)
+        of_file = [of for of in ratios if of["file"] == file]
+        if of_file or len(groups) > 1:
+            draw_ratios(page, of_file)
         draw_chains(page, groups)
         page.heading("Callbacks", 3)
         draw_callbacks(page, groups)
@@ -384,7 +410,7 @@ def main():
     if "timeline" in document:
         draw_timeline(page, document["timeline"])
     if document.get("runs"):
-        draw_runs(page, document["runs"])
+        draw_runs(page, document["runs"], document.get("ratios", []))
     for analysis in document.get("analyses", []):
         draw_analysis(page, analysis)
     for graph in document.get("graphs", []):

@@ -25,6 +25,7 @@
 #include "report.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
+#include "run/verdicts.hpp"
 #include "table.hpp"
 
 namespace takt::tools::bench_command {
@@ -33,11 +34,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// A metric over all runs. What is counted is added up: a median would hide the one run that lost
-/// messages.
+/// What is counted is added up: a median would hide the one run that lost messages.
+bool is_count(const std::string& metric) {
+  return metric == "received" || metric == "lost" || metric == "hot_path_drops" ||
+         metric == "hot_path_samples";
+}
+
+/// A metric over all runs.
 json over_runs(const std::string& metric, const std::vector<double>& values) {
-  if (metric == "received" || metric == "lost" || metric == "hot_path_drops" ||
-      metric == "hot_path_samples") {
+  if (is_count(metric)) {
     return {{"sum", std::accumulate(values.begin(), values.end(), 0.0)}, {"runs", values}};
   }
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -54,6 +59,7 @@ struct Course {
 /// The measurements of one variant in all its runs.
 struct Measured {
   std::map<std::string, std::vector<double>> values;  // by metric
+  std::size_t runs = 0;
   Histogram latency;
 };
 
@@ -78,6 +84,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
           measured[i].values[metric].push_back(value);
         }
         measured[i].latency.merge(figures.latency);
+        ++measured[i].runs;
         ++course.done;
       }
     }
@@ -89,8 +96,68 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
   return measured;
 }
 
+/// The ratio of a metric to that of another variant, in the runs that both have; nullopt: without
+/// the metric in each run, or if one was 0.
+std::optional<rt::Ratio> ratio_of(const std::string& metric, const Measured& of,
+                                  const Measured& to) {
+  const auto values_of = [&metric](const Measured& measured) {
+    const auto found = measured.values.find(metric);
+    const bool is_whole = found != measured.values.end() && found->second.size() == measured.runs;
+    return is_whole ? found->second : std::vector<double>();
+  };
+  std::vector<double> values = values_of(of), others = values_of(to);
+  const std::size_t pairs = std::min(values.size(), others.size());
+  values.resize(pairs);
+  others.resize(pairs);
+  const auto is_positive = [](double value) { return value > 0; };
+  if (pairs < 2 || !std::all_of(values.begin(), values.end(), is_positive) ||
+      !std::all_of(others.begin(), others.end(), is_positive)) {
+    return std::nullopt;
+  }
+  return rt::ratio_of_pairs(values, others);
+}
+
+/// Each metric of each variant to that of the first series with the same x.
+std::vector<Compared> ratios_of(const Experiment& experiment, const std::vector<Variant>& variants,
+                                const std::vector<Measured>& measured, double seconds) {
+  std::vector<Compared> all;
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    std::size_t first = 0;
+    while (variants[first].x != variants[i].x || measured[first].runs == 0) {
+      if (++first > i) break;
+    }
+    if (first >= i) continue;
+    const std::string at = experiment.x_label.empty() ? "" : fmt::format(" at {}", variants[i].x);
+    for (const std::string& metric : experiment.metrics) {
+      if (is_count(metric)) continue;
+      const auto ratio = ratio_of(metric, measured[i], measured[first]);
+      if (!ratio) continue;
+      all.push_back({.row = {experiment.name, variants[i].series + at},
+                     .other = variants[first].series,
+                     .figure = metric,
+                     .ratio = *ratio,
+                     .seconds = seconds,
+                     .other_seconds = seconds,
+                     .samples = measured[i].latency.count()});
+    }
+  }
+  decide(all);
+  return all;
+}
+
+json ratios_json_of(std::span<const Compared> all) {
+  json ratios = json::array();
+  for (const Compared& each : all) {
+    json ratio = ratio_json(each);
+    ratio["series"] = each.row.executor;
+    ratios.push_back(std::move(ratio));
+  }
+  return ratios;
+}
+
 /// All metrics with their spread.
-json run(const Experiment& experiment, const BenchOptions& options, Course& course) {
+std::pair<json, std::vector<Compared>> run(const Experiment& experiment,
+                                           const BenchOptions& options, Course& course) {
   const std::vector<Variant> variants = experiment.variants(options);
   const std::vector<Measured> measured = run_all(experiment, variants, options, course);
   json rows = json::array();
@@ -120,11 +187,20 @@ json run(const Experiment& experiment, const BenchOptions& options, Course& cour
   }
   json named = json::object();
   for (const std::string& metric : experiment.metrics) named[metric] = labels().at(metric);
-  return {{"name", experiment.name},       {"title", experiment.title},
-          {"x_label", experiment.x_label}, {"metrics", experiment.metrics},
-          {"duration", options.duration},  {"repeat", options.repeat},
-          {"statistics", "full"},          {"labels", named},
-          {"deviations", deviations},      {"rows", std::move(rows)}};
+  std::vector<Compared> ratios =
+      ratios_of(experiment, variants, measured, rt::us(parse_run_time(options.duration)) / 1e6);
+  json result = {{"name", experiment.name},
+                 {"title", experiment.title},
+                 {"x_label", experiment.x_label},
+                 {"metrics", experiment.metrics},
+                 {"duration", options.duration},
+                 {"repeat", options.repeat},
+                 {"statistics", "full"},
+                 {"labels", named},
+                 {"deviations", deviations},
+                 {"rows", std::move(rows)},
+                 {"ratios", ratios_json_of(ratios)}};
+  return {std::move(result), std::move(ratios)};
 }
 
 void print(const json& experiment) {
@@ -218,8 +294,13 @@ void bench(const BenchOptions& options) {
   document["paper"] = json::parse(kPaperFigures);
   document["experiments"] = json::array();
   for (const Experiment* experiment : chosen) {
-    document["experiments"].push_back(run(*experiment, options, course));
-    if (options.json != "-" && course.done != 0) print(document["experiments"].back());
+    auto [result, ratios] = run(*experiment, options, course);
+    if (options.json != "-" && course.done != 0) {
+      print(result);
+      const bool can_have_ratios = !ratios.empty() || options.repeat == 1;
+      if (can_have_ratios && check_repeats(ratios, options.repeat)) print_sentences(ratios);
+    }
+    document["experiments"].push_back(std::move(result));
     if (course.interrupted) break;
   }
   if (options.name == "all" && !options.report.empty() && !course.interrupted) {
