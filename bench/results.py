@@ -74,6 +74,7 @@ def measure_demo(out):
 
 def measure_experiment(name, out):
     document, _ = run("takt", f"bench {name} {EXPERIMENTS[name]} --json", out)
+    document["experiments"][0].pop("ratios")
     for row in document["experiments"][0]["rows"]:
         row.pop("latency_buckets_us", None)
     return {"machine": document["machine"], **document["experiments"][0]}

@@ -298,7 +298,7 @@ void bench(const BenchOptions& options) {
     if (options.json != "-" && course.done != 0) {
       print(result);
       const bool can_have_ratios = !ratios.empty() || options.repeat == 1;
-      if (can_have_ratios && check_repeats(ratios, options.repeat)) print_sentences(ratios);
+      if (can_have_ratios && check_repeats(ratios)) print_sentences(ratios);
     }
     document["experiments"].push_back(std::move(result));
     if (course.interrupted) break;

@@ -390,7 +390,7 @@ void compare(Options options) {
   const std::vector<Compared> compared = compare_rows(runs, against);
   if (!options.results.use_stdout()) {
     print(rows, options.repeat);
-    if (is_comparison) print_verdicts(compared, against, options.repeat);
+    if (is_comparison) print_verdicts(compared, against);
   }
   json document = rt::result_document(std::move(runs));
   document["bucket_limits_us"] = rt::bucket_limits_us();

@@ -354,21 +354,24 @@ void print_sentences(std::span<const Compared> all) {
       [](std::span<const Compared> row) { rt::print("{}\n", sentence(row)); });
 }
 
-bool check_repeats(std::span<const Compared> all, int repeats) {
+bool check_repeats(std::span<const Compared> all) {
+  std::size_t repeats = 1;
   for (const Compared& each : all) {
     if (each.decision.verdict != rt::Verdict::none) return true;
-    const auto others = static_cast<int>(each.ratio.other_repeats);
-    if (others != 0) repeats = std::min(repeats, others);
+    const std::size_t others = each.ratio.other_repeats;
+    const std::size_t of_both =
+        others == 0 ? each.ratio.repeats : std::min(each.ratio.repeats, others);
+    repeats = std::max(repeats, of_both);
   }
   rt::print(
       "no verdict: {} cannot tell a difference from chance; six are the least, --repeat 10 "
       "tells more\n",
-      counted(static_cast<std::uint64_t>(repeats), "repeat"));
+      counted(repeats, "repeat"));
   return false;
 }
 
-void print_verdicts(std::span<const Compared> all, const Against& against, int repeats) {
-  if (!check_repeats(all, repeats)) return;
+void print_verdicts(std::span<const Compared> all, const Against& against) {
+  if (!check_repeats(all)) return;
   const bool is_paired = against.stored.is_null();
   for_each_part(
       all, [](const Compared& each) { return each.row.file; },

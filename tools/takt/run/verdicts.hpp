@@ -64,12 +64,13 @@ std::string sentence(std::span<const Compared> row);
 /// Of each row a line.
 void print_sentences(std::span<const Compared> all);
 
-/// Whether any has a verdict. Else it says in a line that these repeats are too few.
-bool check_repeats(std::span<const Compared> all, int repeats);
+/// Whether any has a verdict. Else it says in a line that the repeats are too few; there was one if
+/// there are no ratios.
+bool check_repeats(std::span<const Compared> all);
 
 /// A table and a sentence for each row, of one file after the other; one line if all have too few
 /// repeats.
-void print_verdicts(std::span<const Compared> all, const Against& against, int repeats);
+void print_verdicts(std::span<const Compared> all, const Against& against);
 
 }  // namespace takt::tools
 

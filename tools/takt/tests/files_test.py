@@ -69,6 +69,7 @@ READERS = {  # the file is FILE
     "workload": [("check", "FILE"), ("plan", "FILE"), ("run", "FILE", *SHORT)],
     "model": [("analyze", "system.yaml", "--model", "FILE")],
     "trace": [("model", "FILE", "-o", "out.yaml")],
+    "comparison": [("compare", "system.yaml", *SHORT, "--executors", "file", "--repeat", "2", "--against", "FILE")],
     "recording": [("bag", "info", "FILE"), ("bag", "play", "FILE", "--delay", "0"), ("run", "player.yaml", *SHORT)],
     "parameters": [("param", "load", "/nobody", "FILE", "--timeout", "0.1")],
     "library": [("interface", "show", "std_msgs/msg/String", "--library", "./FILE")],
@@ -77,7 +78,7 @@ READERS = {  # the file is FILE
     "definition": [("interface", "show", "fz/msg/T0"), ("interface", "show", "fz/msg/T0", "--json", "-"), ("topic", "pub", "/t", "fz/msg/T0", "{}", "-w", "0"),
                    ("topic", "echo", "/t", "--type", "fz/msg/T0", "--duration", "0.1")],
 }
-ENDINGS = {"recording": "mcap", "trace": "json", "workload": "json", "library": "so", "definition": "msg"}
+ENDINGS = {"recording": "mcap", "trace": "json", "comparison": "json", "workload": "json", "library": "so", "definition": "msg"}
 
 
 def place(kind):
@@ -138,6 +139,8 @@ def write_samples():
     run_well("run", here["recorded.yaml"], "--duration", "50ms", "--trace", here["trace.json"])
     run_well("model", here["trace.json"], "-o", here["model.yaml"])
     samples["recording"] = [(folder / f"{name}.mcap").read_bytes() for name in ("none", "lz4", "zstd")]
+    run_well("compare", "system.yaml", *SHORT, "--executors", "file", "--repeat", "2", "--save", "saved")
+    samples["comparison"] = [(folder / "saved.compared.json").read_bytes()]
     samples["trace"] = [(folder / "trace.json").read_bytes()]
     samples["model"] = [(folder / "model.yaml").read_bytes()]
     write_keys(samples)
