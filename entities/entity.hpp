@@ -147,7 +147,8 @@ class Entity {
   Entity& operator=(const Entity&) = delete;
 
   EntityKind kind() const noexcept { return kind_; }
-  /// Unique in its node: "scan_timer", "scan" (the topic as the node wrote it).
+  /// Unique in its node: "scan_timer", "scan" (the topic as the node wrote it), "scan#2" where the
+  /// node has a subscription, service or client of this name already.
   const std::string& name() const noexcept { return name_; }
   const std::shared_ptr<CallbackGroup>& group() const noexcept { return group_; }
   /// From 1, over the process.
@@ -236,8 +237,10 @@ class Entity {
   Sink* sink() const noexcept { return sink_.load(); }
 
  private:
+  friend class Node;
+
   const EntityKind kind_;
-  const std::string name_;
+  std::string name_;  // Node numbers the second of one name, before others know it
   const std::shared_ptr<CallbackGroup> group_;
   const std::uint64_t id_;
   const std::uint64_t mark_;

@@ -173,15 +173,38 @@ std::shared_ptr<Entity> Node::adopt_entity(std::shared_ptr<Entity> entity) {
   return handle;
 }
 
+namespace {
+
+/// The name, or "NAME#2" and so on, if the user holds others of this name.
+std::string unused(const std::string& name, const std::vector<std::shared_ptr<Entity>>& others) {
+  std::string result = name;
+  const auto is_namesake = [&](const std::shared_ptr<Entity>& other) {
+    if (other->name() != result) return false;
+    const std::lock_guard lock(ownership_mutex());
+    return !other->is_retired();
+  };
+  for (int i = 2; std::any_of(others.begin(), others.end(), is_namesake); ++i) {
+    result = fmt::format("{}#{}", name, i);
+  }
+  return result;
+}
+
+}  // namespace
+
 void Node::add(const std::shared_ptr<Entity>& entity) {
   const std::vector<std::shared_ptr<CallbackGroup>> known = groups();
   if (std::find(known.begin(), known.end(), entity->group()) == known.end()) {
     throw Error(fmt::format("'{}' of node '{}' was given a callback group of another node",
                             entity->name(), name_));
   }
+  std::vector<std::shared_ptr<Entity>> others;  // the last of one goes without the mutex
   {
     const std::lock_guard lock(state_->mutex);
     std::erase_if(state_->entities, [](const auto& old) { return old.expired(); });
+    for (const auto& other : state_->entities) {
+      if (auto alive = other.lock()) others.push_back(std::move(alive));
+    }
+    if (entity->kind() != EntityKind::timer) entity->name_ = unused(entity->name(), others);
     state_->entities.push_back(entity);
   }
   state_->notify([&](NodeListener& listener) { listener.entity_added(*this, entity); });

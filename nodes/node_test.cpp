@@ -13,6 +13,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/manual_clock.hpp"
+#include "takt/messages/std_msgs/msg/string.hpp"
 
 namespace takt::node_test {
 namespace {
@@ -100,6 +101,29 @@ TEST(Node, WarnsOnceOfTwoTimersOfOneName) {
   const auto third = node->create_timer("tick", 1s, [] {});
   EXPECT_THAT(log.get(), ElementsAre(HasSubstr("/mapper: two timers are called 'tick'")));
   EXPECT_THAT(node->timers_of_one_name(), ElementsAre("tick"));
+}
+
+// Two subscriptions of one topic were one name for files, chains and results.
+TEST(Node, NumbersSubscriptionsServicesAndClientsOfOneName) {
+  const auto node = make_node("mapper");
+  const auto subscribe = [&] {
+    return node->create_subscription<std_msgs::msg::String>("in", 1,
+                                                            [](const std_msgs::msg::String&) {});
+  };
+  auto first = subscribe();
+  const auto second = subscribe();
+  EXPECT_EQ(first->name(), "in");
+  EXPECT_EQ(second->name(), "in#2");
+  EXPECT_EQ(second->topic(), first->topic());
+  EXPECT_EQ(node->find_entity("in#2"), second);
+  first = nullptr;
+  first = subscribe();
+  EXPECT_EQ(first->name(), "in") << "the user holds no other";
+  EXPECT_EQ(subscribe()->name(), "in#3");
+  const auto client = node->create_client<NamesService>("a"),
+             other = node->create_client<NamesService>("a");
+  EXPECT_EQ(client->name(), "a");
+  EXPECT_EQ(other->name(), "a#2");
 }
 
 TEST(Node, NumbersItsWallTimersWhichGoByRealTimeWhereItsClockIsSimulated) {
