@@ -187,7 +187,8 @@ TEST_F(ProgramDeathTest, ANameIsMissedAtTheExitOfAProgramThatOnlySpinsSome) {
           }
         });
       },
-      kEndsWell, "error: .*robot.yaml:3: this program has no node '/lidar'; valid: /camera");
+      testing::ExitedWithCode(2),
+      "error: .*robot.yaml:3: this program has no node '/lidar'; valid: /camera");
 }
 
 TEST_F(ProgramDeathTest, NodesMayComeLaterAndGo) {

@@ -19,8 +19,34 @@
 namespace rclcpp::detail {
 namespace {
 
-void print(const char* kind, const std::string& text) {
-  std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text).c_str());
+void print(const char* kind, const std::string& text, takt::Lines lines = takt::Lines::escape) {
+  std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text, lines).c_str());
+}
+
+constexpr int kBadUsage = 2;  // as of `takt` with a wrong file
+
+std::terminate_handler other_handler = nullptr;  // the program's, or the language's
+
+/// Few programs catch what is wrong with the environment, and nobody needs their core.
+[[noreturn]] void end_with_error() {
+  try {
+    if (std::current_exception() != nullptr) throw;
+  } catch (const takt::Error& error) {
+    print("error", error.what(), takt::Lines::keep);
+    std::_Exit(kBadUsage);
+  } catch (...) {
+  }
+  other_handler();
+  std::abort();
+}
+
+void catch_errors() {
+  constexpr const char* kVariables[] = {"TAKT_EXECUTOR",        "TAKT_SCHEDULER", "TAKT_CONFIG",
+                                        "TAKT_CONFIG_TEMPLATE", "TAKT_RESULTS",   "TAKT_NODES"};
+  const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
+  if (std::any_of(std::begin(kVariables), std::end(kVariables), is_set)) {
+    other_handler = std::set_terminate(end_with_error);
+  }
 }
 
 /// Empty: it is not set.
@@ -68,6 +94,7 @@ Program& Program::instance() {
 }
 
 Program::Program() {
+  catch_errors();
   variables_.executor = variable("TAKT_EXECUTOR");
   variables_.scheduler = variable("TAKT_SCHEDULER");
   if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
@@ -98,8 +125,14 @@ Program::Program() {
   // The file may have loaded them.
   check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
   check(takt::schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
-  if (file_ || template_ || results_)
-    std::atexit([] { instance().at_exit(); });  // nothing throws any more
+  if (!file_ && !template_ && !results_) return;
+  on_exit(  // nothing throws any more
+      [](int status, void* /*unused*/) {
+        const int failure = instance().at_exit();
+        // glibc goes on with the other functions then, and ends with this status.
+        if (status == 0 && failure != 0) std::exit(failure);
+      },
+      nullptr);
 }
 
 std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
@@ -350,12 +383,17 @@ void Program::join() {
   if (container != nullptr && getpid() == gettid()) container->join();
 }
 
-void Program::at_exit() noexcept {
-  const auto report = [](const auto& function) {
+int Program::at_exit() noexcept {
+  int status = 0;
+  const auto report = [&](const auto& function) {
     try {
       function();
+    } catch (const takt::ConfigurationError& error) {
+      print("error", error.what(), takt::Lines::keep);
+      status = kBadUsage;
     } catch (const std::exception& error) {
       print("error", error.what());
+      status = std::max(status, 1);
     }
   };
   cancel();
@@ -363,13 +401,14 @@ void Program::at_exit() noexcept {
   const std::lock_guard lock(mutex_);
   if (file_) report([this] { check_nodes(); });
   if (template_) report([this] { template_->write(); });
-  if (!results_) return;
+  if (!results_) return status;
   try {
     if (container_ != nullptr) results_->add(container_->result());
   } catch (const takt::Error&) {  // it spins: a callback has called exit
     results_->note_spinning("of the file");
   }
   report([this] { results_->write(variables_.executor, variables_.scheduler); });
+  return status;
 }
 
 }  // namespace rclcpp::detail

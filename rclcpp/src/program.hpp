@@ -79,7 +79,7 @@ class Program {
   void stop();
   void on_failure();
   void join();
-  void at_exit() noexcept;
+  int at_exit() noexcept;  // the status of what is wrong, or 0
 
   struct Variables {
     std::string executor, scheduler, nodes;
