@@ -17,7 +17,11 @@ void Container::make_chains() {
   for (const auto& loaded : loaded_components()) nodes.push_back(loaded->node());
   Plan plan = make_plan(find_chains(description_, nodes, errors_), nodes);
   for (const PlannedChain& chain : plan.chains) {
-    chains_.push_back(Chain::create(chain.options, chain.path));
+    try {
+      chains_.push_back(Chain::create(chain.options, chain.path));
+    } catch (const Error& error) {
+      errors_.push_back(fmt::format("chain '{}': {}", chain.options.name, error.what()));
+    }
   }
   shared_.lock()->plan = std::move(plan);
 }

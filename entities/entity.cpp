@@ -40,7 +40,8 @@ void Entity::set_parameters(const CallbackParameters& parameters) {
 void Entity::join_chain(ChainStep step) {
   const std::lock_guard lock(ownership_mutex());
   if (owner_ != nullptr) {
-    throw Error("'" + name_ + "' has an executor already", "declare chains before");
+    throw Error("'" + name_ + "' has an executor already",
+                "declare chains before; in a file, give its callback group an executor");
   }
   chain_steps_.push_back(std::move(step));
 }

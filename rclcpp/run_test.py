@@ -111,6 +111,11 @@ def is_analysed(folder):
     check("its chain has a bound", chain["name"] == "talks" and chain["bound_us"], chain, done.stderr)
     check("what is not counted is said, and nothing else", done.stderr.count("note: ") == 2
           and "parameter services" in done.stderr and "warn" not in done.stderr, done.stderr)
+    for done in (run("analyze", str(file), "--", program, "own", status=2),
+                 run("run", str(file), "--duration", "400ms", "--", program, "own", status=1)):
+        check("a chain does not go through an executor of the program",
+              "chain 'talks': '/chatter' has an executor already" in done.stderr and "SIGABRT" not in done.stderr,
+              done.stderr)
     file.write_text(file.read_text().replace("timer_1ms: {", "timer_2ms: {"))
     done = run("analyze", str(file), "--", program, status=2)
     check("a name that it does not have is an error", "did you mean 'timer_1ms'" in done.stderr, done.stderr)

@@ -34,7 +34,8 @@ json describe(const takt::Node& node) {
   for (const auto& group : node.groups()) {
     groups.push_back({{"name", group->name()},
                       {"is_reentrant", group->type() == takt::CallbackGroupType::Reentrant},
-                      {"is_automatic", group->automatically_add_to_executor()}});
+                      {"is_automatic", group->automatically_add_to_executor()},
+                      {"is_served", !group->belongs_to(nullptr)}});
   }
   const std::string& name = node.fully_qualified_name();
   for (const auto& entity : node.entities()) {

@@ -1,5 +1,6 @@
 // A program written for rclcpp, which run_test.py runs. Its words say how it ends: nothing, at a
 // signal; "calls N STATUS": after so many calls, with this status; "hangs": never, once it spins.
+// "own": what listens has an executor of its own.
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <cstdlib>
@@ -32,25 +33,39 @@ class Talker : public rclcpp::Node {
 
 class Listener : public rclcpp::Node {
  public:
-  Listener()
+  explicit Listener(bool has_own_group)
       : Node("listener"),
+        group_(create_callback_group(rclcpp::CallbackGroupType::MutuallyExclusive,
+                                     /*automatically_add_to_executor=*/!has_own_group)),
         subscription_(create_subscription<std_msgs::msg::String>(
-            "chatter", 10, [](const std_msgs::msg::String&) {})) {}
+            "chatter", 10, [](const std_msgs::msg::String&) {}, options())) {}
+  rclcpp::CallbackGroup::SharedPtr group() const { return group_; }
 
  private:
+  rclcpp::SubscriptionOptions options() const {
+    rclcpp::SubscriptionOptions options;
+    options.callback_group = group_;
+    return options;
+  }
+
+  rclcpp::CallbackGroup::SharedPtr group_;
   rclcpp::Subscription<std_msgs::msg::String>::SharedPtr subscription_;
 };
 
 int main(int argc, char** argv) {
   const auto words = rclcpp::init_and_remove_ros_arguments(argc, argv);
+  const bool has_own_group = words.size() > 1 && words[1] == "own";
   const bool hangs = words.size() > 1 && words[1] == "hangs";
   const int most = words.size() > 3 ? std::atoi(words[2].c_str()) : 0;
   {
-    rclcpp::executors::SingleThreadedExecutor executor;
+    rclcpp::executors::SingleThreadedExecutor executor, own;
     const auto talker = std::make_shared<Talker>(most);
-    const auto listener = std::make_shared<Listener>();
+    const auto listener = std::make_shared<Listener>(has_own_group);
     executor.add_node(talker);
     executor.add_node(listener);
+    if (has_own_group) {
+      own.add_callback_group(listener->group(), listener->get_node_base_interface());
+    }
     executor.spin();
   }
   while (hangs) std::this_thread::sleep_for(1h);

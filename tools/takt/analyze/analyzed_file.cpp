@@ -110,7 +110,7 @@ void remember_cpus(const std::vector<ThreadDescription>& from, std::vector<Threa
 
 /// Finds the nodes of a program.
 auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
-  file.program = std::make_shared<ProgramNodes>(nodes);
+  file.program = std::make_shared<ProgramNodes>(nodes, file.system);
   file.system.notes.push_back(
       "requests to the nodes' parameter services are not counted: assume that none come");
   for (const std::string& other : file.program->others()) {
@@ -119,11 +119,9 @@ auto stand_ins(AnalyzedFile& file, const nlohmann::json& nodes) {
                     "analysed",
                     other));
   }
-  for (const std::string& group : file.program->manual_groups()) {
+  for (const std::string& group : file.program->own_groups()) {
     file.system.notes.push_back(fmt::format(
-        "the program adds the group '{}' to an executor itself: unless the file gives it "
-        "one, it is not analysed",
-        group));
+        "the program adds the group '{}' to an executor of its own, which is not analysed", group));
   }
   return [program = file.program](const ComponentDescription& wanted) {
     return program->find(full_name(wanted));

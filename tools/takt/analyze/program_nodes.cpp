@@ -16,7 +16,8 @@ using Service = rcl_interfaces::srv::GetParameters;
 using Groups = std::map<std::string, std::shared_ptr<CallbackGroup>>;
 
 std::shared_ptr<void> make_callback(Node& node, const json& callback, const Groups& groups) {
-  const std::string kind = callback.at("kind"), name = callback.at("name");
+  const std::string kind = callback.at("kind"), full = callback.at("name");
+  const std::string name = full.substr(0, full.find('#'));  // the node numbers the second again
   const std::shared_ptr<CallbackGroup>& group = groups.at(callback.at("group"));
   if (kind == "timer") {
     return node.create_timer(
@@ -42,13 +43,23 @@ std::shared_ptr<void> make_callback(Node& node, const json& callback, const Grou
       valid, [] {}, group);
 }
 
-}  // namespace
-
-ProgramNodes::ProgramNodes(const json& description) : others_(description.at("others")) {
-  for (const json& node : description.at("nodes")) add(node);
+bool gives_executor(const SystemDescription& file, const std::string& node,
+                    const std::string& group) {
+  return std::any_of(file.components.begin(), file.components.end(), [&](const auto& described) {
+    const auto found = described.callback_groups.find(group);
+    return full_name(described) == node && found != described.callback_groups.end() &&
+           !found->second.executor.empty();
+  });
 }
 
-void ProgramNodes::add(const json& description) {
+}  // namespace
+
+ProgramNodes::ProgramNodes(const json& description, const SystemDescription& file)
+    : own_(executors().make("single_threaded", {})), others_(description.at("others")) {
+  for (const json& node : description.at("nodes")) add(node, file);
+}
+
+void ProgramNodes::add(const json& description, const SystemDescription& file) {
   const std::string name = description.at("name");
   const std::size_t slash = name.rfind('/');
   NodeOptions options;
@@ -62,8 +73,10 @@ void ProgramNodes::add(const json& description) {
     groups[called] = node->create_callback_group(
         called, is_reentrant ? CallbackGroupType::Reentrant : CallbackGroupType::MutuallyExclusive,
         is_automatic);
-    if (!is_automatic) manual_groups_.push_back(name + "/" + called);
     handles_.push_back(groups[called]);
+    if (is_automatic || !group.at("is_served") || gives_executor(file, name, called)) continue;
+    own_groups_.push_back(name + "/" + called);
+    own_->add_callback_group(groups[called], node);
   }
   for (const json& callback : description.at("callbacks")) {
     handles_.push_back(make_callback(*node, callback, groups));

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/executors/executor.hpp"
 #include "takt/nodes/node.hpp"
 
 namespace takt::tools {
@@ -17,20 +19,21 @@ namespace takt::tools {
 /// written them. The callbacks do nothing, and all messages are of one type.
 class ProgramNodes {
  public:
-  explicit ProgramNodes(const nlohmann::json& description);
+  ProgramNodes(const nlohmann::json& description, const SystemDescription& file);
   /// nullptr: there is none of this full name.
   std::shared_ptr<Node> find(const std::string& name) const;
   /// Of the program, but not of its file.
   const std::vector<std::string>& others() const noexcept { return others_; }
-  /// Those that no executor gets with their node: "/node/group".
-  const std::vector<std::string>& manual_groups() const noexcept { return manual_groups_; }
+  /// Those that an executor of the program has, and the file gives none: "/node/group".
+  const std::vector<std::string>& own_groups() const noexcept { return own_groups_; }
 
  private:
-  void add(const nlohmann::json& description);
+  void add(const nlohmann::json& description, const SystemDescription& file);
 
+  const std::unique_ptr<Executor> own_;  // stands for the program's
   std::vector<std::shared_ptr<Node>> nodes_;
   std::vector<std::shared_ptr<void>> handles_;  // of what the nodes have
-  std::vector<std::string> others_, manual_groups_;
+  std::vector<std::string> others_, own_groups_;
 };
 
 }  // namespace takt::tools
