@@ -17,11 +17,17 @@ class Encoder : public takt::Node {
   explicit Encoder(const takt::NodeOptions& options) : Node("encoder", options) {
     const auto rate_hz = declare_parameter("rate_hz", 500);
     position_ = create_publisher<Position>("position", 1, {.loans = 4});
-    timer_ = create_timer("read", takt::Nanoseconds(1'000'000'000 / rate_hz),
-                          [this] { position_->publish(Position{angle_ += 0.001}); });
+    timer_ = create_timer("read", takt::Nanoseconds(1'000'000'000 / rate_hz), [this] { read(); });
   }
 
  private:
+  void read() {
+    auto position = position_->borrow_loaned_message();
+    if (!position) return;  // all four are on their way
+    position->angle = angle_ += 0.001;
+    position_->publish(std::move(position));
+  }
+
   double angle_ = 0;
   std::shared_ptr<takt::Publisher<Position>> position_;
   std::shared_ptr<takt::Timer> timer_;
