@@ -42,6 +42,12 @@ TEST(Suggest, CountsInsertedAndLeftOutAndChangedLetters) {
   EXPECT_EQ(suggest("sittings", valid), "valid: kitten");  // 4 of 8: more than 1 + 8 / 3
 }
 
+// "rnu" was taken for "rta", as two letters in the wrong order counted as two mistakes.
+TEST(Suggest, CountsSwappedLettersOnce) {
+  const std::vector<std::string> valid{"rta", "run"};
+  EXPECT_EQ(suggest("rnu", valid), "did you mean 'run'? valid: rta, run");
+}
+
 TEST(Suggest, DoesNotGuessWhenNothingIsClose) {
   EXPECT_EQ(suggest("rate_monotonic", kSchedulers), "valid: chain_priority, fifo, ros");
 }
