@@ -93,7 +93,7 @@ std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& 
 }
 
 void ConfigurationReader::read_file(const Value& root) {
-  read_map(
+  read_root(
       root, "the file",
       {{"realtime",
         "What to do if the system refuses real-time privileges. `require`: fail. `prefer`: "

@@ -219,6 +219,22 @@ void Builder::drop_duplicates(Map& map) {
 
 // ---- Files ----
 
+void check_is_ours(const Value& root, const std::vector<std::string>& keys, const Errors& errors) {
+  const auto* const map = std::get_if<Map>(&root.content);
+  if (map == nullptr) {
+    const bool is_list = std::holds_alternative<List>(root.content);
+    errors.fail(root.line, is_list ? "the file is a list" : "the file is a single value",
+                "write a map");
+  }
+  const auto is_near = [&](const Value& value) {
+    return std::find(keys.begin(), keys.end(), value.name) != keys.end() ||
+           suggest(value.name, keys).starts_with("did you mean");
+  };
+  if (map->values.empty() || std::any_of(map->values.begin(), map->values.end(), is_near)) return;
+  errors.fail(root.line, "the file has no key that is known here",
+              fmt::format("give one that has: {}", fmt::join(keys, ", ")));
+}
+
 bool is_json(std::string_view path) {
   return path.ends_with(".json");
 }

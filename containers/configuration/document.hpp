@@ -114,6 +114,10 @@ Value parse_json(std::string_view text, Errors& errors);
 /// path leads nowhere.
 void set(Value& root, const Setting& setting, Errors& errors);
 
+/// Throws ConfigurationError if the root has none of these keys, not even a mistyped one. The error
+/// says nothing of what is in the file: it may be a list of passwords or a private key.
+void check_is_ours(const Value& root, const std::vector<std::string>& keys, const Errors& errors);
+
 /// Whether the file's name ends in .json; all other files are YAML.
 bool is_json(std::string_view path);
 /// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.

@@ -71,8 +71,8 @@ class WorkloadReader : private SystemReader {
 
  private:
   void read_file(const Value& root) {
-    read_map(root, "the file",
-             {{"nodes", "Not empty.", [this](const Value& nodes) { read_nodes(nodes); }, true}});
+    read_root(root, "the file",
+              {{"nodes", "Not empty.", [this](const Value& nodes) { read_nodes(nodes); }, true}});
   }
 
   // ---- Nodes ----

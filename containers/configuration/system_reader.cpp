@@ -121,6 +121,16 @@ bool SystemReader::read_map(const Value& map, std::string_view whose,
   return fits;
 }
 
+bool SystemReader::read_root(const Value& root, std::string_view whose,
+                             const std::vector<Field>& fields) {
+  if (!is_describing()) {
+    std::vector<std::string> keys;
+    for (const Field& field : fields) keys.emplace_back(field.key);
+    document::check_is_ours(root, keys, errors_);
+  }
+  return read_map(root, whose, fields);
+}
+
 SystemReader::Read SystemReader::each_in_map(Read read) {
   return [this, read = std::move(read)](const Value& map) {
     if (is_describing()) {

@@ -43,6 +43,8 @@ class SystemReader {
   /// are used. `whose` is the name of the map in errors: "a thread".
   /// Returns whether it is a map with valid keys; values may still be invalid.
   bool read_map(const Value& map, std::string_view whose, const std::vector<Field>& fields);
+  /// The same for a whole file, of which nothing is shown if it has none of these keys.
+  bool read_root(const Value& root, std::string_view whose, const std::vector<Field>& fields);
   /// Reads every value of a map with arbitrary keys, or of a list.
   Read each_in_map(Read read);
   Read each_in_list(Read read);

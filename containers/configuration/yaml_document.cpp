@@ -144,7 +144,7 @@ class YamlHandler : public YAML::EventHandler {
   }
   void check_tag(const Mark& mark, const std::string& tag) const {
     if (tag.empty() || tag == "?" || tag == "!") return;
-    errors_.fail(line(mark), fmt::format("the tag '{}' is not supported", tag), "remove it");
+    errors_.fail(line(mark), "a tag ('!…') is not supported", "remove it");
   }
   void open(const Mark& mark, const std::string& tag, Anchor anchor, Content content) {
     if (!is_value(mark, "a list or a map is used as a key")) return;
@@ -215,7 +215,8 @@ const Explanation kExplanations[] = {
   if (dynamic_cast<const YAML::DeepRecursion*>(&exception) != nullptr) {
     errors.fail(line, "this is nested too deeply", "use fewer levels");
   }
-  errors.fail(line, exception.msg,
+  // What follows a colon is of the file, which may be none of ours: see check_is_ours().
+  errors.fail(line, exception.msg.substr(0, exception.msg.find(": ")),
               "write valid YAML here: check indentation, brackets, quotes and anchors");
 }
 

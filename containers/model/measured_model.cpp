@@ -75,21 +75,21 @@ class ModelReader : private SystemReader {
 
   MeasuredModel read(const Value& root) {
     MeasuredModel model;
-    read_map(root, "a measured model",
-             {{"file", "", into(model.file)},
-              {"machine", "", into(model.machine)},
-              {"duration", "", into_time(model.duration)},
-              {"margin", "", into_margin(model.margin)},
-              {"lost_executions", "", into_count(model.lost_executions)},
-              {"overheads", "", into_overheads(model)},
-              {"executors", "", each_in_map([&](const Value& value) {
-                 model.executors.push_back(executor(value));
-               })},
-              {"callbacks", "",
-               each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
-               /*is_required=*/true},
-              {"chains", "",
-               each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
+    read_root(
+        root, "a measured model",
+        {{"file", "", into(model.file)},
+         {"machine", "", into(model.machine)},
+         {"duration", "", into_time(model.duration)},
+         {"margin", "", into_margin(model.margin)},
+         {"lost_executions", "", into_count(model.lost_executions)},
+         {"overheads", "", into_overheads(model)},
+         {"executors", "",
+          each_in_map([&](const Value& value) { model.executors.push_back(executor(value)); })},
+         {"callbacks", "",
+          each_in_map([&](const Value& value) { model.callbacks.push_back(callback(value)); }),
+          /*is_required=*/true},
+         {"chains", "",
+          each_in_map([&](const Value& value) { model.chains.push_back(chain(value)); })}});
     check_causes(model);
     return model;
   }

@@ -44,6 +44,7 @@ class TaskSetReader {
   TaskSet read(const Value& file) {
     std::string settings = traits_.settings + " [limit]";
     if (!traits_.keys.empty()) settings += " tasks";
+    document::check_is_ours(file, Keys(settings).all, errors_);
     // Executors first: callbacks refer to them.
     each_key(file, "the task set", settings, [&](const Value& value) {
       if (value.name == "executors") list(value, [&](const Value& one) { executor(one); });

@@ -61,7 +61,7 @@ TEST(TaskSetFile, ReportsAllMistakesWithTheirLines) {
                           AllOf(HasSubstr("set.json:3: "), HasSubstr("fp reads no 'deadline'")),
                           AllOf(HasSubstr("set.json:3: "), HasSubstr("'T' is missing"))));
   EXPECT_THAT(errors("fp", "{\"tasks\": \n[}"), ElementsAre(HasSubstr("set.json:2: ")));
-  EXPECT_THAT(errors("fp", "[]"), ElementsAre(HasSubstr("is not a map")));
+  EXPECT_THAT(errors("fp", "[]"), ElementsAre(HasSubstr("the file is a list; write a map")));
   EXPECT_THAT(errors("fp", "{\"tasks\": []}"),
               ElementsAre(HasSubstr("not a list, or an empty one")));
   EXPECT_THAT(errors("fp", "{}"), ElementsAre(HasSubstr("'tasks' is missing")));

@@ -298,8 +298,8 @@ Trace read_trace(const std::string& path) {
   } catch (const std::bad_alloc&) {
     throw Error("no memory is left to read this trace",
                 "raise the limit (ulimit -v), or run for a shorter time", path);
-  } catch (const std::exception& error) {  // of the JSON, or no such process or thread
-    throw Error(fmt::format("this is not a trace of this version of Takt ({})", error.what()),
+  } catch (const std::exception&) {  // of the JSON, which quotes the file; or no such process
+    throw Error("this is not a trace of this version of Takt",
                 "give a file that `takt run --trace` wrote", path);
   }
 }
