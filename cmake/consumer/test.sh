@@ -34,6 +34,13 @@ case $way in
     run "$work/build"
     ctest --test-dir "$work/build" --output-on-failure --no-tests=error
     run_messages "$work/build"
+    # What `takt new` writes builds, and its test passes.
+    if command -v idlc >/dev/null; then
+      (cd "$work" && moved/bin/takt new my_robot)
+      cmake -S "$work/my_robot" -B "$work/my_robot/build" -D CMAKE_PREFIX_PATH="$work/moved"
+      cmake --build "$work/my_robot/build"
+      ctest --test-dir "$work/my_robot/build" --output-on-failure --no-tests=error
+    fi
     # A package of rclcpp, from the prefix inside of the installation.
     if command -v idlc >/dev/null; then
       cmake -S "$consumer/../../rclcpp/testdata/packages/sky_interfaces" -B "$work/sky" \

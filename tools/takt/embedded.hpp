@@ -16,6 +16,12 @@ extern const char* const kReferenceSystem;    // bench/workloads/reference_syste
 extern const char* const kCreate3Robot;       // examples/09_create3/create3.yaml
 extern const char* const kConfigurationPage;  // docs/reference/configuration.md.in
 
+/// A file of `takt new`: its path, and its text with @NAME@ and @VERSION@.
+struct Template {
+  std::string_view path, text;
+};
+extern const std::span<const Template> kNewProject;  // tools/takt/new_project
+
 /// An interface of ROS 2: "std_msgs/msg/Header", and its .msg, .srv or .action file.
 struct Definition {
   std::string_view type, text;

@@ -57,6 +57,7 @@ COMMANDS = {
     "lifecycle": (["nodes"], ["get", "/nowhere"], ["set"]),
     "list": (["executors"], None, ["nothing"]),
     "model": (None, None, ["nowhere.json"]),
+    "new": (["my_robot"], None, ["My Robot"]),
     "node": (["list"], ["info", "/nowhere"], ["info"]),
     "param": (["list"], ["get", "/nowhere", "a"], ["load", "/nowhere", "nowhere.yaml"]),
     "plan": (["good.yaml"], None, ["wrong.yaml"]),

@@ -1,0 +1,101 @@
+// takt new: writes a project that builds, to begin with.
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "takt/base/error.hpp"
+#include "takt/base/version.hpp"
+#include "takt/measuring/output.hpp"
+
+#include "commands.hpp"
+#include "embedded.hpp"
+#include "exit_status.hpp"
+
+namespace takt::tools::new_command {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The name becomes a namespace, and a part of the names of packages and targets.
+void check_name(const std::string& name) {
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz", kOthers = "0123456789_";
+  const auto is_letter = [&](char letter) { return kLetters.find(letter) != kLetters.npos; };
+  const auto is_permitted = [&](char letter) {
+    return is_letter(letter) || kOthers.find(letter) != kOthers.npos;
+  };
+  constexpr std::string_view kReserved[] = {
+      "auto",      "bool",     "break",    "case",    "catch",   "char",     "class",
+      "concept",   "const",    "delete",   "default", "do",      "double",   "else",
+      "enum",      "explicit", "export",   "extern",  "false",   "float",    "for",
+      "friend",    "goto",     "if",       "inline",  "int",     "long",     "mutable",
+      "namespace", "new",      "operator", "private", "public",  "register", "protected",
+      "requires",  "return",   "short",    "signed",  "sizeof",  "static",   "struct",
+      "switch",    "template", "this",     "throw",   "true",    "try",      "typedef",
+      "typename",  "union",    "unsigned", "using",   "virtual", "void",     "volatile",
+      "while",     "std",      "takt"};
+  const bool is_name = !name.empty() && is_letter(name.front()) && name.find("__") == name.npos &&
+                       std::all_of(name.begin(), name.end(), is_permitted);
+  if (!is_name) {
+    throw UsageError(fmt::format("'{}' cannot be the name of a project", name),
+                     "write small letters, digits and single '_', a letter first: my_robot");
+  }
+  if (std::find(std::begin(kReserved), std::end(kReserved), name) != std::end(kReserved)) {
+    throw UsageError(fmt::format("'{}' has a meaning in C++ or Takt", name),
+                     fmt::format("choose another name: my_{}", name));
+  }
+}
+
+std::string filled(std::string text, const std::string& name) {
+  const std::string version = TAKT_VERSION;
+  const std::pair<std::string_view, std::string> values[] = {
+      {"@NAME@", name}, {"@VERSION@", version.substr(0, version.rfind('.'))}};
+  for (const auto& [mark, value] : values) {
+    for (std::size_t at = 0; (at = text.find(mark, at)) != text.npos; at += value.size()) {
+      text.replace(at, mark.size(), value);
+    }
+  }
+  return text;
+}
+
+void write_project(const std::string& name) {
+  check_name(name);
+  std::error_code failed;
+  if (!fs::create_directory(name, failed)) {
+    throw UsageError(failed
+                         ? fmt::format("the folder '{}' cannot be made: {}", name, failed.message())
+                         : fmt::format("the folder '{}' exists, and is not changed", name),
+                     "choose another name, or another folder to be in");
+  }
+  begin_work();
+  for (const auto& [path, text] : kNewProject) {
+    const std::string file = path == "system.yaml" ? name + ".yaml" : std::string(path);
+    const fs::path target = fs::path(name) / file;
+    fs::create_directories(target.parent_path());
+    std::ofstream stream(target);
+    stream << filled(std::string(text), name);
+    if (!stream.flush()) throw Error("the file cannot be written", "make room", target.string());
+  }
+  rt::print(
+      "written: {0}: CMakeLists.txt, two components in src, a message in msg, {0}.yaml\n\n"
+      "  cmake -S {0} -B {0}/build && cmake --build {0}/build && ctest --test-dir {0}/build\n"
+      "  TAKT_COMPONENT_PATH=$PWD/{0}/build takt run {0}/{0}.yaml --duration 10s\n",
+      name);
+}
+
+void set_up(CLI::App* command) {
+  const auto name = std::make_shared<std::string>();
+  command->add_option("NAME", *name, "Its name, and that of the folder, which must not exist")
+      ->required();
+  command->footer("Example:\n  takt new my_robot\n");
+  command->callback([name] { write_project(*name); });
+}
+const Command registered(
+    "new", "Writes a project that builds: components, a message, a configuration file, a test",
+    set_up);
+
+}  // namespace
+}  // namespace takt::tools::new_command
