@@ -103,8 +103,10 @@ void set_up(CLI::App* command) {
   command->add_option("--model", options->how.model,
                       "A file of `takt model`, with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
-                      "As for `takt run`: one executor of this type runs all components");
-  command->add_option("--scheduler", options->how.overrides.scheduler, "As for `takt run`");
+                      "As for `takt run`: one executor of this type runs all components (see: takt "
+                      "list executors)");
+  command->add_option("--scheduler", options->how.overrides.scheduler,
+                      "As for `takt run` (see: takt list schedulers)");
   command->add_option("--explain", options->explained,
                       "Shows how the bound of this chain comes about");
   command->add_option("--sweep", options->sweep,

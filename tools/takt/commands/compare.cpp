@@ -407,10 +407,12 @@ void compare(Options options) {
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads");
-  command->add_option("--executors", options->executors,
-                      "all, or a list: events,single_threaded; file: as in the file");
+  command->add_option(
+      "--executors", options->executors,
+      "all, or a list: events,single_threaded; file: as in the file (see: takt list "
+      "executors)");
   command->add_option("--schedulers", options->schedulers,
-                      "all, or a list (default: that of each executor)");
+                      "all, or a list (default: that of each executor; see: takt list schedulers)");
   command->add_option("--compositions", options->compositions,
                       "file, single, per-node, or a list; all: single,per-node");
   command->add_option("--duration", options->duration, "Duration of each run (5s)");

@@ -291,8 +291,9 @@ void set_up(CLI::App* command) {
       ->add_option("-b,--breaktrace", options->break_us,
                    "Stop when a latency exceeds this value (µs)")
       ->check(CLI::PositiveNumber);
-  command->add_option("--executor", options->executors,
-                      "all, none, or a list: events,single_threaded (events; with -h or -H none)");
+  command->add_option(
+      "--executor", options->executors,
+      "all, none, or a list (events; with -h or -H none; see: takt list executors)");
   command
       ->add_option("--early-wake", options->early_wake_us,
                    "Add a row for each executor that wakes up this many µs early")

@@ -48,12 +48,15 @@ void set_up(CLI::App* command) {
                                                   : "write an integer from 0, of 18 digits at most";
           });
   command
-      ->add_option("--executors", options->executors,
-                   "The types to choose from: events,multi_threaded; default: all")
+      ->add_option(
+          "--executors", options->executors,
+          "The types to choose from, a list: events,multi_threaded; default: all (see: takt list "
+          "executors)")
       ->delimiter(',');
   command
       ->add_option("--schedulers", options->schedulers,
-                   "The schedulers to choose from: edf,fifo; default: all")
+                   "The schedulers to choose from, a list: edf,fifo; default: all (see: takt list "
+                   "schedulers)")
       ->delimiter(',');
   command->add_option("--cpus", *cpus,
                       fmt::format("The CPUs of the threads: 0-1,3; default: the first {} of those "

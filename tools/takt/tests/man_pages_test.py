@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Each command has a page for man, with all its options, which man formats without a warning.
+
+usage: man_pages_test.py TAKT FOLDER
+"""
+# SPDX-License-Identifier: Apache-2.0
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+from command import run
+from checks import check, finish
+
+folder = pathlib.Path(sys.argv[2])
+commands = re.findall(r"(?m)^  (\w+)  ", run("--help").stdout.partition("Subcommands:")[2].partition("\n\n")[0])
+check("there are commands", len(commands) > 20, commands)
+pages = {page.name for page in folder.iterdir()}
+check("each has a page, and no page is of another", pages == {"takt.1", *(f"takt-{name}.1" for name in commands)}, pages)
+for command in commands:
+    page = (folder / f"takt-{command}.1").read_text().replace("\\-", "-")
+    options = re.findall(r"(?m)^  (-\S+)", run(command, "--help").stdout)
+    missing = [option for option in options if option not in page]
+    check(f"takt {command}: its page has its options", options and not missing, missing)
+nested = (folder / "takt-component.1").read_text()
+check("a page has what stands below its command", "--remap".replace("-", "\\-") in nested, nested)
+if shutil.which("man") is None:
+    print("skipped: man's warnings; there is no man (package man-db)")
+else:
+    for page in sorted(folder.iterdir()):
+        said = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-Z", str(page)], text=True,
+                              capture_output=True)
+        check(f"{page.name}: man is silent", said.returncode == 0 and not said.stderr, said.stderr)
+finish()
