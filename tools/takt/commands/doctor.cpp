@@ -57,7 +57,7 @@ Finding preemption() {
           realtime ? Verdict::good : Verdict::note,
           "without PREEMPT_RT an interrupt handler or a kernel lock can delay a thread for "
           "milliseconds",
-          "apt-get install linux-image-rt-amd64; reboot into it"};
+          {"apt-get install linux-image-rt-amd64", "; reboot into it"}};
 }
 
 Finding throttling() {
@@ -70,7 +70,18 @@ Finding throttling() {
           off ? Verdict::good : Verdict::note,
           "the kernel stops real-time threads that use more than this share; without throttling, a "
           "real-time thread that never sleeps blocks its CPU",
-          "sysctl -w kernel.sched_rt_runtime_us=-1"};
+          {"sysctl -w kernel.sched_rt_runtime_us=-1", ""}};
+}
+
+/// As a word of a shell: who made the path may be another user.
+std::string quoted(std::string path) {
+  constexpr const char* kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789/._-@:";
+  if (path.find_first_not_of(kPlain) == path.npos) return path;
+  for (std::size_t at = 0; (at = path.find('\'', at)) != path.npos; at += 4) {
+    path.replace(at, 1, "'\\''");
+  }
+  return "'" + path + "'";
 }
 
 /// The path of this process's cgroup for the controller, version 1 or 2; empty if there is none.
@@ -108,9 +119,10 @@ Finding cgroup_quota() {
                      : Verdict::good,
           "SCHED_OTHER threads stop when the quota is used up; with rt_runtime_us 0 the group "
           "cannot use SCHED_FIFO",
-          no_runtime ? fmt::format("echo 950000 > {}/cpu.rt_runtime_us", folder)
-                     : fmt::format("echo {} > {}", fs::exists(v2) ? "max" : "-1",
-                                   fs::exists(v2) ? v2 : v1)};
+          {no_runtime ? fmt::format("echo 950000 > {}", quoted(folder + "/cpu.rt_runtime_us"))
+                      : fmt::format("echo {} > {}", fs::exists(v2) ? "max" : "-1",
+                                    quoted(fs::exists(v2) ? v2 : v1)),
+           ""}};
 }
 
 Finding governor() {
@@ -127,7 +139,7 @@ Finding governor() {
                             : fmt::format("{}", fmt::join(governors, ", ")),
           fast ? Verdict::good : Verdict::note,
           "an idle CPU starts at a low frequency, so execution times vary",
-          "cpupower frequency-set -g performance"};
+          {"cpupower frequency-set -g performance", ""}};
 }
 
 Finding idle_states() {
@@ -150,8 +162,9 @@ Finding idle_states() {
                           : fmt::format("deepest {}, {} µs to leave", deepest, latency_us),
           deepest.empty() || latency_us > 10 ? Verdict::note : Verdict::good,
           "the exit latency adds to every wake-up latency",
-          "write `cpu_dma_latency_us: 0` in the configuration file, or boot with "
-          "processor.max_cstate=1"};
+          {"",
+           "write `cpu_dma_latency_us: 0` in the configuration file, or boot with "
+           "processor.max_cstate=1"}};
 }
 
 Finding isolated_cpus() {
@@ -161,10 +174,10 @@ Finding isolated_cpus() {
           isolated.empty() ? "none" : isolated,
           isolated.empty() ? Verdict::note : Verdict::good,
           "only threads with an explicit affinity run on an isolated CPU",
-          available_cpus().size() < 2 ? "not possible: there is only one CPU"
-                                      : fmt::format("boot with isolcpus={0} nohz_full={0} "
-                                                    "rcu_nocbs={0}",
-                                                    available_cpus().back())};
+          {"", available_cpus().size() < 2
+                   ? "not possible: there is only one CPU"
+                   : fmt::format("boot with isolcpus={0} nohz_full={0} rcu_nocbs={0}",
+                                 available_cpus().back())}};
 }
 
 Finding interrupts() {
@@ -184,7 +197,7 @@ Finding interrupts() {
           fmt::format("{} interrupts on {}", count, fmt::join(masks, " | ")),
           anywhere ? Verdict::note : Verdict::good,
           "an interrupt on the CPU of a real-time thread delays it",
-          "echo 0 > /proc/irq/N/smp_affinity_list for each, and boot with irqaffinity=0"};
+          {"", "echo 0 > /proc/irq/N/smp_affinity_list for each, and boot with irqaffinity=0"}};
 }
 
 Finding huge_pages() {
@@ -194,7 +207,7 @@ Finding huge_pages() {
           mode.empty() ? "not available" : mode,
           mode == "always" ? Verdict::note : Verdict::good,
           "the kernel compacts memory in the background, and threads wait for it",
-          "echo madvise > /sys/kernel/mm/transparent_hugepage/enabled"};
+          {"echo madvise > /sys/kernel/mm/transparent_hugepage/enabled", ""}};
 }
 
 Finding swap() {
@@ -208,7 +221,7 @@ Finding swap() {
           areas == 0 ? "none" : fmt::format("{} areas", areas),
           areas == 0 ? Verdict::good : Verdict::note,
           "unlocked memory may be swapped to disk",
-          "swapoff -a, or write `memory: {lock: true}` in the configuration file"};
+          {"swapoff -a", ", or write `memory: {lock: true}` in the configuration file"}};
 }
 
 Finding clock_source() {
@@ -222,8 +235,8 @@ Finding clock_source() {
           quick.count(source) != 0 ? Verdict::good : Verdict::bad,
           "other sources need a system call for each reading, some a microsecond; Takt reads the "
           "clock at every callback",
-          fmt::format("echo tsc > {}current_clocksource (offered: {})", folder,
-                      read_line(folder + "available_clocksource"))};
+          {fmt::format("echo tsc > {}current_clocksource", folder),
+           fmt::format(" (offered: {})", read_line(folder + "available_clocksource"))}};
 }
 
 Finding timer_slack() {
@@ -235,7 +248,7 @@ Finding timer_slack() {
       slack_ns > 50'000 ? Verdict::note : Verdict::good,
       "SCHED_OTHER threads of other code may wake up this much later; real-time threads have no "
       "slack, and the threads of Takt's executors give themselves 1 ns",
-      "run the thread under SCHED_FIFO"};
+      {"", "run the thread under SCHED_FIFO"}};
 }
 
 Finding io_uring() {
@@ -248,7 +261,7 @@ Finding io_uring() {
                            : "enabled",
           off ? Verdict::note : Verdict::good,
           "`wait: io_uring` needs it",
-          "sysctl -w kernel.io_uring_disabled=0"};
+          {"sysctl -w kernel.io_uring_disabled=0", ""}};
 }
 
 Finding multicast() {
@@ -261,7 +274,7 @@ Finding multicast() {
           up ? "up" : "down",
           up ? Verdict::good : Verdict::bad,
           "Cyclone DDS discovers processes on the same machine through it",
-          "ip link set lo up"};
+          {"ip link set lo up", ""}};
 }
 
 Finding receive_buffer() {
@@ -274,7 +287,7 @@ Finding receive_buffer() {
       fmt::format("{} KiB", bytes / 1024),
       enough ? Verdict::good : Verdict::note,
       "large messages (above about 100 KB) between processes lose fragments, and are sent again",
-      "sysctl -w net.core.rmem_max=8388608"};
+      {"sysctl -w net.core.rmem_max=8388608", ""}};
 }
 
 Finding domain_participant() {
@@ -291,7 +304,7 @@ Finding domain_participant() {
           found,
           verdict,
           "processes communicate through it",
-          "see ROS_DOMAIN_ID and the loopback interface"};
+          {"", "see ROS_DOMAIN_ID and the loopback interface"}};
 }
 
 Finding shared_memory() {
@@ -310,7 +323,7 @@ Finding shared_memory() {
                                                               : "iox-roudi is not installed"),
           enough ? Verdict::good : Verdict::note,
           "it carries messages of fixed size between processes without a copy",
-          "mount -o remount,size=1G /dev/shm"};
+          {"mount -o remount,size=1G /dev/shm", ""}};
 }
 
 Finding neighbours() {
@@ -327,7 +340,11 @@ Finding neighbours() {
           names.empty() ? "none ran" : fmt::format("{}", fmt::join(names, ", ")),
           names.empty() ? Verdict::good : Verdict::note,
           "a thread with a higher priority on the same CPU delays Takt's threads",
-          "give Takt's threads higher priorities, or other CPUs"};
+          {"", "give Takt's threads higher priorities, or other CPUs"}};
+}
+
+std::string text_of(const Fix& fix) {
+  return fix.commands + fix.rest;
 }
 
 void write(const std::vector<Finding>& findings, const std::string& json_file) {
@@ -337,7 +354,7 @@ void write(const std::vector<Finding>& findings, const std::string& json_file) {
                     {"found", finding.found},
                     {"verdict", finding.verdict == Verdict::bad ? "bad" : word(finding.verdict)},
                     {"why", finding.why},
-                    {"fix", finding.verdict == Verdict::good ? "" : finding.fix},
+                    {"fix", finding.verdict == Verdict::good ? "" : text_of(finding.fix)},
                     {"source", finding.source}});
   }
   write_json({{"takt", {{"version", TAKT_VERSION}}},
@@ -346,26 +363,48 @@ void write(const std::vector<Finding>& findings, const std::string& json_file) {
              json_file);
 }
 
-void doctor(const std::string& json_file) {
+/// What is good needs no line. What a shell cannot do is a comment.
+void print_script(const std::vector<Finding>& findings) {
+  rt::print("#!/bin/sh\n# What takt doctor has found to be missing, for root's shell.\n");
+  for (const Finding& finding : findings) {
+    if (finding.verdict == Verdict::good) continue;
+    rt::print("\n# {}: {}\n", finding.what, finding.why);
+    const Fix& fix = finding.fix;
+    if (fix.commands.empty()) {
+      rt::print("# by hand: {}\n", fix.rest);
+    } else {
+      const std::size_t rest = std::min(fix.rest.find_first_not_of(" ,;"), fix.rest.size());
+      rt::print("{}{}{}\n", fix.commands, fix.rest.empty() ? "" : "  # ", fix.rest.substr(rest));
+    }
+  }
+}
+
+void print_table(const std::vector<Finding>& findings) {
+  std::size_t width = 0;
+  for (const Finding& finding : findings) width = std::max(width, finding.what.size());
+  std::array<int, 3> counts{};
+  for (const Finding& finding : findings) {
+    ++counts[static_cast<std::size_t>(finding.verdict)];
+    rt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
+    if (finding.verdict == Verdict::good) continue;
+    rt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
+    rt::print("      {:<{}}  fix:  {}\n", "", width, text_of(finding.fix));
+    rt::print("      {:<{}}  from: {}\n", "", width, finding.source);
+  }
+  rt::print("\n{} good, {} notes, {} bad\n", counts[0], counts[1], counts[2]);
+}
+
+void doctor(const std::string& json_file, bool is_script) {
   const std::vector<Finding> findings{
       realtime_policy(),    reservations(), locked_memory(), nice_limit(),  preemption(),
       throttling(),         cgroup_quota(), governor(),      idle_states(), dma_latency(),
       isolated_cpus(),      interrupts(),   huge_pages(),    swap(),        clock_source(),
       timer_slack(),        io_uring(),     neighbours(),    multicast(),   receive_buffer(),
       domain_participant(), shared_memory()};
-  if (json_file != "-") {
-    std::size_t width = 0;
-    for (const Finding& finding : findings) width = std::max(width, finding.what.size());
-    std::array<int, 3> counts{};
-    for (const Finding& finding : findings) {
-      ++counts[static_cast<std::size_t>(finding.verdict)];
-      rt::print("{:<5} {:<{}}  {}\n", word(finding.verdict), finding.what, width, finding.found);
-      if (finding.verdict == Verdict::good) continue;
-      rt::print("      {:<{}}  why:  {}\n", "", width, finding.why);
-      rt::print("      {:<{}}  fix:  {}\n", "", width, finding.fix);
-      rt::print("      {:<{}}  from: {}\n", "", width, finding.source);
-    }
-    rt::print("\n{} good, {} notes, {} bad\n", counts[0], counts[1], counts[2]);
+  if (is_script) {
+    print_script(findings);
+  } else if (json_file != "-") {
+    print_table(findings);
   }
   const bool is_bad = std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
     return finding.verdict == Verdict::bad;
@@ -376,9 +415,18 @@ void doctor(const std::string& json_file) {
 
 void set_up(CLI::App* command) {
   const auto json = std::make_shared<std::string>();
-  command->add_option("--json", *json, "Write the findings as JSON too; - for stdout");
-  command->footer("Example:\n  takt doctor --json doctor.json\n");
-  command->callback([json] { doctor(*json); });
+  const auto is_script = std::make_shared<bool>(false);
+  CLI::Option* const to_json =
+      command->add_option("--json", *json, "Write the findings as JSON too; - for stdout");
+  command
+      ->add_flag("--script", *is_script,
+                 "Instead: print what root's shell does about what is not good")
+      ->excludes(to_json);
+  command->footer(
+      "Examples:\n"
+      "  takt doctor --json doctor.json\n"
+      "  takt doctor --script > remedies.sh\n");
+  command->callback([json, is_script] { doctor(*json, *is_script); });
 }
 const Command registered(
     "doctor", "Checks whether this machine is set up for real-time work, and how to fix it",

@@ -46,13 +46,14 @@ const std::string& group_for_user() {
 }
 
 /// What root does, so that this user may: root itself needs no limit, but may lack a capability.
-std::string limit_for_user(const char* limit, const char* capability) {
+Fix limit_for_user(const char* limit, const char* capability) {
   if (geteuid() == 0) {
-    return fmt::format("start the container with the capability: docker run --cap-add={}",
-                       capability);
+    return {"", fmt::format("start the container with the capability: docker run --cap-add={}",
+                            capability)};
   }
-  return fmt::format("{}; echo '@realtime - {}' >> /etc/security/limits.conf; log in again",
-                     group_for_user(), limit);
+  return {fmt::format("{}; echo '@realtime - {}' >> /etc/security/limits.conf", group_for_user(),
+                      limit),
+          "; log in again"};
 }
 
 }  // namespace
@@ -84,10 +85,10 @@ Finding reservations() {
           refused.empty() ? "granted" : refused,
           refused.empty() ? Verdict::good : Verdict::note,
           "a thread with a reservation gets its CPU time whatever other threads do, and no more",
-          fmt::format("setpriv --reuid={0} --regid=$(id -g {0}) --init-groups --inh-caps=+sys_nice "
-                      "--ambient-caps=+sys_nice takt run FILE; do not restrict its CPUs (taskset, "
-                      "cpuset)",
-                      user())};
+          {"", fmt::format("setpriv --reuid={0} --regid=$(id -g {0}) --init-groups "
+                           "--inh-caps=+sys_nice --ambient-caps=+sys_nice takt run FILE; do not "
+                           "restrict its CPUs (taskset, cpuset)",
+                           user())}};
 }
 
 Finding locked_memory() {
@@ -124,10 +125,11 @@ Finding dma_latency() {
                    : "missing",
           may ? Verdict::good : Verdict::note,
           "with value 0 it keeps CPUs out of slow idle states while Takt runs",
-          exists ? fmt::format("{}; chgrp realtime /dev/cpu_dma_latency; chmod g+w "
-                               "/dev/cpu_dma_latency; log in again",
-                               group_for_user())
-                 : "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"};
+          exists ? Fix{fmt::format("{}; chgrp realtime /dev/cpu_dma_latency; chmod g+w "
+                                   "/dev/cpu_dma_latency",
+                                   group_for_user()),
+                       "; log in again"}
+                 : Fix{"", "build the kernel with CONFIG_CPU_IDLE and CONFIG_PM"}};
 }
 
 }  // namespace takt::tools::doctor_command

@@ -9,12 +9,18 @@ namespace takt::tools::doctor_command {
 
 enum class Verdict { good, note, bad };
 
+/// How it is fixed: what root's shell does, and what follows that, as "; log in again", or what
+/// only a person can do.
+struct Fix {
+  std::string commands, rest;
+};
+
 /// The result of one check.
 struct Finding {
   std::string what, source, found;
   Verdict verdict;
   std::string why;
-  std::string fix;  // commands for root; shown unless the verdict is good
+  Fix fix;  // shown unless the verdict is good
 };
 
 // tools/takt/tests/remedies_test.py tries their fixes as a fresh user.

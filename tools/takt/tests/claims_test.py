@@ -54,8 +54,17 @@ def tested(path, name):
 
 
 def doctor(folder):
-    bad = any(finding["verdict"] == "BAD" for finding in json.loads(run_any("doctor", "--json", "-")[1])["findings"])
+    findings = json.loads(run_any("doctor", "--json", "-")[1])["findings"]
+    bad = any(finding["verdict"] == "bad" for finding in findings)
     check("takt doctor says by its status whether a verdict is BAD", run_any("doctor")[0] == int(bad))
+    status, script = run_any("doctor", "--script")
+    listed = set(re.findall(r"(?m)^# ([^:#]+): ", script)) - {"by hand"}
+    # Whether others have run just now changes between two looks.
+    wanted = {finding["what"] for finding in findings if finding["verdict"] != "good"} | {"other real-time threads"}
+    check("--script has what is not good, and no more", listed | {"other real-time threads"} == wanted, listed, wanted)
+    check("with the same status", status == int(bad), status)
+    parsed = subprocess.run(["sh", "-n"], input=script, text=True, capture_output=True)
+    check("it is a script", script.startswith("#!/bin/sh\n") and parsed.returncode == 0, parsed.stderr, script)
 
 
 def run_any(*words):
