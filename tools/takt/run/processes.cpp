@@ -42,7 +42,7 @@ constexpr auto kStillLimit = 1s;  // what has not moved for so long is lost
 
 /// Waits for this time and returns 0, or returns a signal when it arrives.
 int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
-  const Progress progress(duration);
+  Progress progress(duration);
   TimePoint check = later(Clock::steady().now(), kDiscoveryTime);
   pollfd events{signals.fd(), POLLIN, 0};
   for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {

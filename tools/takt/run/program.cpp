@@ -113,7 +113,7 @@ Ended wait_for_end(pid_t child, Nanoseconds duration, const EndSignals& signals)
   if (process < 0) throw Error("cannot observe the program: " + errno_message(errno));
   Ended ended;
   {
-    const Progress progress(duration);
+    Progress progress(duration);
     TimePoint limit = progress.end();
     bool is_ending = false;
     std::array<pollfd, 2> events{{{process, POLLIN, 0}, {signals.fd(), POLLIN, 0}}};

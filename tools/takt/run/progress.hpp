@@ -12,6 +12,8 @@
 #include "takt/base/clock.hpp"
 #include "takt/measuring/output.hpp"
 
+#include "run/service_manager.hpp"
+
 namespace takt::tools {
 
 inline timespec to_timespec(Nanoseconds time) {
@@ -20,7 +22,7 @@ inline timespec to_timespec(Nanoseconds time) {
   return {time / 1s, (time % 1s).count()};
 }
 
-/// Prints the elapsed time of a run if stderr is a terminal.
+/// Prints the elapsed time of a run if stderr is a terminal, and tells a service manager of it.
 class Progress {
  public:
   explicit Progress(Nanoseconds duration)
@@ -36,8 +38,9 @@ class Progress {
     return duration_ == Nanoseconds::zero() ? kNever : later(start_, duration_);
   }
   /// Prints the progress; returns the time until the next call.
-  Nanoseconds show(TimePoint now) const {
+  Nanoseconds show(TimePoint now) {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
+    step = std::min(step, service_manager_.go_on(now));
     if (is_shown_) {
       rt::clear_line();
       rt::to_stderr("{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
@@ -51,6 +54,7 @@ class Progress {
   const Nanoseconds duration_;
   const TimePoint start_ = Clock::steady().now();
   const bool is_shown_;
+  ServiceManager service_manager_;
 };
 
 }  // namespace takt::tools

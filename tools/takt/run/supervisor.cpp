@@ -167,7 +167,7 @@ void Supervisor::bound_end(bool uses_shared_memory) {
 
 void Supervisor::watch(Nanoseconds duration) {
   has_run_ = true;
-  const Progress progress(duration);
+  Progress progress(duration);
   for (TimePoint now; (now = Clock::steady().now()) < progress.end();) {
     TimePoint next = kNever;
     bool is_any_left = false;

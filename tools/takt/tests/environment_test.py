@@ -20,6 +20,7 @@ TEMPORARY = ["latency", "--load", "io", "-l", "10", "-q", "--executor", "none"]
 VARIABLES = {
     "AMENT_PREFIX_PATH": [INDEX, ["interface", "show", "fz/msg/Nothing"]],
     "CYCLONEDDS_URI": [JOINS],
+    "NOTIFY_SOCKET": [RUNS],
     "PATH": [["run", "shared.yaml", "--duration", "10ms"]],  # where RouDi is
     "ROS_AUTOMATIC_DISCOVERY_RANGE": [JOINS],
     "ROS_DOMAIN_ID": [JOINS],
@@ -28,6 +29,8 @@ VARIABLES = {
     "TAKT_COMPONENT_PATH": [INDEX],
     "TAKT_EXECUTOR": [RUNS],
     "TAKT_SCHEDULER": [RUNS],
+    "WATCHDOG_PID": [RUNS],
+    "WATCHDOG_USEC": [RUNS],
     # Which the library of C++ reads:
     "TMPDIR": [TEMPORARY],
 }
