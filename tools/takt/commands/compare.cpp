@@ -1,6 +1,7 @@
 // takt compare: runs a system under several executors and schedulers, and prints one table.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>
@@ -364,7 +365,10 @@ void check_outputs(const Options& options) {
                               options.save),
                   "choose another name");
     }
-    check_writable(stored_path(options.save));
+    const std::string path = stored_path(options.save);
+    check_writable(path);
+    std::error_code ignored;  // an interrupted comparison stores nothing
+    if (std::filesystem::is_empty(path, ignored)) std::filesystem::remove(path, ignored);
   }
   if (!options.report.empty()) check_report(options.report);
 }

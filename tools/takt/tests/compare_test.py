@@ -10,6 +10,8 @@ import json
 import os
 import pathlib
 import re
+import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -76,6 +78,15 @@ check("each bucket has its limits", buckets and all(float(row["from"]) < float(r
 check("each row has the length of its run", all(float(row["seconds"]) > 0 for row in rows))
 check("each time has its sample size", all(int(row["n"]) > 0 for row in rows if "_us " in row["figure"]))
 
+done = subprocess.Popen([takt, *TWO, "--repeat", "1000", "--save", "cut"], env=environment, stdout=subprocess.PIPE,
+                        stderr=subprocess.PIPE, text=True, start_new_session=True)
+try:
+    shown, errors = done.communicate(timeout=3)
+except subprocess.TimeoutExpired:
+    done.send_signal(signal.SIGINT)
+    shown, errors = done.communicate(timeout=60)
+check("an interrupted comparison stores nothing", done.returncode == 130 and "cut.compared.json" not in os.listdir(), errors)
+
 # ---- Too few ----
 for repeats, words in (("3", "3 repeats cannot"), ("1", "1 repeat cannot")):
     shown, _ = run(*TWO, "--repeat", repeats)
@@ -116,4 +127,6 @@ check("takt run writes CSV, too", {row["of"] for row in rows} >= {"timer", "subs
 check("without histograms unless asked", not any("bucket" in row["figure"] for row in rows))
 shown, _ = run("run", system, "--duration", "200ms", "--csv", "-", "--histograms")
 check("with them if asked", any("bucket" in row["figure"] for row in lines_of(shown)))
+os.chdir("/")
+shutil.rmtree(folder)
 finish()
