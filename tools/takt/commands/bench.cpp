@@ -117,16 +117,25 @@ std::optional<rt::Ratio> ratio_of(const std::string& metric, const Measured& of,
   return rt::ratio_of_pairs(values, others);
 }
 
-/// Each metric of each variant to that of the first series with the same x.
+/// Two files of the user are two systems.
+bool are_comparable(const Variant& one, const Variant& other) {
+  const auto is_file = [](const Variant& variant) {
+    return !variant.system.empty() && variant.system.find('\n') == std::string::npos;
+  };
+  return one.x == other.x && (one.system == other.system || !is_file(one) || !is_file(other));
+}
+
+/// Each metric of each variant to that of the first series that is comparable.
 std::vector<Compared> ratios_of(const Experiment& experiment, const std::vector<Variant>& variants,
                                 const std::vector<Measured>& measured, double seconds) {
   std::vector<Compared> all;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     std::size_t first = 0;
-    while (variants[first].x != variants[i].x || measured[first].runs == 0) {
-      if (++first > i) break;
+    while (first < i &&
+           (measured[first].runs == 0 || !are_comparable(variants[first], variants[i]))) {
+      ++first;
     }
-    if (first >= i) continue;
+    if (first == i) continue;
     const std::string at = experiment.x_label.empty() ? "" : fmt::format(" at {}", variants[i].x);
     for (const std::string& metric : experiment.metrics) {
       if (is_count(metric)) continue;

@@ -127,6 +127,13 @@ check("takt run writes CSV, too", {row["of"] for row in rows} >= {"timer", "subs
 check("without histograms unless asked", not any("bucket" in row["figure"] for row in rows))
 shown, _ = run("run", system, "--duration", "200ms", "--csv", "-", "--histograms")
 check("with them if asked", any("bucket" in row["figure"] for row in lines_of(shown)))
+# ---- takt bench ----
+shutil.copy(system, "twin.yaml")
+shown, _ = run("bench", "topologies", system, "twin.yaml", "--duration", "50ms", "--repeat", "2", "--json", "-")
+experiment = json.loads(shown)["experiments"][0]
+of_series = {of["series"]: of["against"] for of in experiment["ratios"]}
+check("each series of each file is compared with the first one of that file", len(of_series) == len(experiment["rows"]) - 2
+      and all(other.split(",")[0] == name.split(",")[0] for name, other in of_series.items()), of_series)
 os.chdir("/")
 shutil.rmtree(folder)
 finish()
