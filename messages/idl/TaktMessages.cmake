@@ -91,6 +91,12 @@ function(takt_generate_messages call package tree stamp)
     endif()
   endforeach()
 
+  # It runs in idlc, so where the compiler is for another processor, it is that of a build for this one.
+  set(TAKT_IDL_PLUGIN "" CACHE FILEPATH "libcycloneddsidltakt.so for this machine, if the compiler is for another")
+  set(plugin ${TAKT_IDL_PLUGIN})
+  if(NOT plugin)
+    set(plugin $<TARGET_FILE:takt::takt_idl>)
+  endif()
   set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/takt_messages.py)
   set(command ${TAKT_PYTHON} ${script} --package ${package} --tree ${tree})
   execute_process(COMMAND ${command} --print-headers ${ARG_FILES} RESULT_VARIABLE result
@@ -103,7 +109,7 @@ function(takt_generate_messages call package tree stamp)
   add_custom_command(
     OUTPUT ${stamp}
     BYPRODUCTS ${headers} ${ARG_BYPRODUCTS}
-    COMMAND ${command} --idlc ${TAKT_IDLC} --plugin $<TARGET_FILE:takt::takt_idl> ${ARG_OPTIONS} ${ARG_FILES}
+    COMMAND ${command} --idlc ${TAKT_IDLC} --plugin ${plugin} ${ARG_OPTIONS} ${ARG_FILES}
     COMMAND ${CMAKE_COMMAND} -E touch ${stamp}
     DEPENDS ${ARG_FILES} ${ARG_DEPENDS} ${script} takt::takt_idl
     COMMENT "Messages of ${package}"
