@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "takt/base/error.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "takt/base/error.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
