@@ -267,13 +267,13 @@ TEST_F(ProgramDeathTest, WhatACallbackThrowsLeavesTheSpin) {
       kThrows, "threw: oh");
 }
 
-std::shared_ptr<Node> kept;  // is destroyed after what a program has made first
+std::shared_ptr<Node> static_node;  // is destroyed after what a program has made first
 
 // Its topics were removed from a list that had gone.
 TEST_F(ProgramDeathTest, ANodeMayHaveStaticStorage) {
   EXPECT_EXIT(run([] {
-                kept = std::make_shared<Node>("node");
-                spin_some(kept);
+                static_node = std::make_shared<Node>("node");
+                spin_some(static_node);
               }),
               kEndsWell, "");
 }
