@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rclcpp_test.hpp"
+#include "rcpputils/env.hpp"
 #include "rcpputils/shared_library.hpp"
 
 namespace rclcpp {
@@ -100,6 +101,14 @@ TEST_F(Values, AQoSIsMadeInEveryHabit) {
   EXPECT_EQ(from_c, SensorDataQoS());
   const QoS kept = QoS(3).deadline(100ms).lifespan(Duration(2, 0));
   EXPECT_EQ(QoS::from_takt(kept.to_takt(true)).deadline(), Duration(100ms));
+}
+
+TEST(Rcpputils, VariablesOfTheEnvironmentAreSetAndRead) {
+  EXPECT_TRUE(rcpputils::set_env_var("OF_THIS_TEST", "1"));
+  EXPECT_EQ(rcpputils::get_env_var("OF_THIS_TEST"), "1");
+  EXPECT_TRUE(rcpputils::set_env_var("OF_THIS_TEST", nullptr));
+  EXPECT_EQ(rcpputils::get_env_var("OF_THIS_TEST"), "");
+  EXPECT_THROW(rcpputils::set_env_var("", "1"), std::runtime_error);
 }
 
 TEST_F(Values, ALibraryThatIsNotThereIsSaidByName) {

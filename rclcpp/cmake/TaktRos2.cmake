@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # What every package of this layer loads: packages written for ROS 2's CMake functions build on Takt.
 # Each NAMEConfig.cmake of the prefix includes this file, and then calls takt_ros2_library,
-# takt_ros2_messages or takt_ros2_tool with its own name.
+# takt_ros2_messages, takt_ros2_vendor or takt_ros2_tool with its own name.
 #
 # 1. A real ROS 2 beside the layer is refused: the two define the same names.
 # 2. Takt itself is the one that the layer came with: lib/takt/ros2 and lib/cmake/takt lie side by side.
@@ -132,6 +132,18 @@ macro(takt_ros2_messages package)
   endforeach()
   takt_ros2_found(${package})
   takt_ros2_uses(${takt_ros2_messages_USES})
+endmacro()
+
+# takt_ros2_vendor(package library): the library of this system.
+macro(takt_ros2_vendor package library)
+  find_package(${library} QUIET)
+  set(${package}_FOUND ${${library}_FOUND})
+  if(NOT ${package}_FOUND AND ${package}_FIND_REQUIRED)
+    message(FATAL_ERROR "${PROJECT_NAME} needs ${package}, and CMake does not find ${library}: install it.")
+  endif()
+  if(TARGET yaml-cpp)  # before 0.8
+    takt_ros2_target(yaml-cpp::yaml-cpp yaml-cpp)
+  endif()
 endmacro()
 
 # It consists of CMake functions.

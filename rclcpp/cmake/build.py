@@ -90,16 +90,18 @@ def list_of(kind):
 
 def check_needs(packages):
     """What can never be there is reported before anything is built; other needs CMake looks for."""
-    never = set(list_of("never"))
+    reasons = {name: reason for kind, reason in (
+        ("never", "which Takt's layer for rclcpp can never have"),
+        ("plugins", "which cannot be built upon Takt's layer for rclcpp: pluginlib needs another class_loader"))
+        for name in list_of(kind)}
     for package in packages.values():
         if "catkin" in package.needs:
             raise Wrong(f"{package.folder}: {package.name} is a package of ROS 1; take its branch for ROS 2")
         if package.type not in ("ament_cmake", "cmake"):
             continue
-        for need in package.needs:
-            if need in never and need not in packages:
-                print(f"note: {package.name} asks for {need}, which Takt's layer for rclcpp can never have",
-                      file=sys.stderr, flush=True)
+        for need in dict.fromkeys(package.needs):
+            if need in reasons and need not in packages:
+                print(f"note: {package.name} asks for {need}, {reasons[need]}", file=sys.stderr, flush=True)
 
 
 def run(package, what, command):
@@ -144,6 +146,9 @@ def main():
         for number, package in enumerate(order, 1):
             if package.type not in ("ament_cmake", "cmake"):
                 print(f"[{number}/{len(order)}] {package.name}: left out, as it is of type {package.type}", flush=True)
+                continue
+            if (LAYER / "share" / package.name).is_dir():
+                print(f"[{number}/{len(order)}] {package.name}: left out, as Takt's layer has it", flush=True)
                 continue
             print(f"[{number}/{len(order)}] {package.name}", flush=True)
             if not options.list:

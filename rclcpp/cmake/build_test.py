@@ -87,6 +87,12 @@ def test_refusals(work):
              "bad needs the package tf2_ros, which is not part of Takt's layer for rclcpp: build its source"),
             ("find_package(rclcpp REQUIRED)\nfind_package(rosbag2_cpp REQUIRED)",
              "bad needs the package rosbag2_cpp, which Takt's layer for rclcpp can never have"),
+            ("find_package(rclcpp REQUIRED)\nfind_package(urdf REQUIRED)",
+             "bad needs the package urdf, which cannot be built upon Takt's layer for rclcpp: pluginlib needs"),
+            ("find_package(rclcpp REQUIRED)\nset(tinyxml2_DIR none)\nset(CMAKE_FIND_USE_CMAKE_SYSTEM_PATH OFF)\n"
+             "set(CMAKE_FIND_USE_PACKAGE_REGISTRY OFF)\nset(CMAKE_FIND_USE_SYSTEM_ENVIRONMENT_PATH OFF)\n"
+             "find_package(tinyxml2_vendor REQUIRED)",
+             "bad needs tinyxml2_vendor, and CMake does not find tinyxml2: install it."),
             ("find_package(ament_cmake REQUIRED)\nadd_custom_target(x)\nament_target_dependencies(x std_msgs)",
              "std_msgs has not been found before; call find_package(std_msgs REQUIRED)"),
             ("find_package(rosidl_default_generators REQUIRED)\n"
@@ -94,6 +100,22 @@ def test_refusals(work):
             ("find_package(ament_cmake REQUIRED)\nament_package()", "bad/package.xml; a package of ROS 2 has one")):
         errors = configure(work, text)
         check(f"'{message}'", message in errors, errors)
+
+
+# The library is the system's, whose older versions have no target with a namespace: camera_calibration_parsers.
+def test_vendors(work):
+    text = ("enable_language(CXX)\nfind_package(yaml_cpp_vendor REQUIRED)\n"
+            "if(NOT TARGET yaml-cpp::yaml-cpp)\nmessage(FATAL_ERROR none)\nendif()")
+    check("yaml_cpp_vendor finds the system's", configure(work, text) == "", configure(work, text))
+
+
+# It was built, and its headers stood beside those of the layer.
+def test_packages_of_the_layer(work):
+    (work / "own/std_msgs").mkdir(parents=True)
+    (work / "own/std_msgs/package.xml").write_text("<package><name>std_msgs</name></package>")
+    status, output, errors = run(takt, "ros2", "build", work / "own")
+    check("a package that the layer has is left out",
+          status == 0 and "std_msgs: left out, as Takt's layer has it" in output, output, errors)
 
 
 # Packages of both languages were refused, though those in C++ need nothing of rclpy: diagnostic_updater.
@@ -144,6 +166,7 @@ def test_folders(work):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for test in (test_packages, test_refusals, test_python, test_shared_libraries, test_real_ros2, test_folders):
+    for test in (test_packages, test_refusals, test_vendors, test_packages_of_the_layer, test_python,
+                 test_shared_libraries, test_real_ros2, test_folders):
         test(pathlib.Path(folder).resolve())
 finish()

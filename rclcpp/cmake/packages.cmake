@@ -2,6 +2,11 @@
 # The packages of the layer, by the function of TaktRos2.cmake that their package file calls, with the
 # versions that Jazzy has, as some packages ask for them.
 
+# NAME VERSION LIBRARY: ROS 2 brings the library for systems without it.
+set(takt_ros2_packages_vendor
+    "console_bridge_vendor 1.7.1 console_bridge" "eigen3_cmake_module 0.3.0 Eigen3"
+    "orocos_kdl_vendor 0.5.1 orocos_kdl" "tinyxml2_vendor 0.9.2 tinyxml2" "yaml_cpp_vendor 9.0.1 yaml-cpp")
+
 # NAME VERSION [TARGETS name…] [USES package…]
 set(takt_ros2_packages_library
     "rclcpp 28.1.6 USES rcl rcl_interfaces rcl_yaml_param_parser rcpputils rcutils rmw rosgraph_msgs \

@@ -3,6 +3,7 @@
 #include "elements.hpp"
 #include "rclcpp_components/node_factory_template.hpp"
 #include "rclcpp_components/register_node_macro.hpp"
+#include "rcpputils/env.hpp"
 #include "rcpputils/join.hpp"
 #include "rcpputils/shared_library.hpp"
 
@@ -235,10 +236,11 @@ struct Managed : rclcpp_lifecycle::LifecycleNode {
   }
   rclcpp_lifecycle::LifecyclePublisher<String>::SharedPtr publisher;
 };
-// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join` |
+// Row: `rcpputils::SharedLibrary`, `get_platform_library_name`, `join`, `get_env_var` |
 void libraries() {
   rcpputils::SharedLibrary library(rcpputils::get_platform_library_name("name"));
-  if (library.has_symbol("a")) library.get_symbol(rcpputils::join(std::vector<int>{1, 2}, "_"));
+  if (library.has_symbol(rcpputils::get_env_var("a")))
+    library.get_symbol(rcpputils::join(std::vector<int>{1, 2}, "_"));
   library.unload_library();
 }
 // Row: `RCLCPP_COMPONENTS_REGISTER_NODE`, `NodeFactory`, `NodeInstanceWrapper` | a component of

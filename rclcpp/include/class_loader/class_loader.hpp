@@ -20,9 +20,8 @@ struct CreateClassException : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One library, which stays loaded. Its classes are those of RCLCPP_COMPONENTS_REGISTER_NODE; for
-/// others, build class_loader from its source.
-/// Thread safety: from any thread. Real-time: set-up only.
+/// One library, which stays loaded. Its classes are those of RCLCPP_COMPONENTS_REGISTER_NODE;
+/// others do not compile. Thread safety: from any thread. Real-time: set-up only.
 class ClassLoader {
  public:
   /// "" is the program itself, with all that it links.

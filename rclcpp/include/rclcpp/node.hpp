@@ -8,6 +8,7 @@
 
 #include "rclcpp/detail/node_api.hpp"
 #include "rclcpp/logging.hpp"
+#include "rclcpp/utilities.hpp"  // programs that include node.hpp alone call ok()
 
 namespace rclcpp {
 
