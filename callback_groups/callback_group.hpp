@@ -39,8 +39,8 @@ class CallbackGroup {
   /// Whether `Executor::add_node` takes the group along.
   bool automatically_add_to_executor() const noexcept { return automatically_add_to_executor_; }
 
-  /// Before an executor has the group; afterwards see Node::set_callback_parameters. Throws Error
-  /// when they cannot be.
+  /// Call it before an executor has the group; afterwards see Node::set_callback_parameters. Throws
+  /// Error if a value is invalid.
   void set_parameters(const CallbackParameters& parameters) {
     parameters.check();
     parameters_ = parameters;
@@ -112,8 +112,8 @@ class alignas(64) Exclusion {
     busy_ = false;
     return unpark();
   }
-  /// The parked callback that may compete again, when the group is free: also called when the one
-  /// that was handed back before it was thrown away.
+  /// The parked callback that may compete again, when the group is free. Also called when the
+  /// callback that it returned last was removed instead of run.
   ReadyCallback* unpark() noexcept {
     if (busy_ || parked_ == 0) return nullptr;
     --parked_;

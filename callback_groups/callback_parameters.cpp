@@ -11,7 +11,7 @@ namespace {
 void check_positive(const char* what, const std::optional<Nanoseconds>& value) {
   if (!value || *value > Nanoseconds::zero()) return;
   throw Error(fmt::format("a {} of {} cannot be kept", what, to_string(*value)),
-              "leave it out, or give it time");
+              "leave it out, or give a positive one");
 }
 
 void check_order(const char* less, Nanoseconds small, const char* more, Nanoseconds large) {

@@ -50,9 +50,9 @@ struct CallbackParameters {
   std::optional<OverrunPolicy> overrun;
   OverrunHandler on_deadline_miss, on_overrun;
 
-  /// These, and what they do not say from `others`.
+  /// These, completed by those of `others` that are not set here.
   CallbackParameters or_else(const CallbackParameters& others) const;
-  /// Throws the Error about the first value that cannot be: times that are not positive, a budget
+  /// Throws Error about the first invalid value: times that are not positive, a budget
   /// above deadline or period. `own_period`: of a timer, else 0.
   void check(Nanoseconds own_period = Nanoseconds::zero()) const;
 };

@@ -156,8 +156,8 @@ class Entity {
   /// Of this callback in the path of a chain instance.
   std::uint64_t mark() const noexcept { return mark_; }
 
-  /// What it has of its own, before what its group has. Before an executor has it; afterwards see
-  /// Node::set_callback_parameters. Throws Error when they cannot be.
+  /// Its own parameters, which come before those of its group. Call it before an executor has the
+  /// entity; afterwards see Node::set_callback_parameters. Throws Error if a value is invalid.
   void set_parameters(const CallbackParameters& parameters);
   const CallbackParameters& parameters() const noexcept { return parameters_; }
   /// Throws Error when an executor has it already.
@@ -215,8 +215,8 @@ class Entity {
   void add_earlier_owner(Sink& owner) { earlier_owners_.push_back(&owner); }
   void forget_earlier_owner(const Sink& owner) noexcept { std::erase(earlier_owners_, &owner); }
 
-  /// What its executors have answered for until the last one gave it back: those of the next one
-  /// begin there. Written while it is given back, read with ownership_mutex held afterwards.
+  /// The counts when its last executor gave it back: the next one counts from there. Written while
+  /// it is given back, read with ownership_mutex held afterwards.
   void set_answered(const Counts& counts) noexcept { answered_ = counts; }
   const Counts& answered() const noexcept { return answered_; }
 

@@ -69,7 +69,7 @@ struct TriggerOptions {
   Kind kind = Kind::any;
   std::string one;  // Kind::one: this callback, "node/callback"
   /// Instead of `kind`. Called on the executor's thread whenever something new has arrived; must
-  /// neither block nor allocate.
+  /// not block, allocate or throw.
   std::function<bool(std::span<const TriggerInput>)> own;
   /// Logical execution time: at the end of every period the trigger is evaluated, inputs are taken
   /// together, callbacks run, and what they publish is sent together at the end of the next period.
@@ -79,7 +79,6 @@ struct TriggerOptions {
   std::size_t most_outputs = 256;
 };
 
-/// The limit of `spin` and `early_wake`, but for kSpinAlways.
 // Limit: `spin` and `early_wake`, without `spin: always`. At it: a longer one is refused. Seen: the
 // error.
 inline constexpr Nanoseconds kMostSpin = std::chrono::milliseconds(1);
@@ -147,8 +146,8 @@ constexpr bool has_message_times(EntityKind kind) noexcept {
   return kind != EntityKind::timer && kind != EntityKind::waitable;
 }
 
-/// A callback, and all that was counted of it since the executor has it. An executor that gets it
-/// first counts also what was sent to it before.
+/// A callback, and all that was counted of it since the executor has it. Its first executor counts
+/// what was sent before, too.
 struct CountedCallback : CallbackCounts {
   std::string node, group, callback, topic;
   EntityKind kind = EntityKind::waitable;
@@ -159,7 +158,7 @@ struct CountedCallback : CallbackCounts {
 
 /// The recorded statistics of one callback.
 struct CallbackStatistics : CountedCallback, CallbackTimes, MessageTimes {
-  /// Another time of the same callback.
+  /// Adds what was measured of the same callback at another time.
   void add(const CallbackStatistics& more);
 };
 
@@ -183,7 +182,7 @@ struct ThreadStatistics {
   std::vector<NamedTraceEvent> trace;
   std::size_t trace_overwritten = 0;
 
-  /// Another time of the same thread.
+  /// Adds what was measured of the same thread at another time.
   void add(const ThreadStatistics& more);
   /// Of one CPU.
   double cpu_percent() const noexcept { return percent(cpu_time); }

@@ -168,13 +168,13 @@ std::unique_ptr<ServingRule> make_serving_rule(const ExecutorOptions& options) {
   const TriggerOptions& trigger = options.trigger;
   if (trigger.kind == TriggerOptions::Kind::one && trigger.one.empty()) {
     throw Error(
-        fmt::format("executor '{}' is triggered by one callback without a name", options.name),
+        fmt::format("executor '{}' has a trigger of kind `one` without a callback", options.name),
         "name it: node/callback");
   }
   if (trigger.let_period < Nanoseconds::zero()) {
     throw Error(fmt::format("executor '{}' has a period of {}", options.name,
                             to_string(trigger.let_period)),
-                "give it time");
+                "give a positive one");
   }
   if (trigger.let_period > Nanoseconds::zero()) return std::make_unique<Periodic>(trigger);
   return std::make_unique<Triggered>(trigger);

@@ -238,7 +238,7 @@ TEST(TriggerOptionsOf, OtherExecutorsAreRefused) {
   EXPECT_THAT([] { executors().make("triggered", {.trigger = {.kind = Kind::one}}); },
               ThrowsMessage<Error>(HasSubstr("without a name")));
   EXPECT_THAT([] { executors().make("triggered", {.trigger = {.let_period = -1ms}}); },
-              ThrowsMessage<Error>(HasSubstr("give it time")));
+              ThrowsMessage<Error>(HasSubstr("give a positive one")));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ Chain::Chain(const ChainOptions& options)
   if (options.deadline < Nanoseconds::zero()) {
     throw Error(
         fmt::format("chain '{}' has a deadline of {}", options.name, to_string(options.deadline)),
-        "leave it out, or give it time");
+        "leave it out, or give a positive one");
   }
 }
 

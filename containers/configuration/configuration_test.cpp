@@ -442,8 +442,9 @@ TEST(Configuration, RefusesDurationsWithoutUnit) {
   EXPECT_EQ(errors_of_component("      callback_groups:\n        loop: {deadline: 8 days}\n"),
             "robot.yaml:5: '8 days' has the unknown unit ' days'; write a number and one of ns, "
             "us, ms, s, m, h, such as 20ms\n");
-  EXPECT_EQ(errors_of_component("      callback_groups:\n        loop: {deadline: 0s}\n"),
-            "robot.yaml:5: a deadline of 0s cannot be kept; leave it out, or give it time\n");
+  EXPECT_EQ(
+      errors_of_component("      callback_groups:\n        loop: {deadline: 0s}\n"),
+      "robot.yaml:5: a deadline of 0s cannot be kept; leave it out, or give a positive one\n");
 }
 
 TEST(Configuration, RefusesParametersWithoutAType) {

@@ -107,10 +107,11 @@ void Callbacks::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
 void Callbacks::listen_to(const std::shared_ptr<Node>& node) {
   node->add_listener(*this);
   const std::lock_guard lock(mutex_);
-  if (!nodes_.empty() && is_same_owner(nodes_.back(), node)) {
+  if (std::any_of(nodes_.rbegin(), nodes_.rend(),
+                  [&](const auto& known) { return is_same_owner(known, node); })) {
     return;  // another group of the same node
   }
-  if (nodes_.size() == nodes_.capacity()) {  // rarely, so that n nodes cost O(n)
+  if (nodes_.size() == nodes_.capacity()) {
     std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
   }
   nodes_.push_back(node);
@@ -238,7 +239,7 @@ void Callbacks::publish_removal() noexcept {
     publish();
   } catch (...) {
     log(LogLevel::error,
-        "executor '{}': scheduler '{}' threw when callbacks were removed; it goes on as it is",
+        "executor '{}': scheduler '{}' threw when callbacks were removed, and is used as it was",
         options_.name, options_.scheduler);
     changes_.publish_without_scheduler(records_);
   }
@@ -324,7 +325,7 @@ bool Callbacks::claim_removal(Record& record) noexcept {
 
 // 1. The records leave the list, so that the next update does not contain them. Their file
 //    descriptors are no longer watched.
-// 2. A dispatch point installs that update: from then on they are skipped wherever they are.
+// 2. A dispatch point installs that update: it takes them out of the scheduler.
 // 3. The running callbacks end; then no thread executes the entities.
 // 4. The entities drop their sinks; when all read sections have ended, no thread announces them.
 // 5. A record without references is freed: neither these threads nor the ready set use it.

@@ -54,7 +54,7 @@ std::vector<ThreadAttributes> threads_for(const ExecutorOptions& options,
 std::unique_ptr<detail::ServingRule> rule_for(const ExecutorOptions& options,
                                               const ExecutorTraits& traits) {
   if (options.per != Isolation::node) {
-    throw Error(fmt::format("executor '{}' is of a type that isolates nothing", options.name),
+    throw Error(fmt::format("executor '{}' is of a type that does not isolate", options.name),
                 "leave out `per`, or choose 'isolated'");
   }
   const TriggerOptions& trigger = options.trigger;
@@ -63,9 +63,8 @@ std::unique_ptr<detail::ServingRule> rule_for(const ExecutorOptions& options,
     return nullptr;
   }
   if (traits.triggered) return detail::make_serving_rule(options);
-  throw Error(
-      fmt::format("executor '{}' is of a type that no trigger and no period governs", options.name),
-      "leave out `trigger` and `let`, or choose 'triggered'");
+  throw Error(fmt::format("executor '{}' is of a type without trigger and period", options.name),
+              "leave out `trigger` and `let`, or choose 'triggered'");
 }
 
 }  // namespace

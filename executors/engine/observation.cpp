@@ -159,8 +159,8 @@ void Observation::report(const Miss& miss) noexcept {
   try {
     late.on_deadline_miss({.node = late.node, .callback = late.callback, .deadline = miss.missed});
   } catch (...) {
-    log(LogLevel::error, "{}/{}: its handler of missed deadlines threw, on the watchdog's thread",
-        late.node, late.callback);
+    log(LogLevel::error, "{}/{}: on_deadline_miss threw, on the thread `watchdog`", late.node,
+        late.callback);
   }
 }
 

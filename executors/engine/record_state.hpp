@@ -9,7 +9,8 @@
 
 namespace takt::detail {
 
-/// Where a record is, and whether it is removed. Its transitions, all at a dispatch point:
+/// Where a record is, and whether it is removed. Its transitions, at a dispatch point, or on a
+/// control thread while no thread spins:
 ///
 /// - idle → ready        make_ready(): a worker finds it ready; it goes to the scheduler
 /// - idle → ready        drain(): another thread has announced it; it was in the inbox
@@ -32,8 +33,8 @@ namespace takt::detail {
 /// executor alone, a worker's own announcements cost no atomic operation.
 /// "Again": the worker has announced it while it was running.
 ///
-/// A record that is removed is announced by nobody, and is skipped where it still is. Its remover
-/// waits until it `is_over`: no execution is left. Then one thread detaches it.
+/// A record that is removed is announced by nobody, and is in no scheduler; the inbox skips it. Its
+/// remover waits until it `is_over`: no execution is left. Then one thread detaches it.
 ///
 /// Thread safety: announce, references and the observers from any thread; what follows a removal
 /// from the threads that wait for it; all else is serialised by the executor.
@@ -159,8 +160,8 @@ class RecordState {
   [[noreturn, gnu::cold, gnu::noinline]] static void refuse() noexcept { std::abort(); }
 
   std::atomic<std::uint32_t> word_{idle};
-  // The executor's list of callbacks has one, the ready set one, and each thread that removes the
-  // record, or waits for that.
+  // The executor's list of callbacks has one, the ready set one, a period that runs one, and each
+  // thread that removes the record, or waits for that.
   std::atomic<std::uint32_t> references_{1};
 };
 
