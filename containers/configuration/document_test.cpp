@@ -98,8 +98,8 @@ TEST(Document, ThatIsNoTextIsAnErrorInItsLine) {
 }
 
 TEST(Document, MayBeginWithAByteOrderMarkAndEndLinesAsWindowsDoes) {
-  EXPECT_THAT(yaml_errors("\xef\xbb\xbf# ü\r\nx: 1\r\n"),
-              StartsWith("robot.yaml:2: 'x' is not a key"));
+  EXPECT_THAT(yaml_errors("\xef\xbb\xbf# ü\r\nrealtim: 1\r\n"),
+              StartsWith("robot.yaml:2: 'realtim' is not a key"));
 }
 
 // ---- YAML ----
