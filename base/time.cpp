@@ -63,9 +63,8 @@ Nanoseconds parse_duration(std::string_view text) {
 }
 
 Nanoseconds parse_run_time(std::string_view text) {
-  const bool is_bare = !text.empty() && text.find_first_not_of("0123456789.") == text.npos;
-  const Nanoseconds time = parse_duration(is_bare ? fmt::format("{}s", text) : text);
-  if (time == Nanoseconds::zero()) refuse(text, "is not a duration of a run");
+  const Nanoseconds time = parse_duration(text);
+  if (time == Nanoseconds::zero()) refuse(text, "is no time at all");
   return time;
 }
 

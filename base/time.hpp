@@ -47,7 +47,7 @@ std::string to_string(Nanoseconds duration);
 /// Reads a number directly followed by its unit (ns, us, ms, s, m or h): "20ms", "1.5s".
 /// Throws Error if the unit is missing; the error lists the units.
 Nanoseconds parse_duration(std::string_view text);
-/// As parse_duration, but a bare number is seconds, and zero an Error: of a run, of an option.
+/// As parse_duration, but zero is an Error: of a run, of an option.
 Nanoseconds parse_run_time(std::string_view text);
 
 }  // namespace takt

@@ -38,7 +38,7 @@ EXPERIMENTS = {
     "nav2": "--duration 2s --repeat 3", "create3": "--duration 1s --repeat 3",
     "reference_system": "--duration 3s --repeat 3"}
 DEMO = "compare examples/03_robot/robot.yaml --executors all --duration 3s"
-TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50 -q"
+TIMERS = "latency -p 80 -i 1000 -D 2s --executor all --early-wake 50us -q"
 DISPATCH = ("dispatch_benchmark --benchmark_filter=^between_threads|/(events|static_single_threaded|single_threaded)/threads:1/"
             "statistics:[a-z]+/nodes --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true "
             "--benchmark_min_time=0.2 --benchmark_display_aggregates_only=true")

@@ -2,11 +2,14 @@
 #include "takt/measuring/cyclic.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <ctime>
 #include <exception>
 #include <thread>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "takt/executors/executor.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
@@ -18,7 +21,8 @@ constexpr std::size_t kOverflowCycles = 100;
 
 class BareLoop final : public CyclicVariant {
  public:
-  explicit BareLoop(const CyclicOptions& options) : CyclicVariant(options, "clock_nanosleep") {}
+  explicit BareLoop(const CyclicOptions& options)
+      : CyclicVariant(options, options.uses_nanosleep ? "nanosleep" : "clock_nanosleep") {}
 
  private:
   void run(std::uint64_t cycles, const std::atomic<bool>& stop) override {
@@ -26,19 +30,15 @@ class BareLoop final : public CyclicVariant {
       const RealtimeScope scope;
       const Nanoseconds cpu_time = thread_cpu_time();
       const TimePoint start = Clock::steady().now();
-      TimePoint due = later(start, options_.interval);
+      TimePoint due = later(now(), options_.interval);
       // One cycle more, which does not count: the thread is new in each round, its caches are cold.
       for (std::uint64_t cycle = 0; cycle <= cycles && !stop.load(); ++cycle) {
-        if (options_.relative) due = later(Clock::steady().now(), options_.interval);
-        const Nanoseconds sleep = options_.relative ? options_.interval : due.time_since_epoch();
-        const auto seconds = std::chrono::floor<std::chrono::seconds>(sleep);
-        const timespec time{seconds.count(), (sleep - seconds).count()};
-        while (clock_nanosleep(CLOCK_MONOTONIC, options_.relative ? 0 : TIMER_ABSTIME, &time,
-                               nullptr) != 0) {
-        }
-        const TimePoint now = Clock::steady().now();
-        if (cycle != 0 && !record(now - due)) break;
-        while ((due = later(due, options_.interval)) <= now) ++result_.missed;
+        const bool is_relative = options_.relative || options_.uses_nanosleep;
+        if (is_relative) due = later(now(), options_.interval);
+        sleep(is_relative ? options_.interval : due.time_since_epoch(), is_relative);
+        const TimePoint woken = now();
+        if (cycle != 0 && !record(woken - due)) break;
+        while ((due = later(due, options_.interval)) <= woken) ++result_.missed;
       }
       result_.counters += scope.so_far();
       result_.cpu_time += thread_cpu_time() - cpu_time;
@@ -46,6 +46,23 @@ class BareLoop final : public CyclicVariant {
     });
     result_.in_force = thread.state();
     thread.join();
+  }
+
+  TimePoint now() const noexcept {
+    timespec time{};
+    clock_gettime(options_.clock, &time);
+    return TimePoint(std::chrono::seconds(time.tv_sec) + Nanoseconds(time.tv_nsec));
+  }
+  void sleep(Nanoseconds until_or_for, bool is_relative) const noexcept {
+    const auto seconds = std::chrono::floor<std::chrono::seconds>(until_or_for);
+    const timespec time{seconds.count(), (until_or_for - seconds).count()};
+    if (options_.uses_nanosleep) {
+      while (nanosleep(&time, nullptr) != 0) {
+      }
+      return;
+    }
+    while (clock_nanosleep(options_.clock, is_relative ? 0 : TIMER_ABSTIME, &time, nullptr) != 0) {
+    }
   }
 };
 
@@ -144,6 +161,18 @@ bool CyclicResult::record(Nanoseconds value) noexcept {
 CyclicVariant::CyclicVariant(const CyclicOptions& options, const std::string& name)
     : options_(options), result_(options) {
   result_.name = name;
+}
+
+void CyclicVariant::mark(Nanoseconds latency) const noexcept {
+  if (options_.trace_marker < 0) return;
+  std::array<char, 96> text;
+  const int size =
+      std::snprintf(text.data(), text.size(), "hit latency threshold (%lld ns > %lld ns)\n",
+                    static_cast<long long>(latency.count()),
+                    static_cast<long long>(options_.break_above.count()));
+  // Without the mark the trace is worth less, but the measurement is not.
+  [[maybe_unused]] const ssize_t written =
+      write(options_.trace_marker, text.data(), static_cast<std::size_t>(size));
 }
 
 void CyclicVariant::round(std::uint64_t cycles, const std::atomic<bool>& stop) {

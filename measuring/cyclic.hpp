@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <ctime>
 #include <memory>
 #include <span>
 #include <string>
@@ -24,9 +25,12 @@ struct CyclicOptions {
   Nanoseconds interval = std::chrono::milliseconds(1);
   Nanoseconds bin = std::chrono::microseconds(1);  // width of a bin
   std::size_t bins = 10'000;
-  Nanoseconds break_above{0};  // a longer latency ends the test; 0: never
-  bool relative = false;       // the bare loop sleeps for the interval, not until a time
-  bool keeps_values = false;   // of a round
+  Nanoseconds break_above{0};         // a longer latency ends the test; 0: never
+  bool relative = false;              // the bare loop sleeps for the interval, not until a time
+  bool uses_nanosleep = false;        // of the bare loop, which is relative then
+  clockid_t clock = CLOCK_MONOTONIC;  // of the bare loop
+  int trace_marker = -1;              // a file that is written to when a latency has ended the test
+  bool keeps_values = false;          // of a round
 };
 
 /// The measurements of one variant in all its rounds.
@@ -76,8 +80,12 @@ class CyclicVariant {
   bool record(Nanoseconds latency) noexcept {
     round_.record(latency);
     if (values_.size() < values_.capacity()) values_.push_back(latency);
-    return result_.record(latency);
+    if (result_.record(latency)) return true;
+    mark(latency);
+    return false;
   }
+  /// In the kernel's trace, at once: later, what has caused the latency is overwritten.
+  void mark(Nanoseconds latency) const noexcept;
 
   const CyclicOptions options_;
   CyclicResult result_;

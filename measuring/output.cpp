@@ -3,9 +3,13 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include "takt/base/error.hpp"
 #include "takt/base/printable.hpp"
@@ -22,9 +26,40 @@ void guard_output() noexcept {
   }
 }
 
+namespace {
+
+bool has_colours(std::FILE* file) {
+  const char* const no = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  const bool is_refused = no != nullptr && *no != '\0';
+  const bool is_dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+  return !is_refused && !is_dumb && isatty(fileno(file)) != 0;
+}
+
+struct Coloured {
+  std::string_view begin, colour;
+};
+constexpr Coloured kColoured[] = {{"takt:", "\033[31m"}, {"note:", "\033[33m"}};
+
+}  // namespace
+
 void write(std::FILE* file, const std::string& text) {
-  const std::string escaped = printable(text, Lines::keep);
+  std::string escaped = printable(text, Lines::keep);
+  for (const auto& [begin, colour] : kColoured) {
+    if (!escaped.starts_with(begin) || !has_colours(file)) continue;
+    escaped = fmt::format("{}{}\033[0m{}", colour, begin, escaped.substr(begin.size()));
+    break;
+  }
   std::fwrite(escaped.data(), 1, escaped.size(), file);
+}
+
+void show_line(std::string text) {
+  winsize size{};
+  const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  text = printable(text);
+  if (is_known && text.size() >= size.ws_col) text.resize(size.ws_col - 1U);
+  text.insert(0, "\r\033[K");
+  std::fwrite(text.data(), 1, text.size(), stderr);
 }
 
 void clear_line() noexcept {

@@ -23,7 +23,8 @@ void flush_output();
 /// stderr could not be written.
 int checked_output(int status) noexcept;
 
-/// Escapes and prints. Unlike fmt::print it does not throw: error reports must not fail.
+/// Escapes and prints. Unlike fmt::print it does not throw: error reports must not fail. On a
+/// terminal, the "takt:" and "note:" that begin a line have a colour, unless NO_COLOR is set.
 void write(std::FILE* file, const std::string& text);
 
 /// Prints to stdout. Texts of other processes may be in it: control characters are escaped, except
@@ -41,6 +42,8 @@ void to_stderr(fmt::format_string<Args...> format, Args&&... args) {
 
 /// Clears the line of stderr's terminal, and goes to its beginning.
 void clear_line() noexcept;
+/// Replaces that line, by as much of the text as fits into it.
+void show_line(std::string text);
 
 }  // namespace takt::rt
 

@@ -162,7 +162,7 @@ def is_refused(folder):
     refused("for containers, not for a program", "compare", "--compositions", "all", "--", program)
     refused("did you mean 'events'", "run", "--executor", "evens", "--", program)
     refused("/none/robot.yaml", "run", "/none/robot.yaml", "--", program)
-    refused("not expected", "list", "executors", "--", program)
+    refused("one word too many", "doctor", "--", program)
 
     def program_refuses(text, **variables):
         done = subprocess.run([program, "calls", "5", "0"], env=environment | variables, text=True, capture_output=True,

@@ -36,7 +36,7 @@ try:
     heard = json.loads(ask("topic", "echo", "/chatter", "-n", "1", "--json", "-") or "{}")
     check("its messages are heard", heard.get("data", "").startswith("Hello World: "), heard)
     ask("topic", "pub", "/chatter", "std_msgs/msg/String", "{data: from outside}")
-    line = ask("topic", "echo", "/rosout", "-n", "1", "--json", "-", "--duration", "5") or "{}"
+    line = ask("topic", "echo", "/rosout", "-n", "1", "--json", "-", "--duration", "5s") or "{}"
     check("what it logs is on /rosout", json.loads(line).get("name") == "takt_listener", line)
 finally:
     process.send_signal(2)

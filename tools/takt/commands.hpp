@@ -28,8 +28,11 @@ const std::vector<std::string>& program_words();
 /// What is measured, as it was written: "robot.yaml", "-- ./program", "robot.yaml -- ./program".
 std::string with_program(const std::string& file);
 
-/// Adds all registered subcommands, sorted by name.
-void add_commands(CLI::App& app);
+/// The number of words in front of the program; the rest is kept.
+int split_program(int argc, char** argv);
+
+/// Makes it `takt`, with all registered subcommands, sorted by name.
+void set_up(CLI::App& app);
 
 }  // namespace takt::tools
 

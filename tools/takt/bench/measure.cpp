@@ -121,7 +121,7 @@ Figures measure(const Variant& variant, const BenchOptions& options, const EndSi
 
 json jitter(const BenchOptions& options, const EndSignals& signals) {
   return run_again({"latency", "-p", "80", "-i", "1000", "-D", options.duration, "--executor",
-                    "all", "--early-wake", "50", "-q", "--json", "-"},
+                    "all", "--early-wake", "50us", "-q", "--json", "-"},
                    signals);
 }
 

@@ -22,9 +22,9 @@
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
 #include "graph/type_finder.hpp"
+#include "prompt/values.hpp"
 #include "run/end_signals.hpp"
 #include "run/result_json.hpp"
-#include "time_option.hpp"
 
 namespace takt::tools::action_command {
 namespace {
@@ -386,10 +386,12 @@ void set_up(CLI::App* command) {
   send_command->add_option("GOAL", options->goal, "The goal as YAML; missing fields are zero");
   send_command->add_flag("-f,--feedback", options->feedback, "Print the feedback");
   add_time_option(*send_command, "--timeout", options->timeout,
-                  "Time limit of everything but the result: 4s, 500ms (5s)");
+                  "Time limit of everything but the result (default: 5s)");
   command->footer(
       "Example:\n"
       "  takt action list -t\n"
+      "  takt action type /fibonacci\n"
+      "  takt action info /fibonacci\n"
       "  takt action send_goal /fibonacci example_interfaces/action/Fibonacci '{order: 5}' -f\n");
 }
 const Command registered("action", "Lists actions, and sends goals to them, including ROS 2's",

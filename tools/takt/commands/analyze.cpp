@@ -11,7 +11,9 @@
 #include "analyze/sweep.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
 #include "report.hpp"
+#include "run/live_line.hpp"
 #include "run/program.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -40,7 +42,10 @@ std::string ms(const std::optional<Nanoseconds>& bound) {
 json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) {
   if (most == Nanoseconds::zero()) return {};
   json result = json::array();
-  const auto [found, tried, is_complete] = suggestions(file, most);
+  const auto [found, tried, is_complete] = [&] {
+    const LiveLine line("looking for what would help");
+    return suggestions(file, most);
+  }();
   if (prints && (tried != 0 || !is_complete)) {
     rt::print("\nwhat would help ({} changes tried{})\n", tried,
               is_complete ? "" : ", not all: `--suggest TIME` gives it more time");
@@ -71,7 +76,10 @@ void run(Options options) {
   json swept;  // before the file itself is analysed: nodes of one name must not exist twice
   if (!options.sweep.empty()) swept = sweep(options.file, options.how, options.sweep, prints);
   const Nanoseconds most = time_for_suggestions(options);
-  const AnalyzedFile file = analyze_file(options.file, options.how);
+  const AnalyzedFile file = [&] {
+    const LiveLine line("analysing");
+    return analyze_file(options.file, options.how);
+  }();
   for (const std::string& note : file.system.notes) rt::to_stderr("note: {}\n", note);
   json document = analysis_json(file);
   if (!options.explained.empty()) {
@@ -111,9 +119,10 @@ void set_up(CLI::App* command) {
                       "Shows how the bound of this chain comes about");
   command->add_option("--sweep", options->sweep,
                       "KEY=A..B: the bounds for ten values of a key of the file");
-  command->add_option("--suggest", options->suggest,
-                      "How long to look for changes that would help, or off; default: 2s, and off "
-                      "with --json");
+  time_text(command->add_option("--suggest", options->suggest,
+                                "How long to look for changes that would help (default: 2s, and "
+                                "off with --json)"),
+            "off");
   command->add_flag("--allow-unbounded", options->allows_unbounded,
                     "Exit 0 unless a run has missed a deadline, or taken longer than its bound");
   command->add_option("--report", options->report, "Also write an HTML page with a figure");

@@ -26,9 +26,10 @@
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "graph/type_finder.hpp"
+#include "prompt/values.hpp"
 #include "run/end_signals.hpp"
+#include "run/live_line.hpp"
 #include "run/result_json.hpp"
-#include "time_option.hpp"
 
 namespace takt::tools::bag_command {
 namespace {
@@ -42,8 +43,8 @@ constexpr std::int64_t kForeverMs = std::int64_t{1} << 30;
 struct Options : ObserverOptions {
   std::string file, compression = "none";
   std::vector<std::string> topics;
-  Nanoseconds duration{0};
-  double rate = 1, start_offset_s = 0, delay_s = 0.5;
+  Nanoseconds duration{0}, start_offset{0}, delay = 500ms;
+  double rate = 1;
   bool loop = false, clock = false;
 
   bool prints() const { return json_path != "-"; }
@@ -52,8 +53,8 @@ struct Options : ObserverOptions {
 /// Runs the node until a signal, the end of the duration (0: none), or `is_over`, which is looked
 /// at ten times a second. Returns the signal, or 0.
 template <class IsOver>
-int run(const std::shared_ptr<Node>& node, const EndSignals& signals, Nanoseconds duration,
-        IsOver is_over) {
+int run(const std::shared_ptr<Node>& node, const char* what, const EndSignals& signals,
+        Nanoseconds duration, IsOver is_over) {
   Logger::instance().set_level(LogLevel::warn);  // the command itself says what it has done
   const auto executor = executors().make("single_threaded", {.name = "bag"});
   const auto control = std::make_shared<Node>("control");
@@ -73,6 +74,7 @@ int run(const std::shared_ptr<Node>& node, const EndSignals& signals, Nanosecond
   }
   executor->add_node(node);
   executor->add_node(control);
+  const LiveLine line(what);
   executor->spin();
   return signal;
 }
@@ -106,7 +108,7 @@ void record(const Options& options) {
     rt::to_stderr("recording to {}; Ctrl-C ends it\n", file);
   }
   const int signal =
-      run(recorder, signals, options.duration, [&] { return recorder->has_ended(); });
+      run(recorder, "recording", signals, options.duration, [&] { return recorder->has_ended(); });
   const std::string failure = recorder->complete();
   if (options.prints()) {
     rt::print("{}: {} of {}, {} dropped\n", file, counted(recorder->recorded(), "message"),
@@ -125,8 +127,8 @@ void record(const Options& options) {
 
 // ---- play ----
 
-std::int64_t milliseconds(double seconds) {
-  return static_cast<std::int64_t>(std::llround(seconds * 1e3));
+std::int64_t milliseconds(Nanoseconds time) {
+  return time / 1ms;
 }
 
 void play(const Options& options) {
@@ -139,11 +141,11 @@ void play(const Options& options) {
                      {"rate", options.rate},
                      {"loop", options.loop},
                      {"clock", options.clock},
-                     {"start_offset_ms", milliseconds(options.start_offset_s)},
-                     {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay_s), 1)}};
+                     {"start_offset_ms", milliseconds(options.start_offset)},
+                     {"start_delay_ms", std::max<std::int64_t>(milliseconds(options.delay), 1)}};
   const auto player = as_usage([&] { return std::make_shared<Player>(node); });
   const TypeDescriptionService describes(*player, *player);  // those registered
-  const int signal = run(player, signals, 0ns, [&] { return player->has_ended(); });
+  const int signal = run(player, "playing", signals, 0ns, [&] { return player->has_ended(); });
   if (options.prints()) rt::print("played: {}\n", counted(player->played(), "message"));
   if (!options.json_path.empty()) {
     write_json({{"file", options.file}, {"messages", player->played()}}, options.json_path);
@@ -236,11 +238,11 @@ void set_up(CLI::App* command) {
                            "Record all topics, also those that come later");
   record_command->add_option("-o,--output", options->file,
                              "The file, which is overwritten (default: takt_DATE-TIME.mcap)");
-  record_command->add_option("--compression", options->compression, "Of the file's chunks (none)")
-      ->check(
-          CLI::IsMember(std::vector<std::string>{compressions().begin(), compressions().end()}));
+  one_of(record_command->add_option("--compression", options->compression,
+                                    "Of the file's chunks (default: none)"),
+         {compressions().begin(), compressions().end()});
   add_time_option(*record_command, "--duration", options->duration,
-                  "4s, 500ms (default: until Ctrl-C)");
+                  "End after this time (default: until Ctrl-C)");
   record_command->callback([options] { record(*options); });
 
   CLI::App* play_command = command->add_subcommand(
@@ -248,19 +250,16 @@ void set_up(CLI::App* command) {
   add_observer_options(*play_command, *options);
   add_library_option(*play_command, options->libraries);
   play_command->add_option("FILE", options->file, "The recording")->required();
-  play_command->add_option("-r,--rate", options->rate, "Speed: 2 is twice as fast as recorded (1)")
-      ->check(CLI::Range(0.001, 1000.0));
+  number(play_command->add_option("-r,--rate", options->rate,
+                                  "Speed: 2 is twice as fast as recorded (default: 1)"),
+         0.001, 1000);
   play_command->add_flag("-l,--loop", options->loop, "Begin again at the end, until Ctrl-C");
   play_command->add_option("--topics", options->topics, "Play only these topics");
-  play_command
-      ->add_option("--start-offset", options->start_offset_s,
-                   "Seconds of the recording to leave out at its begin")
-      ->check(CLI::NonNegativeNumber);
+  add_time_option(*play_command, "--start-offset", options->start_offset,
+                  "How much of the recording to leave out at its begin", Zero::permitted);
   play_command->add_flag("--clock", options->clock, "Publish the recorded time on /clock");
-  play_command
-      ->add_option("-d,--delay", options->delay_s,
-                   "Seconds until the first message, for discovery (0.5)")
-      ->check(CLI::NonNegativeNumber);
+  add_time_option(*play_command, "-d,--delay", options->delay,
+                  "Time until the first message, for discovery (default: 500ms)", Zero::permitted);
   play_command->callback([options] { play(*options); });
 
   CLI::App* info_command = command->add_subcommand("info", "Shows what is in an MCAP file");

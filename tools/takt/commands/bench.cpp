@@ -22,7 +22,9 @@
 #include "commands.hpp"
 #include "embedded.hpp"
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
 #include "report.hpp"
+#include "run/live_line.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
 #include "run/verdicts.hpp"
@@ -54,6 +56,7 @@ struct Course {
   const EndSignals& signals;
   std::size_t done = 0, total = 0;
   std::optional<Interrupted> interrupted;  // why it stopped early, if so
+  LiveLine line{"measuring"};
 };
 
 /// The measurements of one variant in all its runs.
@@ -67,18 +70,15 @@ struct Measured {
 std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Variant>& variants,
                               const BenchOptions& options, Course& course) {
   std::vector<Measured> measured(variants.size());
-  const bool shows_progress = isatty(STDERR_FILENO) != 0;
+  const Nanoseconds asked = parse_run_time(options.duration);
   try {
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (std::size_t i = 0; i < variants.size(); ++i) {
         const Variant& variant = variants[i];
         if (!variant.missing.empty()) continue;
-        if (shows_progress) {
-          rt::clear_line();
-          rt::to_stderr("{} of {}: {}, {} {}", course.done + 1, course.total, experiment.name,
-                        variant.series,
-                        experiment.x_label.empty() ? "" : fmt::format("{}", variant.x));
-        }
+        const std::string x = experiment.x_label.empty() ? "" : fmt::format(" {}", variant.x);
+        course.line.step(fmt::format("{}, {}{}", experiment.name, variant.series, x), course.done,
+                         course.total, asked);
         const Figures figures = measure(variant, options, course.signals);
         for (const auto& [metric, value] : figures.values) {
           measured[i].values[metric].push_back(value);
@@ -92,7 +92,7 @@ std::vector<Measured> run_all(const Experiment& experiment, const std::vector<Va
     course.interrupted.emplace(interruption.signal, fmt::format(" when {} of {} runs were complete",
                                                                 course.done, course.total));
   }
-  if (shows_progress) rt::clear_line();
+  course.line.hide();
   return measured;
 }
 
@@ -275,7 +275,9 @@ void write(const json& document, const BenchOptions& options) {
 }
 
 void bench(const BenchOptions& options) {
-  parse_run_time(options.duration);
+  if (!options.files.empty() && options.name != "topologies" && options.name != "all") {
+    throw UsageError(fmt::format("'{}' takes no FILE", options.name), "leave it out");
+  }
   check_writable(options.json);
   use_own_domain();
   const fs::path folder = options.report;
@@ -330,13 +332,15 @@ void set_up(CLI::App* command) {
   const auto options = std::make_shared<BenchOptions>();
   std::vector<std::string> names{"all"};
   for (const Experiment& experiment : experiments()) names.push_back(experiment.name);
-  command->add_option("NAME", options->name, fmt::format("{}", fmt::join(names, ", ")))
-      ->required()
-      ->check(CLI::IsMember(names));
+  one_of(command->add_option("NAME", options->name, fmt::format("{}", fmt::join(names, ", ")))
+             ->required(),
+         names);
   command->add_option("FILE", options->files, "Systems to run, for 'topologies' only");
-  command->add_option("--duration", options->duration, "Duration of each run (2s)");
-  command->add_option("--repeat", options->repeat, "Runs of each variant (10)")
-      ->check(CLI::Range(1, 1000));
+  time_text(
+      command->add_option("--duration", options->duration, "Duration of each run (default: 2s)"));
+  whole_number(
+      command->add_option("--repeat", options->repeat, "Runs of each variant (default: 10)"), 1,
+      1000);
   command->add_option("--report", options->report,
                       "Write report.html and results.json into this folder");
   command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");

@@ -7,12 +7,22 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "exit_status.hpp"
+#include "run/construction.hpp"
 
 namespace takt::tools::check_command {
 
 namespace {
 
-void check(const std::vector<std::string>& files) {
+/// Errors that a constructor shows, of all processes of the file.
+void construct(const SystemDescription& system, std::vector<std::string>& errors) {
+  for (SystemDescription& process : split(system, Composition::file)) {
+    const std::vector<std::string> more = errors_of_construction(std::move(process));
+    errors.insert(errors.end(), more.begin(), more.end());
+  }
+}
+
+void check(const std::vector<std::string>& files, bool constructs) {
   std::vector<std::string> errors;
   for (const std::string& file : files) {
     try {
@@ -20,6 +30,15 @@ void check(const std::vector<std::string>& files) {
       for (const std::string& note : system.notes) rt::to_stderr("note: {}\n", note);
       const bool is_of_program =
           !system.components.empty() && system.components.front().type.empty();
+      if (constructs) {
+        if (is_of_program) {
+          throw UsageError("--construct is for files with containers, not for those of a program",
+                           "leave it out: takt run FILE -- PROGRAM", file);
+        }
+        const std::size_t before = errors.size();
+        construct(system, errors);
+        if (errors.size() != before) continue;
+      }
       rt::print("{}: valid: {}, {}, {}\n", file,
                 counted(system.components.size(), is_of_program ? "node" : "component"),
                 counted(system.executors.size(), "executor"),
@@ -35,8 +54,12 @@ void set_up(CLI::App* command) {
   const auto files = std::make_shared<std::vector<std::string>>();
   command->add_option("FILE", *files, "Configuration files, or workloads in the iRobot JSON format")
       ->required();
-  command->footer("Example:\n  takt check robot.yaml\n");
-  command->callback([files] { check(*files); });
+  const auto constructs = std::make_shared<bool>(false);
+  command->add_flag("--construct", *constructs,
+                    "Also construct the components, each container in a process of its own that "
+                    "discovers no other: errors that only constructors show");
+  command->footer("Example:\n  takt check robot.yaml\n  takt check --construct robot.yaml\n");
+  command->callback([files, constructs] { check(*files, *constructs); });
 }
 const Command registered(
     "check", "Validates files without running them; reports errors as FILE:LINE: what; what to do",

@@ -18,7 +18,9 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
 #include "report.hpp"
+#include "run/live_line.hpp"
 #include "run/result_files.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
@@ -286,17 +288,14 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
   const EndSignals signals;
   json runs = json::array();
   const std::size_t total = rows.size() * static_cast<std::size_t>(options.repeat);
-  const bool shows_progress = isatty(STDERR_FILENO) != 0;
   const Nanoseconds asked = parse_run_time(options.duration);
   std::optional<Interrupted> interrupted;
   try {
+    LiveLine line("comparing");
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
-        if (shows_progress) {
-          rt::clear_line();
-          rt::to_stderr("{} of {}: {} {}", runs.size() + 1, total, row.executor,
-                        fmt::format("{} {}", row.scheduler, row.composition));
-        }
+        line.step(fmt::format("{} {} {}", row.executor, row.scheduler, row.composition),
+                  runs.size(), total, asked);
         json run =
             run_again(words_of(row, options), signals, !program_words().empty()).at("runs").at(0);
         run["repeat"] = repeat;
@@ -308,7 +307,6 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
     interrupted.emplace(interruption.signal,
                         fmt::format(" when {} of {} runs were complete", runs.size(), total));
   }
-  if (shows_progress) rt::clear_line();
   signals.let_through();
   std::erase_if(rows, [](const Comparison& row) { return row.cpu_percent.empty(); });
   return {std::move(runs), interrupted};
@@ -419,15 +417,16 @@ void set_up(CLI::App* command) {
                       "all, or a list (default: that of each executor; see: takt list schedulers)");
   command->add_option("--compositions", options->compositions,
                       "file, single, per-node, or a list; all: single,per-node");
-  command->add_option("--duration", options->duration, "Duration of each run (5s)");
-  command
-      ->add_option("--repeat", options->repeat,
-                   "Runs of each row (1); six are the least that tell a difference from chance")
-      ->check(CLI::Range(1, 1000));
+  time_text(
+      command->add_option("--duration", options->duration, "Duration of each run (default: 5s)"));
+  whole_number(command->add_option("--repeat", options->repeat,
+                                   "Runs of each row; six are the least that tell a difference "
+                                   "from chance (default: 1)"),
+               1, 1000);
   command->add_option(
       "--against", options->against,
-      "What the ratios are to: an executor of this comparison (default: the first), "
-      "or runs stored by --save");
+      "What the ratios are to: an executor of this comparison, or runs stored by --save "
+      "(default: the first executor)");
   command->add_option("--save", options->save,
                       "Store the runs for --against, as NAME.compared.json in this folder");
   command->add_option("--report", options->report, "Also write an HTML page");

@@ -21,6 +21,7 @@
 #include "commands.hpp"
 #include "graph/domain_option.hpp"
 #include "graph/service_call.hpp"
+#include "prompt/mistakes.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -172,15 +173,15 @@ void unload(const Options& options) {
 }
 
 /// Shows the package and the class, which CLI11 would call COMPONENT(1x).
-class LoadFormatter final : public CLI::Formatter {
+class LoadFormatter final : public HelpFormatter {
  public:
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
     return is_component(*option) ? "[PACKAGE] CLASS"
-                                 : CLI::Formatter::make_option_name(option, is_positional);
+                                 : HelpFormatter::make_option_name(option, is_positional);
   }
   std::string make_option_usage(const CLI::Option* option) const override {
     return is_component(*option) ? make_option_name(option, true)
-                                 : CLI::Formatter::make_option_usage(option);
+                                 : HelpFormatter::make_option_usage(option);
   }
 
  private:
@@ -249,6 +250,7 @@ void set_up(CLI::App* command) {
       ->required();
   command->footer(
       "Example:\n"
+      "  takt component types\n"
       "  takt run --name robot --executor events &\n"
       "  takt component load robot takt::Workload --name sender\n"
       "  takt component list robot\n"

@@ -9,6 +9,7 @@
 #include <span>
 #include <thread>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -26,6 +27,8 @@
 #include "exit_status.hpp"
 #include "latency/cpu_set.hpp"
 #include "latency/output.hpp"
+#include "prompt/values.hpp"
+#include "run/live_line.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::latency_command {
@@ -38,15 +41,18 @@ constexpr Nanoseconds kGapSearch = 100ms;  // in each round
 
 struct Options {
   int priority = 0;
-  std::int64_t interval_us = 1000, early_wake_us = 0, break_us = 0;
+  std::int64_t interval_us = 1000, break_us = 0;
   std::uint64_t loops = 0;
+  Nanoseconds early_wake{0};
   std::size_t histogram = 0, histogram_with_sum = 0;
   std::size_t threads = 1;
   std::int64_t distance_us = 500;
   std::string duration, executors, affinity, policy, load = "none", histogram_file, json;
   int dma_latency_us = 0;
   bool quiet = false, nanoseconds = false, leaves_dma_latency = false, require = false,
-       verbose = false, relative = false;
+       verbose = false, relative = false, uses_nanosleep = false, marks = false;
+  int clock = 0;
+  std::vector<std::string> history;  // options that cyclictest had, and that do nothing
   std::size_t bins() const { return std::max(histogram, histogram_with_sum); }
 };
 
@@ -85,6 +91,8 @@ rt::CyclicOptions cyclic_options(const Options& options) {
   if (options.nanoseconds) cyclic.bin = 1ns;
   if (options.bins() != 0) cyclic.bins = options.bins();
   cyclic.relative = options.relative;
+  cyclic.uses_nanosleep = options.uses_nanosleep;
+  cyclic.clock = options.clock == 1 ? CLOCK_REALTIME : CLOCK_MONOTONIC;
   cyclic.keeps_values = options.verbose;
   cyclic.break_above = options.nanoseconds ? Nanoseconds(options.break_us)
                                            : std::chrono::microseconds(options.break_us);
@@ -111,25 +119,27 @@ std::vector<rt::CyclicOptions> threads_of(const Options& options, const rt::Cycl
 Rows rows_of(const Options& options, const std::vector<rt::CyclicOptions>& threads) {
   Rows rows;
   for (const rt::CyclicOptions& thread : threads) rows.push_back(rt::bare_loop(thread));
-  const bool is_cyclictests = options.bins() != 0 && options.early_wake_us == 0;
+  const bool is_cyclictests = options.bins() != 0 && options.early_wake == 0ns;
   const std::string wanted = !options.executors.empty() ? options.executors
                              : is_cyclictests           ? "none"
                                                         : "events";
   if (wanted == "none") return rows;
   const std::vector<std::string> names =
       wanted == "all" ? executors().names() : CLI::detail::split(wanted, ',');
-  const Nanoseconds early_wake = std::chrono::microseconds(options.early_wake_us);
   for (const std::string& name : names) {
     for (const rt::CyclicOptions& thread : threads) {
       rows.push_back(rt::executor_timer(thread, name));
     }
-    if (early_wake == 0ns) continue;
+    if (options.early_wake == 0ns) continue;
     for (const rt::CyclicOptions& thread : threads) {
-      rows.push_back(rt::executor_timer(thread, name, early_wake));
+      rows.push_back(rt::executor_timer(thread, name, options.early_wake));
     }
   }
   return rows;
 }
+
+/// Of the kernel's trace, which root alone may write to.
+constexpr const char* kTraceMarker = "/sys/kernel/tracing/trace_marker";
 
 /// Runs rounds until the number of cycles is reached; without a number, until a signal.
 void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Outcome& outcome) {
@@ -142,6 +152,11 @@ void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Out
   const bool shows_progress = !options.quiet && isatty(STDERR_FILENO) != 0;
   const rt::Observation observation;
   outcome.start = std::time(nullptr);
+  if (shows_progress) {
+    const auto turns = static_cast<std::int64_t>(rows.size() / options.threads * a_round);
+    rt::show_line(fmt::format("measuring; the first figures come in {}",
+                              rough(kGapSearch + turns * cyclic.interval)));
+  }
   for (std::uint64_t done = 0; !stop.load() && (cycles == 0 || done < cycles); done += a_round) {
     rt::find_gaps(cyclic, kGapSearch, outcome.gaps);
     const std::uint64_t now = cycles == 0 ? a_round : std::min(a_round, cycles - done);
@@ -150,11 +165,12 @@ void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Out
       if (options.verbose && options.json != "-") print_values(rows, first, options.threads);
     }
     if (shows_progress) {
+      rt::clear_line();
       print_summary(rows, cyclic, stderr);
-      rt::to_stderr("\033[{}A", rows.size());
+      std::fprintf(stderr, "\033[%zuA", rows.size());  // over which the next one writes
     }
   }
-  if (shows_progress) rt::to_stderr("\033[J");
+  if (shows_progress) std::fputs("\033[J", stderr);
   outcome.end = std::time(nullptr);
   outcome.observation = observation.so_far();
 }
@@ -166,8 +182,59 @@ std::string refused(const ThreadAttributes& attributes) {
   return refused;
 }
 
+/// Of cyclictest's -D, where a bare number is seconds.
+Nanoseconds time_of(const std::string& text) {
+  const bool is_bare = text.find_first_not_of("0123456789") == text.npos;
+  return parse_run_time(is_bare ? text + "s" : text);
+}
+
+CLI::Option* cyclictests_time(CLI::Option* option) {
+  return option->type_name("TIME")->check(CLI::Validator(
+      [](const std::string& text) {
+        try {
+          time_of(text);
+        } catch (const Error& error) {
+          return std::string(error.what());
+        }
+        return std::string();
+      },
+      ""));
+}
+
+void check_words(const Options& options) {
+  if (options.early_wake > kMostSpin) {
+    throw UsageError("--early-wake: threads wake up at most 1ms early", "write 1ms or less");
+  }
+  if (options.marks && options.break_us == 0) {
+    throw UsageError("--tracemark marks the latency that -b has found", "give -b, too");
+  }
+  if (!options.histogram_file.empty() && options.bins() == 0) {
+    throw UsageError("--histfile is for the histogram of -h or -H", "give one of them, too");
+  }
+  for (const std::string& option : options.history) {
+    rt::to_stderr("note: {} is history of cyclictest, and does nothing here\n", option);
+  }
+}
+
+void write_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, const Options& options) {
+  const std::string& path = options.histogram_file;
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  if (file == nullptr) {
+    throw Error("the histogram could not be written", "choose a writable file", path);
+  }
+  print_histogram(rows, cyclic, options.histogram_with_sum != 0, file);
+  const bool is_written = std::ferror(file) == 0;
+  if (std::fclose(file) != 0 || !is_written) throw not_written("the histogram", path);
+}
+
 void latency(const Options& options) {
-  const rt::CyclicOptions cyclic = cyclic_options(options);
+  check_words(options);
+  rt::CyclicOptions cyclic = cyclic_options(options);
+  if (options.marks) cyclic.trace_marker = open(kTraceMarker, O_WRONLY | O_CLOEXEC);
+  const std::string no_marker =
+      options.marks && cyclic.trace_marker < 0
+          ? fmt::format("the trace cannot be marked ({}: {})", kTraceMarker, errno_message(errno))
+          : "";
   check_writable(options.json);
   check_writable(options.histogram_file);
   const std::vector<rt::CyclicOptions> threads = threads_of(options, cyclic);
@@ -175,7 +242,7 @@ void latency(const Options& options) {
   const Rows rows = rows_of(options, threads);
   std::uint64_t cycles = options.loops;
   if (!options.duration.empty()) {
-    cycles = std::max<std::int64_t>(parse_run_time(options.duration) / cyclic.interval, 1);
+    cycles = std::max<std::int64_t>(time_of(options.duration) / cyclic.interval, 1);
   }
   begin_work();
   Outcome outcome{.threads = options.threads, .load = options.load};
@@ -186,6 +253,7 @@ void latency(const Options& options) {
     outcome.notes.push_back(refused);
     rt::to_stderr("note: {}; measuring without\n", refused);
   };
+  note(no_marker);
   note(refused(threads.front().thread));
   const rt::Load load(options.load);  // start before mlockall: its processes must not inherit it
   note(lock_memory(cyclic.realtime));
@@ -207,33 +275,22 @@ void latency(const Options& options) {
     // What the JSON says of this command's end must be known before it is written.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) outcome.return_code = 1;
   }
-  if (!options.histogram_file.empty()) {
-    std::FILE* file = std::fopen(options.histogram_file.c_str(), "w");
-    if (file == nullptr) {
-      throw Error("the histogram could not be written", "choose a writable file",
-                  options.histogram_file);
-    }
-    print_histogram(rows, cyclic, with_sum, file);
-    const bool is_written = std::ferror(file) == 0;
-    if (std::fclose(file) != 0 || !is_written) {
-      throw not_written("the histogram", options.histogram_file);
-    }
-  }
+  if (!options.histogram_file.empty()) write_histogram(rows, cyclic, options);
   if (!options.json.empty()) write_json(to_json(rows, cyclic, outcome), options.json);
   check_complete(came, /*ends_by_itself=*/cycles != 0);
 }
 
 /// cyclictest's -t, -a, -S and -d.
 void add_threads(CLI::App& command, Options& options) {
-  command
-      .add_option_function<std::string>(
+  whole_number(
+      command.add_option_function<std::string>(
           "-t,--threads",
           [&options](const std::string& count) {
             options.threads = count.empty() ? available_cpus().size() : std::stoul(count);
           },
-          "Measuring threads of each row; without a number, one for each CPU (1)")
-      ->expected(0, 1)
-      ->check(CLI::Range(1, 1024));
+          "Measuring threads of each row; without a number, one for each CPU (default: 1)"),
+      1, 1024)
+      ->expected(0, 1);
   command
       .add_option_function<std::string>(
           "-a,--affinity",
@@ -247,70 +304,103 @@ void add_threads(CLI::App& command, Options& options) {
         options.affinity = "all";
       },
       "One thread for each CPU, and on it: -t -a");
-  command
-      .add_option("-d,--distance", options.distance_us,
-                  "How much longer each thread's interval is than the one before, in µs, unless "
-                  "there is a histogram (500)")
-      ->check(CLI::Range(0, 10'000'000));
+  whole_number(
+      command.add_option("-d,--distance", options.distance_us,
+                         "How much longer each thread's interval is than the one before, in µs, "
+                         "unless there is a histogram (default: 500)"),
+      0, 10'000'000);
+}
+
+/// How the bare loop sleeps.
+void add_sleeping(CLI::App& command, Options& options) {
+  whole_number(command.add_option("-c,--clock", options.clock,
+                                  "Clock of the bare loop: 0 CLOCK_MONOTONIC, 1 CLOCK_REALTIME "
+                                  "(default: 0)"),
+               0, 1);
+  command.add_flag("-r,--relative", options.relative,
+                   "The bare loop sleeps for the interval instead of until a time");
+  command.add_flag("-s,--system", options.uses_nanosleep,
+                   "The bare loop uses nanosleep, which is relative, on CLOCK_MONOTONIC");
+  command.add_flag("--tracemark", options.marks,
+                   "When -b ends the measurement, mark the place in the kernel's trace");
+}
+
+/// What scripts still give to cyclictest. They are not shown.
+void add_history(CLI::App& command, Options& options) {
+  for (const char* const flag : {"-n,--nanosleep", "-u,--unbuffered", "-U,--numa", "-f,--ftrace",
+                                 "-B,--preemptirqs", "-C,--context", "-E,--event", "-I,--irqsoff",
+                                 "-P,--preemptoff", "-w,--wakeup", "-W,--wakeuprt"}) {
+    command
+        .add_flag_function(flag,
+                           [&options, flag](std::int64_t) { options.history.emplace_back(flag); })
+        ->group("");
+  }
+  for (const char* const option : {"-T,--tracer", "-O,--traceopt"}) {
+    command
+        .add_option_function<std::string>(
+            option,
+            [&options, option](const std::string&) { options.history.emplace_back(option); })
+        ->group("");
+  }
 }
 
 void set_up(CLI::App* command) {
   command->set_help_flag("--help", "Print this help message and exit");
   const auto options = std::make_shared<Options>();
-  command->add_option("-p,--priority", options->priority, "SCHED_FIFO priority; SCHED_OTHER (0)")
-      ->check(CLI::Range(0, 99));
+  add_sleeping(*command, *options);
+  add_history(*command, *options);
+  whole_number(command->add_option("-p,--priority", options->priority,
+                                   "SCHED_FIFO priority; 0 is SCHED_OTHER (default: 0)"),
+               0, 99);
   command->add_option("--policy", options->policy,
                       "Instead: fifo, rr, other, batch or idle, or Linux's names: SCHED_FIFO");
-  command->add_option("-i,--interval", options->interval_us, "Period in µs (1000)")
-      ->check(CLI::Range(20, 10'000'000));
+  whole_number(
+      command->add_option("-i,--interval", options->interval_us, "Period in µs (default: 1000)"),
+      20, 10'000'000);
   auto* loops = command->add_option("-l,--loops", options->loops,
                                     "Cycles of each row (default: until Ctrl-C)");
-  command
-      ->add_option("-D,--duration", options->duration, "Duration of each row, instead of -l: 10s")
+  cyclictests_time(command->add_option("-D,--duration", options->duration,
+                                       "Duration of each row, instead of -l: 10s; a bare number "
+                                       "is seconds, as in cyclictest"))
       ->excludes(loops);
   add_threads(*command, *options);
-  auto* histogram = command
-                        ->add_option("-h,--histogram", options->histogram,
-                                     "Print a histogram of this many µs after the run")
-                        ->check(CLI::Range(1, 1'000'000));
-  command
-      ->add_option("-H,--histofall", options->histogram_with_sum,
-                   "The same with a column for all threads")
-      ->check(CLI::Range(1, 1'000'000))
+  auto* histogram =
+      whole_number(command->add_option("-h,--histogram", options->histogram,
+                                       "Print a histogram of this many µs after the run"),
+                   1, 1'000'000);
+  whole_number(command->add_option("-H,--histofall", options->histogram_with_sum,
+                                   "The same with a column for all threads"),
+               1, 1'000'000)
       ->excludes(histogram);
   command->add_option("--histfile", options->histogram_file,
                       "Write the histogram of -h or -H there instead");
   command->add_flag("-v,--verbose", options->verbose, "Print every value: thread:cycle:value");
-  command->add_flag("-r,--relative", options->relative,
-                    "The bare loop sleeps for the interval instead of until a time");
   command->add_flag_function(
       "-m,--mlockall", [](std::int64_t) {}, "Accepted as in cyclictest; memory is always locked");
   command->add_flag("-q,--quiet", options->quiet, "Print a summary only on exit");
   command->add_flag("-N,--nsecs", options->nanoseconds, "Print in ns instead of µs");
-  command
-      ->add_option("-b,--breaktrace", options->break_us,
-                   "Stop when a latency exceeds this value (µs)")
-      ->check(CLI::PositiveNumber);
+  whole_number(command->add_option("-b,--breaktrace", options->break_us,
+                                   "Stop when a latency exceeds this value, in µs, or ns with -N"),
+               1, 1'000'000'000);
   command->add_option(
       "--executor", options->executors,
-      "all, none, or a list (events; with -h or -H none; see: takt list executors)");
-  command
-      ->add_option("--early-wake", options->early_wake_us,
-                   "Add a row for each executor that wakes up this many µs early")
-      ->check(CLI::Range(1, static_cast<int>(kMostSpin / 1us)));
-  command->add_option("--load", options->load, "Background load: cpu, io or none")
-      ->check(CLI::IsMember(rt::load_names()));
-  command
-      ->add_option("--cpu-dma-latency", options->dma_latency_us,
-                   "Value of /dev/cpu_dma_latency during the run, in µs (0)")
-      ->check(CLI::NonNegativeNumber);
+      "all, none, or a list: events,single_threaded (default: events, and none with -h or -H; "
+      "see: takt list executors)");
+  add_time_option(*command, "--early-wake", options->early_wake,
+                  "Add a row for each executor that wakes up this much early: 50us, 1ms at most");
+  one_of(command->add_option("--load", options->load, "Background load (default: none)"),
+         rt::load_names());
+  whole_number(command->add_option("-e,--latency,--cpu-dma-latency", options->dma_latency_us,
+                                   "Value of /dev/cpu_dma_latency during the run, in µs "
+                                   "(default: 0)"),
+               0, 2'000'000'000);
   command->add_flag("--default-system", options->leaves_dma_latency,
                     "Do not use /dev/cpu_dma_latency");
   command->add_flag("--require", options->require,
                     "Fail if the system refuses real-time privileges");
   command->add_option("--json", options->json, "Write rt-tests' JSON; - for stdout");
   command->footer(
-      "Examples:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50\n"
+      "Examples:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50us\n"
       "  takt latency -l100000 -m -Sp90 -i200 -h400 -q\n");
   command->callback([options] { latency(*options); });
 }

@@ -182,6 +182,8 @@ void set_up(CLI::App* command) {
   command->footer(
       "Example:\n"
       "  takt lifecycle list\n"
+      "  takt lifecycle nodes\n"
+      "  takt lifecycle get map_server\n"
       "  takt lifecycle set map_server activate\n");
 }
 const Command registered("lifecycle", "Shows and changes the state of lifecycle nodes", set_up);

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include "takt/containers/component.hpp"
+#include "takt/containers/configuration/system_description.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "prompt/values.hpp"
 
 namespace takt::tools::list_command {
 namespace {
@@ -37,13 +39,17 @@ void print_wait_backends() {
 
 void set_up(CLI::App* command) {
   const auto kind = std::make_shared<std::string>();
-  command
-      ->add_option("KIND", *kind, "executors, schedulers, wait_backends, transports or components")
-      ->required()
-      ->check(
-          CLI::IsMember({"executors", "schedulers", "wait_backends", "transports", "components"}));
-  command->footer("Example:\n  takt list executors\n");
-  command->callback([kind] {
+  one_of(command
+             ->add_option("KIND", *kind,
+                          "executors, schedulers, wait_backends, transports or components")
+             ->required(),
+         {"executors", "schedulers", "wait_backends", "transports", "components"});
+  const auto file = std::make_shared<std::string>();
+  command->add_option("FILE", *file,
+                      "A configuration file: also lists what the libraries that it names register");
+  command->footer("Example:\n  takt list executors\n  takt list schedulers robot.yaml\n");
+  command->callback([kind, file] {
+    if (!file->empty()) read_system(*file);  // it loads them
     if (*kind == "executors") print(executors(), executors().names());
     if (*kind == "schedulers") print(schedulers(), schedulers().names());
     if (*kind == "wait_backends") print_wait_backends();

@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "model/extraction.hpp"
+#include "prompt/values.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::model_command {
@@ -56,15 +57,13 @@ void set_up(CLI::App* command) {
       ->required();
   command->add_option("-o,--output", options->model,
                       "Writes the model: a file for `takt analyze --model`");
-  command
-      ->add_option("--margin", options->margin,
-                   "What an analysis adds to the longest execution times: 0.2 is a fifth")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
+  number(command->add_option("--margin", options->margin,
+                             "What an analysis adds to the longest execution times, 0.2 being a "
+                             "fifth (default: 0.2)"),
+         0, 10);
   command->add_option("--json", options->json, "Also write the model as JSON; - for stdout");
   command->footer(
-      "Example:\n"
-      "  takt run robot.yaml --duration 60s --trace robot.json\n"
+      "Example, after takt run robot.yaml --duration 60s --trace robot.json:\n"
       "  takt model robot.json -o robot.model.yaml\n"
       "  takt analyze robot.yaml --model robot.model.yaml\n");
   command->callback([options] { run(*options); });

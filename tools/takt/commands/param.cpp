@@ -20,8 +20,8 @@
 #include "graph/observer.hpp"
 #include "graph/parameter_file.hpp"
 #include "graph/service_call.hpp"
+#include "prompt/values.hpp"
 #include "run/result_json.hpp"
-#include "time_option.hpp"
 
 namespace takt::tools::param_command {
 namespace {
@@ -372,7 +372,7 @@ void set_up(CLI::App* command) {
     if (function != &list) node->required();
     options->domain.add_to(*sub);
     add_time_option(*sub, "--timeout", options->timeout,
-                    "Time limit of each response: 4s, 500ms (5s)");
+                    "Time limit of each response (default: 5s)");
     sub->add_option("--json", options->json_path, "Also write the result as JSON; - for stdout");
     sub->callback([options, function] { function(*options); });
     return sub;
@@ -401,7 +401,10 @@ void set_up(CLI::App* command) {
   command->footer(
       "Example:\n"
       "  takt param list /lidar\n"
+      "  takt param get /lidar rate_hz\n"
       "  takt param set /lidar rate_hz 20.0\n"
+      "  takt param delete /lidar note\n"
+      "  takt param describe /lidar rate_hz\n"
       "  takt param dump /lidar > lidar.yaml\n"
       "  takt param load /lidar lidar.yaml\n");
 }

@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "latency/cpu_set.hpp"
+#include "prompt/values.hpp"
 #include "random/random_system.hpp"
 #include "run/result_json.hpp"
 #include "yaml_file.hpp"
@@ -39,30 +40,24 @@ void write(const RandomOptions& options, const std::string& path) {
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<RandomOptions>();
   const auto cpus = std::make_shared<std::string>(), path = std::make_shared<std::string>();
-  command->add_option("--seed", options->seed, "Another seed gives another system")
-      ->required()
-      ->check(
-          [](const std::string& text) {  // CLI11 reads -1, and what is too large, as the largest
-            const bool is_number = text.find_first_not_of("0123456789") == text.npos;
-            return is_number && text.size() <= 18 ? ""
-                                                  : "write an integer from 0, of 18 digits at most";
-          });
+  whole_number(
+      command->add_option("--seed", options->seed, "Another seed gives another system")->required(),
+      0, 999'999'999'999'999'999);
   command
-      ->add_option(
-          "--executors", options->executors,
-          "The types to choose from, a list: events,multi_threaded; default: all (see: takt list "
-          "executors)")
+      ->add_option("--executors", options->executors,
+                   "The types to choose from: events,multi_threaded (default: all; see: takt list "
+                   "executors)")
       ->delimiter(',');
   command
       ->add_option("--schedulers", options->schedulers,
-                   "The schedulers to choose from, a list: edf,fifo; default: all (see: takt list "
+                   "The schedulers to choose from: edf,fifo (default: all; see: takt list "
                    "schedulers)")
       ->delimiter(',');
   command->add_option("--cpus", *cpus,
-                      fmt::format("The CPUs of the threads: 0-1,3; default: the first {} of those "
-                                  "that this process may use",
+                      fmt::format("The CPUs of the threads: 0-1,3 (default: the first {} of those "
+                                  "that this process may use)",
                                   kUsualCpus));
-  command->add_option("-o,--output", *path, "Write to this file; default: stdout");
+  command->add_option("-o,--output", *path, "Write to this file (default: stdout)");
   command->footer(
       "Examples:\n"
       "  takt random --seed 7 -o system.yaml && takt analyze system.yaml\n"

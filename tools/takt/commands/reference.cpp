@@ -13,6 +13,7 @@
 
 #include "commands.hpp"
 #include "embedded.hpp"
+#include "prompt/values.hpp"
 
 namespace takt::tools::reference_command {
 namespace {
@@ -115,9 +116,9 @@ std::string configuration_reference() {
 
 void set_up(CLI::App* command) {
   const auto page = std::make_shared<std::string>();
-  command->add_option("PAGE", *page, "config: the keys of configuration files, as Markdown")
-      ->required()
-      ->check(CLI::IsMember({"config"}));
+  one_of(command->add_option("PAGE", *page, "config: the keys of configuration files, as Markdown")
+             ->required(),
+         {"config"});
   command->footer("Example:\n  takt reference config > docs/reference/configuration.md\n");
   command->callback([page] { rt::print("{}", configuration_reference()); });
 }

@@ -117,6 +117,7 @@ void set_up(CLI::App* command) {
   command->require_subcommand(1);
   command->footer(
       "Example:\n"
+      "  takt ros2 prefix\n"
       "  cmake -S my_package -B build -D CMAKE_PREFIX_PATH=$(takt ros2 prefix)\n"
       "  takt ros2 build src\n"
       "  takt ros2 run my_package my_program --ros-args -p rate:=10\n");
@@ -135,12 +136,12 @@ void set_up(CLI::App* command) {
   CLI::App* const started =
       command->add_subcommand("run", "Runs a program of an installed package");
   started->positionals_at_end();  // what follows is the program's
-  started
-      ->add_option("--install-base", program->install_base,
-                   "Where `takt ros2 build` has installed it, before AMENT_PREFIX_PATH")
-      ->capture_default_str();
-  started->add_option("PACKAGE", program->package)->required();
-  started->add_option("EXECUTABLE", program->name)->required();
+  started->add_option(
+      "--install-base", program->install_base,
+      "Where `takt ros2 build` has installed it, before AMENT_PREFIX_PATH (default: "
+      "install)");
+  started->add_option("PACKAGE", program->package, "Its name")->required();
+  started->add_option("EXECUTABLE", program->name, "The program's name")->required();
   started->add_option("ARGUMENT", program->arguments, "For the program");
   started->callback([program] { run(*program); });
 }

@@ -129,7 +129,7 @@ void set_up(CLI::App* command) {
   }
   command->footer(
       "Times are whole numbers of any unit. takt rta METHOD --help: what it reads, and an "
-      "example.\n");
+      "example.\n\nExample:\n  takt rta np_fp tasks.json\n");
   // Of a word that is no method: which are near to it.
   command->allow_extras();
   command->callback([command] {

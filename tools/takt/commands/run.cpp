@@ -18,6 +18,7 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
 #include "run/processes.hpp"
@@ -378,6 +379,10 @@ json run_system(const std::vector<SystemDescription>& system, const Options& opt
 }
 
 void run(const Options& options) {
+  if (options.file.empty() && options.name.empty() && program_words().empty()) {
+    throw Error("nothing to run",
+                "give a FILE, a program after --, or --name for an empty container");
+  }
   if (!options.process.empty()) return serve_parent(options);
   options.results.check();
   check_writable(options.trace);
@@ -433,9 +438,10 @@ void set_up(CLI::App* command) {
                        "you load components (see: takt component)")
           ->excludes(file);
   command
-      ->add_option("--load", options->load,
-                   "With --name: the libraries it may load on request: off, index (default), any, "
-                   "or a folder in addition to the index; may be repeated for folders")
+      ->add_option(
+          "--load", options->load,
+          "With --name: the libraries it may load on request: off, index, any, or a folder in "
+          "addition to the index; may be repeated for folders (default: index)")
       ->allow_extra_args(false)
       ->needs(name);
   command
@@ -446,18 +452,22 @@ void set_up(CLI::App* command) {
       ->needs(name);
   command
       ->add_option("--executor", options->executor,
-                   "Run all components under one executor of this type (see: takt list executors)")
+                   "Run all components under one executor of this type (default: TAKT_EXECUTOR, "
+                   "else as the file says; see: takt list executors)")
       ->envname("TAKT_EXECUTOR");
   command
       ->add_option("--scheduler", options->scheduler,
-                   "Scheduler of every executor (see: takt list schedulers)")
+                   "Scheduler of every executor (default: TAKT_SCHEDULER, else as the file says; "
+                   "see: takt list schedulers)")
       ->envname("TAKT_SCHEDULER");
-  command->add_option("--composition", options->composition, "file, single, per-node or dynamic")
-      ->check(CLI::IsMember({"file", "single", "per-node", "dynamic"}));
-  command->add_option("--transport", options->transport, "auto, intra, dds or shm")
-      ->check(CLI::IsMember({"auto", "intra", "dds", "shm"}));
-  command->add_option("--duration", options->duration,
-                      "Duration of the run: 10s, 500ms (default: until Ctrl-C)");
+  one_of(command->add_option("--composition", options->composition,
+                             "Which components share a process (default: file)"),
+         {"file", "single", "per-node", "dynamic"});
+  one_of(command->add_option("--transport", options->transport,
+                             "What messages go through (default: auto)"),
+         {"auto", "intra", "dds", "shm"});
+  time_text(command->add_option("--duration", options->duration,
+                                "Duration of the run (default: until Ctrl-C)"));
   options->results.add_options(command, "the results");
   command->add_flag("--histograms", options->histograms, "Include histograms in these");
   command->add_option("--trace", options->trace,
@@ -471,13 +481,7 @@ void set_up(CLI::App* command) {
       "Example:\n"
       "  takt run robot.yaml --executor events --duration 10s\n"
       "  takt run --duration 10s -- takt ros2 run my_package my_program\n");
-  command->callback([options] {
-    if (options->file.empty() && options->name.empty() && program_words().empty()) {
-      throw Error("nothing to run",
-                  "give a FILE, a program after --, or --name for an empty container");
-    }
-    run(*options);
-  });
+  command->callback([options] { run(*options); });
 }
 const Command registered(
     "run", "Runs the system described by a file, or a program; Ctrl-C ends it cleanly", set_up,

@@ -18,6 +18,8 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
+#include "run/live_line.hpp"
 #include "run/result_json.hpp"
 #include "run/run_again.hpp"
 #include "run/trace.hpp"
@@ -141,19 +143,15 @@ Outcome measure(const Options& options) {
       transports.push_back(transport);
     }
   }
-  const bool shows_progress = isatty(STDERR_FILENO) != 0;
+  LiveLine line("testing");
   std::size_t done = 0;
   for (const std::string& transport : transports) {
     for (const std::string& name : names) {
-      if (shows_progress) {
-        rt::clear_line();
-        rt::to_stderr("{} of {}: {}, {}", ++done, names.size() * transports.size(), name,
-                      transport);
-      }
+      line.step(fmt::format("{}, {}", name, transport), done++, names.size() * transports.size(),
+                parse_run_time(options.duration));
       measure(options, name, transport, signals, outcome);
     }
   }
-  if (shows_progress) rt::clear_line();
   return outcome;
 }
 
@@ -210,17 +208,21 @@ void selftest(const Options& options) {
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
-  command->add_option("--executors", options->executors, "all, or a list: events,isolated");
-  command->add_option("--transports", options->transports, "A list of intra, dds and shm")
+  command->add_option("--executors", options->executors, "A list: events,isolated (default: all)");
+  command
+      ->add_option("--transports", options->transports,
+                   "A list of intra, dds and shm (default: all three)")
       ->check([](const std::string& list) {
         for (const std::string& transport : CLI::detail::split(list, ',')) {
           if (transport != "intra" && transport != "dds" && transport != "shm") {
-            return fmt::format("'{}' is none of intra, dds, shm", transport);
+            return fmt::format("'{}' is none of its words; {}", transport,
+                               suggest(transport, std::vector<std::string>{"intra", "dds", "shm"}));
           }
         }
         return std::string();
       });
-  command->add_option("--duration", options->duration, "Duration of each run (1s)");
+  time_text(
+      command->add_option("--duration", options->duration, "Duration of each run (default: 1s)"));
   command->add_option("--json", options->json, "Also write the findings as JSON; - for stdout");
   command->footer("Example:\n  takt selftest --executors events,multi_threaded\n");
   command->callback([options] { selftest(*options); });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <optional>
 #include <regex>
 #include <set>
 #include <thread>
@@ -19,9 +20,10 @@
 #include "graph/dynamic_message.hpp"
 #include "graph/observer.hpp"
 #include "graph/type_finder.hpp"
+#include "prompt/values.hpp"
+#include "run/live_line.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
-#include "time_option.hpp"
 
 namespace takt::tools::service_command {
 namespace {
@@ -145,10 +147,12 @@ void call(const Options& options) {
   TypeFinder finder(observer);
   const MessageType& request = finder.require(type + "_Request");
   const MessageType& response = finder.require(type + "_Response");
+  std::optional<LiveLine> line(std::in_place, "waiting for an answer");
   bool is_answered = false;
   DynamicClient client(observer, name, request, response,
                        [&](const nlohmann::ordered_json& fields) {
                          is_answered = true;
+                         line.reset();
                          if (options.json_path != "-") rt::print("{}", to_yaml(fields));
                          if (!options.json_path.empty()) write_json(fields, options.json_path);
                        });
@@ -213,10 +217,14 @@ void set_up(CLI::App* command) {
                    "fields are zero")
       ->expected(0, 2);
   call_command->add_option("--type", options->type, "The type, if discovery does not report it");
-  add_time_option(*call_command, "--timeout", options->timeout, "Time limit: 4s, 500ms (5s)");
+  add_time_option(*call_command, "--timeout", options->timeout,
+                  "Time limit of the whole call (default: 5s)");
   command->footer(
       "Example:\n"
       "  takt service list\n"
+      "  takt service type /reset\n"
+      "  takt service info /reset\n"
+      "  takt service find std_srvs/srv/Trigger\n"
       "  takt service call /lidar/get_parameters '{names: [rate_hz]}'\n"
       "  takt service call /reset std_srvs/srv/Trigger\n"
       "  takt service call /calibrate '{offset: 0.5}' --library libweather.so\n");

@@ -13,7 +13,7 @@
 #include "commands.hpp"
 #include "graph/dynamic_message.hpp"
 #include "graph/type_finder.hpp"
-#include "time_option.hpp"
+#include "prompt/values.hpp"
 
 namespace takt::tools::topic_command {
 namespace {
@@ -70,11 +70,11 @@ void set_up_pub(CLI::App& command, const std::shared_ptr<Options>& options) {
   command.add_option("TYPE", options->type, "The type, for example std_msgs/msg/String")
       ->required();
   command.add_option("MESSAGE", options->message, "The message as YAML; missing fields are zero");
-  command
-      .add_option("-r,--rate", options->rate_hz, "Messages per second (default: only one message)")
-      ->check(CLI::PositiveNumber);
+  number(command.add_option("-r,--rate", options->rate_hz,
+                            "Messages per second (default: only one message)"),
+         0.001, 1e6);
   command.add_option("-n,--count", options->count, "With --rate: stop after this many messages");
-  add_time_option(command, "--duration", options->duration, "With --rate: stop after 4s, 500ms");
+  add_time_option(command, "--duration", options->duration, "With --rate: stop after this time");
   command.add_option("-w,--wait-matching-subscriptions", options->wanted_subscriptions,
                      "Begin when there are so many (default: 1; 0 with --rate without --count)");
   add_time_option(command, "--max-wait-time-secs", options->wait_limit,
@@ -93,7 +93,8 @@ void set_up(CLI::App* command) {
     return sub;
   };
   const auto add_listening = [&](CLI::App* sub) {
-    add_time_option(*sub, "--duration", options->duration, "4s, 500ms (default: until Ctrl-C)");
+    add_time_option(*sub, "--duration", options->duration,
+                    "End after this time (default: until Ctrl-C)");
     sub->add_option("--type", options->type, "The type, if discovery reports several or none");
     return sub;
   };
@@ -116,8 +117,9 @@ void set_up(CLI::App* command) {
         std::tuple("bw", "Prints the bandwidth every second", &bw),
         std::tuple("delay", "Prints the age of messages with a header every second", &delay)}) {
     CLI::App* sub = add_listening(add(name, what, function));
-    sub->add_option("--window", options->window, "Number of last messages that are evaluated")
-        ->check(CLI::PositiveNumber);
+    whole_number(sub->add_option("--window", options->window,
+                                 "Number of last messages that are evaluated (default: 1000)"),
+                 1, 1'000'000);
     if (function == &delay) add_library_option(*sub, options->libraries);
   }
   CLI::App* echo_command = add_listening(add("echo", "Prints each message", echo));
@@ -129,7 +131,12 @@ void set_up(CLI::App* command) {
   command->footer(
       "Example:\n"
       "  takt topic list\n"
+      "  takt topic info /scan -v\n"
+      "  takt topic type /scan\n"
+      "  takt topic find sensor_msgs/msg/LaserScan\n"
       "  takt topic hz /scan --duration 4s\n"
+      "  takt topic bw /scan --window 100\n"
+      "  takt topic delay /scan\n"
       "  takt topic echo /odom -n 1\n"
       "  takt topic echo /weather --library libweather.so\n"
       "  takt topic pub /cmd_vel geometry_msgs/msg/Twist '{linear: {x: 0.2}}' --rate 10\n");

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
-#include <map>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -15,6 +15,8 @@
 #include "takt/messages/message_types.hpp"
 
 #include "exit_status.hpp"
+#include "prompt/values.hpp"
+#include "run/live_line.hpp"
 
 namespace takt::tools {
 namespace {
@@ -33,12 +35,14 @@ std::shared_ptr<Participant> join(const ObserverOptions& observer) {
 
 void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_json) {
   options.domain.add_to(command);
-  command
-      .add_option("--ros", options.form,
-                  "Format of node announcements: jazzy (Iron and later) or "
-                  "humble (and earlier)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, RosGraph>{
-          {"jazzy", RosGraph::jazzy}, {"humble", RosGraph::humble}}));
+  one_of(command.add_option_function<std::string>(
+             "--ros",
+             [&options](const std::string& name) {
+               options.form = name == "humble" ? RosGraph::humble : RosGraph::jazzy;
+             },
+             "Format of node announcements: jazzy (Iron and later) or humble (and earlier) "
+             "(default: jazzy)"),
+         {"jazzy", "humble"});
   if (has_json) {
     command.add_option("--json", options.json_path, "Also write the table as JSON; - for stdout");
   }
@@ -73,6 +77,7 @@ Observer::Observer(const ObserverOptions& options)
 }
 
 Graph Observer::graph(const std::function<bool(const Graph&)>& is_there) const {
+  const LiveLine line(kDiscovering);
   Graph graph = participant_->graph();
   for (int i = 0; i < 60 && !is_there(graph); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -106,10 +111,12 @@ void Observer::run(Nanoseconds duration, bool ends_by_itself, Nanoseconds pause)
   if (duration != Nanoseconds::zero()) {
     add(end = node_->create_timer("end", duration, [this] { stop(); }));
   }
+  std::optional<LiveLine> line(std::in_place, "waiting for messages");
   while (!is_stopped_) {
     bool has_messages = false;
     for (const auto& entity : wait_set_.wait()) {
       has_messages = has_messages || entity->kind() == EntityKind::subscription;
+      line.reset();  // the callbacks write
       for (Slot slot; !is_stopped_ && entity->take(slot); slot = {}) entity->execute(slot);
     }
     if (has_messages && !is_stopped_) std::this_thread::sleep_for(pause);

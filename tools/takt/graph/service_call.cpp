@@ -6,6 +6,8 @@
 
 #include <fmt/ranges.h>
 
+#include "run/live_line.hpp"
+
 namespace takt::tools {
 
 std::vector<std::string> Caller::find(const std::string& ending) {
@@ -30,6 +32,7 @@ void Caller::check_is_one(const std::string& service, const std::string& whose) 
 }
 
 bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limit) {
+  const LiveLine line(kDiscovering);
   const TimePoint end = later(Clock::steady().now(), limit);
   while (!condition()) {
     if (Clock::steady().now() > end) return false;

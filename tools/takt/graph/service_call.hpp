@@ -20,6 +20,7 @@
 #include "takt/executors/executor.hpp"
 
 #include "exit_status.hpp"
+#include "run/live_line.hpp"
 
 namespace takt::tools {
 
@@ -91,6 +92,7 @@ class Caller {
   /// Returns an empty answer if there is none in time, or the server goes.
   template <class S>
   typename Client<S>::Answer receive(const Call<S>& call, Nanoseconds limit) {
+    const LiveLine line("waiting for an answer");
     const TimePoint end = later(Clock::steady().now(), limit);
     while (!call.answer.ready() && Clock::steady().now() < end) {
       executor_->spin_until_future_complete(call.answer, std::chrono::milliseconds(100));
@@ -142,6 +144,7 @@ Caller::Answers<S> Caller::ask_all(const std::vector<std::string>& owners, const
   for (const std::string& owner : owners) {
     questions.push_back({node_->create_client<S>(service_of(owner, ending)), {}});
   }
+  const LiveLine line("waiting for answers");
   const TimePoint end = later(Clock::steady().now(), limit);
   while (!std::all_of(questions.begin(), questions.end(), std::mem_fn(&Question::is_answered)) &&
          Clock::steady().now() < end) {

@@ -18,6 +18,7 @@
 
 #include "exit_status.hpp"
 #include "graph/definitions.hpp"
+#include "run/live_line.hpp"
 
 namespace takt::tools {
 namespace {
@@ -126,6 +127,7 @@ const MessageType* TypeFinder::ask_nodes(const std::string& name, const std::str
 
 std::optional<TypeDescription> TypeFinder::ask(const std::string& service, const std::string& type,
                                                const std::string& hash) {
+  const LiveLine line("asking for the type");
   const auto client = observer_.node().create_client<GetTypeDescription>(service);
   const TimePoint end = later(Clock::steady().now(), kPatience);
   while (!client->service_is_ready()) {

@@ -7,11 +7,13 @@
 #include <chrono>
 #include <ctime>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "takt/base/clock.hpp"
 #include "takt/measuring/output.hpp"
 
+#include "run/live_line.hpp"
 #include "run/service_manager.hpp"
 
 namespace takt::tools {
@@ -22,12 +24,14 @@ inline timespec to_timespec(Nanoseconds time) {
   return {time / 1s, (time % 1s).count()};
 }
 
-/// Prints the elapsed time of a run if stderr is a terminal, and tells a service manager of it.
+/// Prints the elapsed time of a run, and what is left of it, if stderr is a terminal, and reports
+/// to a service manager. A duration of zero: it has no end of its own.
 class Progress {
  public:
   explicit Progress(Nanoseconds duration)
       : duration_(duration),
-        is_shown_(isatty(STDERR_FILENO) != 0 && duration > std::chrono::seconds(2)) {}
+        is_shown_(isatty(STDERR_FILENO) != 0 &&
+                  (duration == Nanoseconds::zero() || duration > std::chrono::seconds(2))) {}
   ~Progress() {
     if (is_shown_) rt::clear_line();
   }
@@ -42,9 +46,10 @@ class Progress {
     Nanoseconds step = end() == kNever ? std::chrono::hours(24) : end() - now;
     step = std::min(step, service_manager_.go_on(now));
     if (is_shown_) {
-      rt::clear_line();
-      rt::to_stderr("{:.0f} of {:.0f} s ", std::chrono::duration<double>(now - start_).count(),
-                    std::chrono::duration<double>(duration_).count());
+      const std::string so_far = rough(now - start_);
+      rt::show_line(end() == kNever ? fmt::format("running, {}; Ctrl-C ends it", so_far)
+                                    : fmt::format("{} of {}, {} left", so_far, rough(duration_),
+                                                  rough(end() - now)));
       step = std::min<Nanoseconds>(step, std::chrono::seconds(1));
     }
     return step;

@@ -127,7 +127,7 @@ def test_recordings():
         for compression in ("none", "lz4", "zstd"):
             file = folder / f"{compression}.mcap"
             done = as_json("bag", "record", "/scan", "/out", "-o", str(file), "--compression",
-                           compression, "--duration", "2.5")
+                           compression, "--duration", "2.5s")
             check("what was recorded", done["topics"] == 2 and done["dropped"] == 0, done)
             info = as_json("bag", "info", str(file))
             check("what is in the file", info["messages"] == done["messages"] and info["is_complete"]
@@ -178,7 +178,7 @@ def test_playing():
     check("every message is played", played["messages"] == count == len(lines), played, count, len(lines))
     check("byte for byte", "00010000050000006c65667400" in lines[0], lines[0])
     loop = subprocess.Popen([takt, "bag", "play", str(folder / "lz4.mcap"), "-r", "100", "--loop", "--clock",
-                             "--start-offset", "1", "--json", "-"], env=environment, text=True,
+                             "--start-offset", "1s", "--json", "-"], env=environment, text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     time.sleep(2)
     loop.send_signal(signal.SIGINT)

@@ -70,13 +70,13 @@ READERS = {  # the file is FILE
     "model": [("analyze", "system.yaml", "--model", "FILE")],
     "trace": [("model", "FILE", "-o", "out.yaml")],
     "comparison": [("compare", "system.yaml", *SHORT, "--executors", "file", "--repeat", "2", "--against", "FILE")],
-    "recording": [("bag", "info", "FILE"), ("bag", "play", "FILE", "--delay", "0"), ("run", "player.yaml", *SHORT)],
-    "parameters": [("param", "load", "/nobody", "FILE", "--timeout", "0.1")],
+    "recording": [("bag", "info", "FILE"), ("bag", "play", "FILE", "--delay", "0s"), ("run", "player.yaml", *SHORT)],
+    "parameters": [("param", "load", "/nobody", "FILE", "--timeout", "100ms")],
     "library": [("interface", "show", "std_msgs/msg/String", "--library", "./FILE")],
     "index": [("component", "types"), ("list", "components")],
     "key": [("run", f"{key}.yaml", *SHORT) for key in KEYS],
     "definition": [("interface", "show", "fz/msg/T0"), ("interface", "show", "fz/msg/T0", "--json", "-"), ("topic", "pub", "/t", "fz/msg/T0", "{}", "-w", "0"),
-                   ("topic", "echo", "/t", "--type", "fz/msg/T0", "--duration", "0.1")],
+                   ("topic", "echo", "/t", "--type", "fz/msg/T0", "--duration", "100ms")],
 }
 ENDINGS = {"recording": "mcap", "trace": "json", "comparison": "json", "workload": "json", "library": "so", "definition": "msg"}
 

@@ -140,7 +140,7 @@ def test_messages_are_sent_and_shown():
                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     run("topic", "pub", "/odom", "nav_msgs/msg/Odometry",
         "{header: {frame_id: map}, pose: {pose: {position: {x: 1.5}}}}", "--rate", "20", "-n", "100",
-        "--duration", "6")
+        "--duration", "6s")
     message = json.loads(echo.communicate(timeout=20)[0])
     check("sent and shown", message["header"]["frame_id"] == "map" and
           message["pose"]["pose"]["position"]["x"] == 1.5 and
@@ -167,7 +167,7 @@ def test_a_publisher_waits_for_its_subscription():
     for _ in range(5):
         line = publisher.stderr.readline()
         check("it says so", line == "waiting for 1 subscription(s) of '/late'\n", line)
-    heard = as_json("topic", "echo", "/late", "-n", "1", "--duration", "30")
+    heard = as_json("topic", "echo", "/late", "-n", "1", "--duration", "30s")
     check("and is heard", heard == {"data": "hi"} and publisher.wait(30) == 0, heard)
 
 

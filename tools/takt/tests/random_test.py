@@ -73,7 +73,7 @@ with tempfile.TemporaryDirectory() as folder:
           set(re.findall(r"affinity: (\[.*?\])", output)) == {"[0]"}, output, errors)
 
     for what, words, text in [
-            ("no seed", [], "--seed"), ("a wrong seed", ["--seed", "-1"], "--seed: write an integer from 0"), ("a long seed", ["--seed", 19 * "1"], "18 digits"),
+            ("no seed", [], "--seed"), ("a wrong seed", ["--seed", "-1"], "--seed: '-1' is not a whole number from 0"), ("a long seed", ["--seed", 19 * "1"], "from 0 to 999999999999999999"),
             ("a wrong executor", ["--seed", "1", "--executors", "event"], "no executor is called 'event'; did you mean 'events'?"),
             ("a wrong scheduler", ["--seed", "1", "--schedulers", "edf,fast"], "no scheduler is called 'fast'"),
             ("a wrong CPU", ["--seed", "1", "--cpus", "9999"], "'9999' is not a CPU that this process may use"),

@@ -190,9 +190,9 @@ def test_who_has_no_parameters():
 
         seen(lambda rows: any(row["service"] == "/mute/list_parameters" for row in rows), "service",
              "list")
-        wrong = run("param", "list", "/mute", "--timeout", "0.5", status=1)
+        wrong = run("param", "list", "/mute", "--timeout", "500ms", status=1)
         check("no answer", "no response from node '/mute' within 500ms" in wrong.stderr, wrong.stderr)
-        wrong = run("param", "list", "--timeout", "1", status=1)
+        wrong = run("param", "list", "--timeout", "1s", status=1)
         check("the others are shown", "/front/lidar:\n" in wrong.stdout and "/other:\n" in wrong.stdout
               and "no response from node '/mute' within 1s" in wrong.stderr,
               wrong.stdout, wrong.stderr)
@@ -266,7 +266,7 @@ def test_actions():
         check("no YAML", "the message" in wrong.stderr, wrong.stderr)
         wrong = run("action", "send_goal", "/fibonacci", ACTION[1] + "s", "{}", status=2)
         check("a type that is none", "does not know the type" in wrong.stderr, wrong.stderr)
-        wrong = run("action", "send_goal", "/fibonaci", ACTION[1], "{}", "--timeout", "0.5", status=1)
+        wrong = run("action", "send_goal", "/fibonaci", ACTION[1], "{}", "--timeout", "500ms", status=1)
         check("no such server", "did you mean '/fibonacci'" in wrong.stderr, wrong.stderr)
 
 

@@ -69,7 +69,7 @@ check("a misspelt parameter gets its suggestion", status != 0 and
       "has no parameter 'fiel'; did you mean 'file'? valid: " in errors, errors)
 
 record = os.path.join(folder.name, "x.mcap")
-status, output, errors = run("bag", "record", "/never", "-o", record, "--duration", "0.2")
+status, output, errors = run("bag", "record", "/never", "-o", record, "--duration", "200ms")
 check("a topic that never came is named", "no message of /never, which has had no publisher" in errors, status, errors)
 
 # Two processes whose containers and nodes have the same names: one of them did what was asked of both.

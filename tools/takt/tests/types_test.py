@@ -52,7 +52,7 @@ ROOF = f"component: weather::Roof, library: {library}, name: roof"
 
 
 def echoed(topic, *arguments):
-    out = run("topic", "echo", topic, "-n", "1", "--json", "-", "--duration", "30", *arguments).stdout
+    out = run("topic", "echo", topic, "-n", "1", "--json", "-", "--duration", "30s", *arguments).stdout
     return json.loads(out.splitlines()[0]) if out else None
 
 
@@ -75,7 +75,7 @@ def test_a_system_is_used():
         unknown = run("topic", "echo", "/wind", status=2).stderr
         check("without, the error says what can be done", "does not know the type weather/msg/Wind" in unknown
               and all(word in unknown for word in ("--library", "AMENT_PREFIX_PATH", "a node")), unknown)
-        done = as_json("bag", "record", "/wind", "-o", str(folder / "wind.mcap"), "--duration", "2", *KNOWN)
+        done = as_json("bag", "record", "/wind", "-o", str(folder / "wind.mcap"), "--duration", "2s", *KNOWN)
         check("record", done["messages"] > 10, done)
         rows = as_json("bag", "info", str(folder / "wind.mcap"))["topics"]
         check("with its definition", rows[0]["has_definition"], rows)

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/construction.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "takt/base/clock.hpp"
+#include "takt/base/error.hpp"
+#include "takt/containers/container.hpp"
+
+#include "run/live_line.hpp"
+
+namespace takt::tools {
+namespace {
+
+// Limit: time in which the components of a process must be constructed for `takt check`. At it: the
+// child is killed. Seen: the error.
+constexpr auto kMostTime = std::chrono::milliseconds(30000);
+
+/// In the child. One line for each error.
+std::string construct(const SystemDescription& process) {
+  try {
+    const Container container(process);
+    return "";
+  } catch (const ConfigurationError& error) {
+    return fmt::format("{}\n", fmt::join(error.errors(), "\n"));
+  } catch (const std::exception& error) {
+    return fmt::format("{}: {}\n", process.file, error.what());
+  } catch (...) {
+    return fmt::format("{}: a component threw an object that is not a std::exception\n",
+                       process.file);
+  }
+}
+
+/// What the child writes until it ends; `is_late` if that was too late.
+std::string answer_of(pid_t child, int pipe, bool& is_late) {
+  const LiveLine line("constructing the components");
+  const TimePoint limit = later(Clock::steady().now(), kMostTime);
+  std::string text;
+  std::array<char, 4096> buffer;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit - Clock::steady().now());
+    pollfd event{pipe, POLLIN, 0};
+    const int ready = poll(&event, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
+    if (ready < 0 && errno == EINTR) continue;
+    is_late = ready == 0;
+    if (is_late) kill(child, SIGKILL);
+    const ssize_t size = is_late ? 0 : read(pipe, buffer.data(), buffer.size());
+    if (size <= 0) return text;
+    text.append(buffer.data(), static_cast<std::size_t>(size));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> errors_of_construction(SystemDescription process) {
+  if (process.dds) {
+    process.dds->discovery = DiscoveryRange::off;
+    process.dds->shared_memory = SharedMemory::off;
+  }
+  std::array<int, 2> pipe_ends{};
+  if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) {
+    throw Error("cannot create a pipe: " + errno_message(errno));
+  }
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0) throw Error("cannot create a process: " + errno_message(errno));
+  if (child == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1);
+    dup2(STDERR_FILENO, STDOUT_FILENO);  // what constructors print is no result of takt
+    const std::string errors = construct(process);
+    const ssize_t written = write(pipe_ends[1], errors.data(), errors.size());
+    _exit(written == static_cast<ssize_t>(errors.size()) ? 0 : 1);
+  }
+  close(pipe_ends[1]);
+  bool is_late = false;
+  const std::string text = answer_of(child, pipe_ends[0], is_late);
+  close(pipe_ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  std::vector<std::string> errors;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    errors.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  if (is_late) {
+    errors.push_back(
+        fmt::format("{}: the components of '{}' were not constructed within {} s; "
+                    "look for a constructor that waits",
+                    process.file, process.name, kMostTime / std::chrono::seconds(1)));
+  } else if (WIFSIGNALED(status)) {
+    errors.push_back(
+        fmt::format("{}: {} ended the construction of '{}'; construct it under a "
+                    "debugger: gdb --args takt plan {}",
+                    process.file, strsignal(WTERMSIG(status)), process.name, process.file));
+  } else if (text.empty() && status != 0) {
+    errors.push_back(
+        fmt::format("{}: a component of '{}' ended the process; a constructor may "
+                    "throw, but not exit",
+                    process.file, process.name));
+  }
+  return errors;
+}
+
+}  // namespace takt::tools

@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""The prompt, as people meet it: mistakes end with 2 and one line, a terminal gets colour and a sign of life, files that are
+not of Takt are not shown, and a new project is written once.
+
+usage: prompt_test.py TAKT
+"""
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import pty
+import re
+import select
+import subprocess
+import tempfile
+import time
+
+from command import run, takt
+from checks import check, environment, finish
+
+SECRET = "hunter2"
+SECRETS = {  # files that a careless word names
+    "shadow": f"root:{SECRET}:19000:0:99999:7:::\nbin:{SECRET}:19000:0:99999:7:::\n",
+    "id_rsa": f"-----BEGIN OPENSSH PRIVATE KEY-----\n{SECRET}\n-----END OPENSSH PRIVATE KEY-----\n",
+    "passwords.yaml": f"{SECRET}: {SECRET}\nother: {SECRET}\n",
+    "token.json": f'{{"{SECRET}": "{SECRET}"}}',
+    "env": f"TOKEN={SECRET}\n",
+    "broken.json": f'{{"a": "{SECRET}',
+    "binary": f"\x7fELF\x02{SECRET}",
+}
+READERS = (["check", "FILE"], ["check", "--construct", "FILE"], ["run", "FILE"], ["plan", "FILE"], ["analyze", "FILE"],
+           ["compare", "FILE"], ["list", "schedulers", "FILE"], ["rta", "fp", "FILE"], ["model", "FILE"],
+           ["bag", "info", "FILE"], ["analyze", "--model", "FILE", "idle.yaml"])
+IDLE = "container: {components: [{component: takt::Workload, name: idle}]}\n"
+
+
+def on_a_terminal(*words, seconds=20, **variables):
+    """What the command writes on a terminal that is its stderr."""
+    ours, theirs = pty.openpty()
+    child = subprocess.Popen([takt, *words], env=environment | {"TERM": "xterm"} | variables, stdin=subprocess.DEVNULL,
+                             stdout=subprocess.DEVNULL, stderr=theirs)
+    os.close(theirs)
+    text, end = b"", time.monotonic() + seconds
+    while time.monotonic() < end:
+        if not select.select([ours], [], [], 0.2)[0]:
+            continue
+        try:
+            text += os.read(ours, 65536)
+        except OSError:  # nobody has the other end any more
+            break
+    child.kill()
+    child.wait()
+    os.close(ours)
+    return text.decode(errors="replace")
+
+
+def check_mistakes():
+    for words in ([], ["runn"], ["--verison"], ["topic"], ["topic", "ecko"], ["check"], ["run", "idle.yaml", "more"],
+                  ["run", "idle.yaml", "--duration", "5"], ["compare", "idle.yaml", "--repeat", "0"], ["help", "rnu"],
+                  ["list", "schedulerz"], ["latency", "-b", "-5"], ["topic", "hz", "/a", "--window", "0"], ["help", "run", "x"],
+                  ["latency", "--tracemark"], ["latency", "--histfile", "h"], ["bench", "latncy"], ["run", "--executor"]):
+        wrong = run(*words, status=2)
+        check("one line says what to do", re.fullmatch(r"takt: [^\n]+; [^\n]+\n", wrong.stderr), wrong.stderr)
+    check("help is help", run("help", "topic", "echo").stdout.startswith("Prints each message\nUsage: takt topic echo "))
+    check("without a command, too", "Subcommands:" in run("help").stdout)
+    note = run("latency", "-n", "-l", "10", "-q", "--executor", "none", "-c", "1", "-s").stderr
+    check("options of an old cyclictest are ignored with a note", "note: -n,--nanosleep is history" in note, note)
+
+
+def check_terminal():
+    red = on_a_terminal("runn")
+    check("a terminal has colour", red.startswith("\x1b[31mtakt:\x1b[0m takt has no command"), red)
+    plain = on_a_terminal("runn", NO_COLOR="1")
+    check("NO_COLOR is obeyed", "\x1b" not in plain, plain)
+    check("a pipe has none", "\x1b" not in run("runn", status=2).stderr)
+    life = on_a_terminal("lifecycle", "get", "/nobody")
+    check("a command that waits shows it", "looking for it on the DDS domain, " in life, life)
+    life = on_a_terminal("run", "idle.yaml", "--duration", "3s")
+    check("a run says what is left", re.search(r"\d s of 3 s, \d s left", life), life)
+    life = on_a_terminal("compare", "idle.yaml", "--executors", "events,static_single_threaded", "--duration", "1s", seconds=60)
+    check("a comparison, too", re.search(r"1 of 2: events.*, \d+ s left", life) and "2 of 2: " in life, life)
+    life = on_a_terminal("latency", "-D", "1", "--executor", "none")
+    check("latency writes over its own lines", "\x1b[1A" in life and "u001b" not in life, life)
+
+
+def check_files():
+    for name, content in SECRETS.items():
+        pathlib.Path(name).write_text(content, encoding="utf-8")
+        for words in READERS:
+            done = subprocess.run([takt, *(name if word == "FILE" else word for word in words)], env=environment, text=True,
+                                  capture_output=True, timeout=60, stdin=subprocess.DEVNULL)
+            check(f"{' '.join(words)}: {name} is refused", done.returncode in (1, 2) and name in done.stderr, done.stderr)
+            check("and not shown", SECRET not in done.stderr + done.stdout, done.stderr, done.stdout)
+
+
+def check_construction():
+    wrong = IDLE.replace("name: idle", "name: idle, parameters: {no_such: 1}")
+    pathlib.Path("wrong.yaml").write_text(wrong, encoding="utf-8")
+    run("check", "wrong.yaml")  # only its constructor knows its parameters
+    said = run("check", "--construct", "wrong.yaml", status=2).stderr
+    check("which --construct finds, with its line", said.startswith("wrong.yaml:1: ") and "no_such" in said, said)
+    check("and what is right is valid", "valid: 1 component" in run("check", "--construct", "idle.yaml").stdout)
+
+
+def check_new():
+    said = run("new", "my_robot").stdout
+    files = {str(path.relative_to("my_robot")) for path in pathlib.Path("my_robot").rglob("*") if path.is_file()}
+    check("a project is written", files == {"CMakeLists.txt", "my_robot.yaml", "msg/Reading.msg", "src/monitor.cpp",
+                                            "src/sensor.cpp"}, files, said)
+    text = "".join(pathlib.Path("my_robot", file).read_text(encoding="utf-8") for file in files)
+    check("no mark is left in it", "@" not in text, text)
+    check("a folder that exists is refused", "exists" in run("new", "my_robot", status=2).stderr)
+    for name in ("", "../up", "Robot", "7up", "class", "a__b", "std"):
+        run("new", name, status=2)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    pathlib.Path("idle.yaml").write_text(IDLE, encoding="utf-8")
+    check_mistakes()
+    check_terminal()
+    check_files()
+    check_construction()
+    check_new()
+    os.chdir("/")
+finish()
