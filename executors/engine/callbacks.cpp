@@ -107,10 +107,8 @@ void Callbacks::add_callback_group(const std::shared_ptr<CallbackGroup>& group,
 void Callbacks::listen_to(const std::shared_ptr<Node>& node) {
   node->add_listener(*this);
   const std::lock_guard lock(mutex_);
-  if (std::any_of(nodes_.rbegin(), nodes_.rend(),
-                  [&](const auto& known) { return is_same_owner(known, node); })) {
-    return;  // another group of the same node
-  }
+  const auto is_known = [&](const auto& known) { return is_same_owner(known, node); };
+  if (std::any_of(nodes_.rbegin(), nodes_.rend(), is_known)) return;  // by another group
   if (nodes_.size() == nodes_.capacity()) {
     std::erase_if(nodes_, [](const auto& known) { return known.expired(); });
   }

@@ -78,10 +78,9 @@ void set_up(CLI::App* command) {
       ->add_option("FILE", options->file,
                    "A configuration file; its components are constructed, but do not run")
       ->required();
-  command->add_option(
-      "-o,--output", options->picture,
-      "The picture: a name that ends with .svg, .html (both need graphviz) or .dot; "
-      "without it, a table of the topics is printed");
+  command->add_option("-o,--output", options->picture,
+                      "The picture: a name that ends with .svg, .html (both need graphviz) or .dot "
+                      "(default: a table of the topics)");
   command->add_option("--json", options->json_path, "Also write the graph as JSON; - for stdout");
   command->footer("Example:\n  takt graph robot.yaml -o robot.svg\n");
   command->callback([options] { run(*options); });
