@@ -393,8 +393,8 @@ def title_of(document):
     """Tells one page from another in a browser's tabs."""
     if "experiments" in document:
         return "takt bench " + " ".join(experiment["name"] for experiment in document["experiments"])
-    rows, command = ((document["analyses"], "analyze") if "analyses" in document else (document["runs"], "compare")
-                     if "runs" in document else ([], "latency"))
+    rows, command = ((document["analyses"], "analyze") if "analyses" in document else ([], "latency")
+                     if "jitter" in document else (document["runs"], "compare"))
     return " ".join([f"takt {command}"] + list(dict.fromkeys(os.path.basename(row["file"]) for row in rows)))
 
 

@@ -20,6 +20,7 @@
 #include "takt/measuring/cyclic.hpp"
 #include "takt/measuring/load.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/measuring/process_json.hpp"
 #include "takt/sched/threads/cpu_dma_latency.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
@@ -28,6 +29,7 @@
 #include "latency/cpu_set.hpp"
 #include "latency/output.hpp"
 #include "prompt/values.hpp"
+#include "report.hpp"
 #include "run/live_line.hpp"
 #include "run/result_json.hpp"
 
@@ -47,7 +49,7 @@ struct Options {
   std::size_t histogram = 0, histogram_with_sum = 0;
   std::size_t threads = 1;
   std::int64_t distance_us = 500;
-  std::string duration, executors, affinity, policy, load = "none", histogram_file, json;
+  std::string duration, executors, affinity, policy, load = "none", histogram_file, json, report;
   int dma_latency_us = 0;
   bool quiet = false, nanoseconds = false, leaves_dma_latency = false, require = false,
        verbose = false, relative = false, uses_nanosleep = false, marks = false;
@@ -237,6 +239,7 @@ void latency(const Options& options) {
           : "";
   check_writable(options.json);
   check_writable(options.histogram_file);
+  if (!options.report.empty()) check_report(options.report);
   const std::vector<rt::CyclicOptions> threads = threads_of(options, cyclic);
   for (const rt::CyclicOptions& thread : threads) thread.thread.check();
   const Rows rows = rows_of(options, threads);
@@ -277,6 +280,11 @@ void latency(const Options& options) {
   }
   if (!options.histogram_file.empty()) write_histogram(rows, cyclic, options);
   if (!options.json.empty()) write_json(to_json(rows, cyclic, outcome), options.json);
+  if (!options.report.empty()) {
+    nlohmann::json page = rt::result_document(nlohmann::json::array());
+    page["jitter"] = to_json(rows, cyclic, outcome);
+    write_report(std::move(page), options.report);
+  }
   check_complete(came, /*ends_by_itself=*/cycles != 0);
 }
 
@@ -399,6 +407,7 @@ void set_up(CLI::App* command) {
   command->add_flag("--require", options->require,
                     "Fail if the system refuses real-time privileges");
   command->add_option("--json", options->json, "Write rt-tests' JSON; - for stdout");
+  command->add_option("--report", options->report, "Also write an HTML page with the histogram");
   command->footer(
       "Examples:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50us\n"
       "  takt latency -l100000 -m -Sp90 -i200 -h400 -q\n");

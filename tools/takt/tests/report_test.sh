@@ -71,4 +71,11 @@ if command -v dot >/dev/null; then
 else
   expect "without graphviz it says what is missing" grep -q 'apt-get install graphviz' "$work/dom.html"
 fi
+
+"$takt" latency -D 300ms -i 1000 -q --report "$work/latency.html" >/dev/null
+"$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
+  "file://$work/latency.html" >"$work/dom.html" 2>/dev/null
+for text in '<title>takt latency</title>' 'cycles per 1 µs' 'percentile (%)' 'clock_nanosleep'; do
+  expect "the page of takt latency has: $text" grep -q "$text" "$work/dom.html"
+done
 exit $failed
