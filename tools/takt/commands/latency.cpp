@@ -352,6 +352,11 @@ void add_history(CLI::App& command, Options& options) {
   }
 }
 
+void add_outputs(CLI::App& command, Options& options) {
+  command.add_option("--json", options.json, "Write rt-tests' JSON; - for stdout");
+  command.add_option("--report", options.report, "Also write an HTML page with the histogram");
+}
+
 void set_up(CLI::App* command) {
   command->set_help_flag("--help", "Print this help message and exit");
   const auto options = std::make_shared<Options>();
@@ -406,8 +411,7 @@ void set_up(CLI::App* command) {
                     "Do not use /dev/cpu_dma_latency");
   command->add_flag("--require", options->require,
                     "Fail if the system refuses real-time privileges");
-  command->add_option("--json", options->json, "Write rt-tests' JSON; - for stdout");
-  command->add_option("--report", options->report, "Also write an HTML page with the histogram");
+  add_outputs(*command, *options);
   command->footer(
       "Examples:\n  takt latency -p 80 -i 1000 -D 10s -a 1 --executor all --early-wake 50us\n"
       "  takt latency -l100000 -m -Sp90 -i200 -h400 -q\n");

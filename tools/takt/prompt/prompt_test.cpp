@@ -22,6 +22,7 @@ using ::testing::HasSubstr;
 using Words = std::vector<std::string>;
 
 void for_each(CLI::App& app, const std::function<void(CLI::App&)>& visit) {
+  if (app.get_group().empty()) return;  // hidden: for programs
   visit(app);
   for (CLI::App* const each : app.get_subcommands({})) for_each(*each, visit);
 }
