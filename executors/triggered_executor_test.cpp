@@ -236,7 +236,7 @@ TEST(TriggerOptionsOf, OtherExecutorsAreRefused) {
   EXPECT_THAT([] { executors().make("events", {.trigger = {.let_period = 1ms}}); },
               ThrowsMessage<Error>(HasSubstr("choose 'triggered'")));
   EXPECT_THAT([] { executors().make("triggered", {.trigger = {.kind = Kind::one}}); },
-              ThrowsMessage<Error>(HasSubstr("without a name")));
+              ThrowsMessage<Error>(HasSubstr("without a callback")));
   EXPECT_THAT([] { executors().make("triggered", {.trigger = {.let_period = -1ms}}); },
               ThrowsMessage<Error>(HasSubstr("give a positive one")));
 }

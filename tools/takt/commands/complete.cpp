@@ -95,13 +95,14 @@ const std::vector<Source>& sources() {
   return all;
 }
 
-/// The permitted values, which the help shows as TEXT:{file,single}.
+/// The permitted words, which the help shows as `file|single`; of `TIME|off`, the word.
 Candidates values_in(const std::string& type) {
   Candidates values;
-  const std::size_t begin = type.find('{'), end = type.find('}');
-  if (begin == type.npos || end == type.npos) return values;
-  std::istringstream parts(type.substr(begin + 1, end - begin - 1));
-  for (std::string part; std::getline(parts, part, ',');) values.push_back({part, ""});
+  if (type.find('|') == type.npos) return values;
+  std::istringstream parts(type);
+  for (std::string part; std::getline(parts, part, '|');) {
+    if (part.find_first_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ") == part.npos) values.push_back({part, ""});
+  }
   return values;
 }
 

@@ -163,7 +163,7 @@ for options, reason in [
         (("--name", "robot", "--recordings", place("nowhere")),
          f"there is no folder '{place('nowhere')}'"),
         (("--name", "robot", "--recordings", "/tmp"), "every user of this machine can change"),
-        ((place("robot.yaml"), "--load", "any"), "--load requires --name")]:
+        ((place("robot.yaml"), "--load", "any"), "--load is for --name only")]:
     done = run("run", *options)
     check(f"{' '.join(options)} is refused".replace(folder + "/", ""),
           done.returncode == 2 and reason in done.stderr, done.returncode, done.stderr)
