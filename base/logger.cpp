@@ -67,12 +67,24 @@ Logger& Logger::instance() {
 struct Logger::Output {
   boost::lockfree::queue<Record, boost::lockfree::capacity<kRecords>> queue;
   std::thread thread;
+  std::mutex one_at_a_time;  // that runs a function in the thread, or ends it
+  std::atomic<bool> is_writing{false};
+
+  /// One thread at a time. A line that comes meanwhile, also from the writer, is seen by the loop.
+  template <class Write>
+  void write_at_the_end(const Write& write) {
+    while (!queue.empty() && !is_writing.exchange(true)) {
+      write();
+      is_writing.store(false);
+    }
+  }
 };
 
 Logger::Logger() : output_(std::make_unique<Output>()), writer_(write_to_stderr) {
 }
 
 void Logger::stop() {
+  const std::lock_guard one(output_->one_at_a_time);  // no function is on its way
   const std::lock_guard lock(starting_);
   stopping_.store(true);
   work_.fetch_add(1);
@@ -80,7 +92,7 @@ void Logger::stop() {
   if (output_->thread.joinable()) output_->thread.join();
   started_.store(true);
   stopped_.store(true);
-  write_what_waits();
+  output_->write_at_the_end([this] { write_what_waits(); });
 }
 
 void Logger::start() {
@@ -96,13 +108,9 @@ void Logger::start() {
 }
 
 void Logger::run_in_thread(const std::function<void()>& function) {
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
+  const std::lock_guard lock(output_->one_at_a_time);
   start();
-  if (stopped_.load()) {
-    const std::lock_guard stopped(starting_);
-    return function();
-  }
+  if (stopped_.load()) return function();
   function_.store(&function);
   work_.fetch_add(1);
   work_.notify_one();
@@ -144,10 +152,7 @@ void Logger::hand_over(LogLevel level, Record& record) noexcept {
   record.time = std::chrono::system_clock::now();
   handed_over_.fetch_add(1, std::memory_order_relaxed);
   output_->queue.push(record);  // it has room
-  if (stopped_.load()) {
-    const std::lock_guard lock(starting_);
-    return write_what_waits();
-  }
+  if (stopped_.load()) return output_->write_at_the_end([this] { write_what_waits(); });
   work_.fetch_add(1);
   work_.notify_one();
 }

@@ -152,14 +152,14 @@ def row_name(run):
 
 def buckets_of(runs, rows, is_meant=lambda row: True):
     """The latencies of these rows in all runs, as [µs, count] pairs in order."""
-    result = {}
+    result, most = {}, 0
     for run in runs:
         for row in run[rows]:
             if is_meant(row):
+                most = max(most, row["latency_us"].get("max") or 0)
                 for bucket, count in row["latency_us"].get("histogram", []):
-                    limit = min(bucket_limit_us(bucket), row["latency_us"]["max"])
-                    result[limit] = result.get(limit, 0) + count
-    return sorted(result.items())
+                    result[bucket] = result.get(bucket, 0) + count
+    return [(min(bucket_limit_us(bucket), most), count) for bucket, count in sorted(result.items())]
 
 
 def percentiles(buckets):
@@ -173,32 +173,48 @@ LATENCY = ["p50 (µs)", "p90 (µs)", "p99 (µs)", "p99.9 (µs)", "max (µs)"]
 
 
 def median_of(values):
-    values = sorted(values)
+    values = sorted(value for value in values if value is not None)
     return (values[(len(values) - 1) // 2] + values[len(values) // 2]) / 2 if values else "-"
+
+
+def sum_of(rows, key):
+    """What is not known of any is a dash."""
+    known = [row[key] for row in rows if row[key] is not None]
+    return sum(known) if known else "-"
 
 
 def draw_summary(page, groups):
     """A row for each executor, in the order and with the columns of the terminal."""
-    def is_subscription(callback):
-        return callback["kind"] == "subscription"
+    def is_timer(callback):
+        return callback["kind"] == "timer"
 
-    named = [(name, buckets_of(runs, "callbacks", is_subscription)) for name, runs in groups.items()]
-    named = [(name, buckets) for name, buckets in named if buckets]
-    if named:
+    named = [(name, buckets_of(runs, "callbacks", lambda row: not is_timer(row))) for name, runs in groups.items()]
+    drawn = [(name, buckets) for name, buckets in named if buckets]
+    if drawn:
         for draw in (percentile_curves, distribution_curves, boxes):
-            draw(page, named, "Subscriptions: publish → callback.")
-    rows = []
+            draw(page, drawn, "Subscriptions and services: publish → callback.")
+    rows, served = [], []
     for name, runs in groups.items():
-        subscriptions = [callback for run in runs for callback in run["callbacks"] if is_subscription(callback)]
-        rows.append([name, sum(run["duration_s"] for run in runs)] +
-                    [sum(callback[key] for callback in subscriptions)
-                     for key in ("received", "lost", "dropped", "overruns", "late", "too_late", "deadline_misses")] +
-                    percentiles(dict(named).get(name, [])) +
+        callbacks = [callback for run in runs for callback in run["callbacks"]]
+        messages = [callback for callback in callbacks if not is_timer(callback)]
+        seconds = sum(run["duration_s"] for run in runs)
+        received = sum_of(messages, "received")
+        rows.append([name, seconds, received, received / seconds if messages and seconds else "-"] +
+                    [sum_of(messages, key) for key in ("lost", "dropped")] + [sum_of(callbacks, "overruns")] +
+                    [sum_of(messages, key) for key in ("late", "too_late", "deadline_misses")] +
+                    percentiles(dict(named)[name]) + [percentiles(buckets_of(runs, "callbacks", is_timer))[2]] +
                     [median_of([sum(process["cpu_percent"] for process in run["processes"]) for run in runs]),
-                     median_of([sum(thread["wakeups"] for thread in run["threads"]) / run["duration_s"] for run in runs]),
-                     median_of([sum(process["pss_kb"] for process in run["processes"]) / 1000 for run in runs])])
-    page.table(["executor", "seconds", "received", "lost", "dropped", "overruns", "late", "too late", "misses"] + LATENCY +
-               ["CPU (%)", "wakeups/s", "PSS (MB)"], rows)
+                     median_of([sum(thread["wakeups"] for thread in run["threads"]) / run["duration_s"]
+                                for run in runs if run["duration_s"]]),
+                     median_of([sum(process["pss_kb"] for process in run["processes"]) / 1024 for run in runs])])
+        due = sum(run["releases"]["due"] for run in runs)
+        if due:
+            done = sum(run["releases"]["served"] for run in runs)
+            served.append(f"{name} {done * 1000 // due / 10:.1f} % ({done} of {due})")
+    page.table(["executor", "seconds", "received", "received/s", "lost", "dropped", "overruns", "late", "too late",
+                "misses"] + LATENCY + ["timer p99 (µs)", "CPU (%)", "wakeups/s", "PSS (MB)"], rows)
+    if served:
+        page.note("Releases of timers that were served: " + ", ".join(served) + ".")
 
 
 def draw_chains(page, groups):
@@ -213,7 +229,7 @@ def draw_chains(page, groups):
             if buckets:
                 named.append((name, buckets))
             mine = [row for run in runs for row in run["chains"] if row["name"] == chain]
-            rows.append([chain, name] + [sum(row[key] for row in mine) for key in ("instances", "misses", "aborted")] +
+            rows.append([chain, name] + [sum_of(mine, key) for key in ("instances", "misses", "aborted")] +
                         [mine[0]["deadline_us"] if mine and mine[0]["deadline_us"] else "-"] + percentiles(buckets))
         percentile_curves(page, named, f"Chain {chain}: release of the first callback → end of the last.")
     if names:
@@ -231,10 +247,11 @@ def draw_callbacks(page, groups):
         for (node, callback, kind), mine in callbacks.items():
             latencies = buckets_of(
                 runs, "callbacks", lambda row: (row["node"], row["callback"], row["kind"]) == (node, callback, kind))
-            rows.append([node, callback, kind] + [sum(row[key] for row in mine) for key in
+            most = [row["execution_us"].get("max") or 0 for row in mine]
+            rows.append([node, callback, kind] + [sum_of(mine, key) for key in
                                                   ("received", "lost", "dropped", "overruns", "deadline_misses")] +
-                        percentiles(latencies) + [median_of([row["execution_us"]["p50"] for row in mine]),
-                                                  max(row["execution_us"]["max"] for row in mine)])
+                        percentiles(latencies) + [median_of([row["execution_us"].get("p50") for row in mine]),
+                                                  max(most) or "-"])
         page.table(["node", "callback", "kind", "received", "lost", "dropped", "overruns", "misses"] + LATENCY +
                    ["execution p50 (µs)", "execution max (µs)"], rows, folded=f"Callbacks under {name}")
 
@@ -345,6 +362,9 @@ def draw_analysis(page, analysis):
     """A row for each chain: how late it was, how late it can be, and how late it may be."""
     page.heading(analysis["file"] + (f", {analysis['variant']}" if "variant" in analysis else ""))
     chains = analysis["chains"]
+    if not chains:
+        page.note("The file has no chains: add `chains`, or `chains: auto`.")
+        return
     figure, axes = plt.subplots(figsize=(7.2, 1.6 + 0.5 * len(chains)))
     labels = {}  # each once in the legend
 

@@ -36,6 +36,8 @@ std::string dot_string(std::string_view text) {
     if (c == '"' || c == '\\') result += '\\';
     if (c == '\n') {
       result += "\\n";
+    } else if (c == '&') {
+      result += "&amp;";  // graphviz reads entities
     } else {
       result += c;
     }

@@ -108,6 +108,7 @@ json process_of(const std::string& name, const Container& container, const Plan&
 void add_process(SystemDescription process, Parts& parts) {
   process.dds.reset();  // nothing runs
   const std::string name = process.name;
+  const LocalTopics before = local_topics();  // an analysis has nodes of the same file, too
   const Container container(process);
   const Plan plan = container.plan();
   parts.processes.push_back(process_of(name, container, plan));
@@ -120,16 +121,20 @@ void add_process(SystemDescription process, Parts& parts) {
                                 {"topic", step.first->find_entity(step.second)->topic()}});
     }
   }
-  const auto add = [&](const std::vector<Endpoint>& from, std::vector<End>& to) {
+  const auto add = [&](const std::vector<Endpoint>& from, const std::vector<Endpoint>& others,
+                       std::vector<End>& to) {
+    std::map<std::pair<std::string, std::string>, int> of_others;
+    for (const Endpoint& end : others) ++of_others[{end.topic, end.node}];
     for (const Endpoint& end : from) {
       if (!end.topic.starts_with('/') || is_everywhere(end.topic)) continue;
+      if (of_others[{end.topic, end.node}]-- > 0) continue;
       to.push_back(
           {name, end.node, end.topic, end.type->name, end.qos, rate_hz(plan, end.node, end.topic)});
     }
   };
   const LocalTopics here = local_topics();
-  add(here.publishers, parts.publishers);
-  add(here.subscriptions, parts.subscriptions);
+  add(here.publishers, before.publishers, parts.publishers);
+  add(here.subscriptions, before.subscriptions, parts.subscriptions);
 }
 
 /// Why the two exchange no messages; empty: they do.

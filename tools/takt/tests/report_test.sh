@@ -54,6 +54,9 @@ YAML
 "$takt" analyze "$work/robot.yaml" --model "$work/robot.model.yaml" --report "$work/bounds.html" >/dev/null || true
 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
   "file://$work/bounds.html" >"$work/dom.html" 2>/dev/null
+if command -v dot >/dev/null; then  # the nodes of the analysis are not part of the graph
+  expect "the graph of an analysis has one edge" test "$(count 'class="edge"')" -eq 1
+fi
 for text in 'bound: never later' 'observed, p99.9' 'deadline' '>sense<' 'Assumption 1'; do
   expect "the page of bounds has: $text" grep -q "$text" "$work/dom.html"
 done
@@ -66,6 +69,32 @@ for text in '<title>takt compare robot.yaml</title>' 'Chain sense:' 'Callbacks u
   'graph</h2>' 'samples that were not later' '95 % interval' 'verdict' 'sense p99'; do
   expect "the page of a comparison has: $text" grep -q "$text" "$work/dom.html"
 done
+cat >"$work/two.yaml" <<'YAML'
+containers:
+  - {name: front, components: [{component: takt::Workload, name: imu, parameters: {publishers: {topic: [imu], period_us: [5000]}}}]}
+  - {name: back, components: [{component: takt::Workload, name: planner, parameters: {subscriptions: {topic: [imu]}}}]}
+YAML
+"$takt" compare "$work/two.yaml" --executors events --duration 1s --report "$work/two.html" >"$work/table"
+# Its numbers and columns are those of the terminal, also where a count is not known between processes.
+cat >"$work/same.py" <<'PY'
+import re, sys
+table, page = (open(name, encoding="utf-8").read() for name in sys.argv[1:])
+rows = [re.findall(r"<t[dh][^>]*>(.*?)</t[dh]>", row) for row in re.findall(r"<tr>.*?</tr>", page, re.S)]
+lines = [line.split() for line in table.splitlines()]
+mine = next(row for row in rows if row and row[0] == "events")
+theirs = next(line for line in lines if line and line[0] == "events")
+header = next(line for line in lines if line and line[0] == "executor")
+titles = [re.sub(r" \(.*", "", name).replace(" ", "_") for name in next(row for row in rows if row and row[0] == "executor")]
+ours, said = dict(zip(titles, mine)), dict(zip(header, theirs))
+names = {"cpu_%": "CPU", "pss_MB": "PSS"}
+# The page has no percentile that so few samples do not carry.
+wanted = [name for name in header if not ("p99" in name and ours[name] == "-")]
+wrong = [name for name in wanted if name != "executor" and
+         (said[name] != ours[names.get(name, name)] if "-" in (said[name], ours[names.get(name, name)]) else
+          abs(float(said[name]) - float(ours[names.get(name, name)])) > 0.02 * abs(float(said[name])))]
+sys.exit(f"{wrong}: {said} {ours}" if wrong else 0)
+PY
+expect "a page has the numbers of the terminal" /usr/bin/python3 "$work/same.py" "$work/table" "$work/two.html"
 if command -v dot >/dev/null; then
   expect "the graph is part of it" grep -q 'process robot' "$work/dom.html"
 else
