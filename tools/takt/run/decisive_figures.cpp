@@ -20,7 +20,7 @@ class FigureList {
   /// By the second, with half a count more: a ratio to nothing would be infinite.
   void add_count(const std::string& name, std::uint64_t count, std::uint64_t samples) {
     const double value = (static_cast<double>(count) + 0.5) / seconds_;
-    figures_.push_back({name, value, samples, count == 0});
+    figures_.push_back({name, value, samples, count == 0, true});
   }
   void add_percentile(const std::string& name, const Histogram& latency, double fraction) {
     if (latency.count() == 0) return;

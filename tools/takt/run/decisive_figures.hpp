@@ -20,6 +20,7 @@ struct Figure {
   double value = 0;                      // not above 0: no ratio can be made of it
   std::optional<std::uint64_t> samples;  // that it rests on
   bool is_zero = false;                  // a count of nothing: `value` has half a count for it
+  bool is_count = false;                 // to be compared only between runs of the same length
 };
 
 /// In the order of the table. What has no sample in this run is not among them.

@@ -55,6 +55,9 @@ TEST(DecisiveFigures, AreInTheOrderOfTheTableThenOfTheChains) {
   EXPECT_FALSE(find(figures, "cpu_%").samples);
   EXPECT_DOUBLE_EQ(find(figures, "wakeups/s").value, 400.5 / 2);
   EXPECT_TRUE(find(figures, "joint misses").is_zero);
+  EXPECT_TRUE(find(figures, "misses").is_count);
+  EXPECT_TRUE(find(figures, "wakeups/s").is_count);
+  EXPECT_FALSE(find(figures, "cpu_%").is_count);
   EXPECT_DOUBLE_EQ(find(figures, "joint p50").value, 1000);
 }
 

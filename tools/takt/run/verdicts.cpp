@@ -117,6 +117,15 @@ std::map<std::size_t, Figure> values_of(const RowRuns& row, const std::string& n
   return values;
 }
 
+bool is_count(const std::map<std::size_t, Figure>& values) {
+  return !values.empty() && values.begin()->second.is_count;
+}
+
+/// Then the half count more of each run weighs more in the shorter ones.
+bool differ_in_length(double seconds, double other_seconds) {
+  return std::abs(seconds - other_seconds) > 0.1 * other_seconds;
+}
+
 bool is_all_zero(const std::map<std::size_t, Figure>& values) {
   return std::all_of(values.begin(), values.end(),
                      [](const auto& value) { return value.second.is_zero; });
@@ -150,16 +159,18 @@ std::vector<std::string> figures_of(const RowRuns& row) {
 
 void compare_with(std::vector<Compared>& all, const RowRuns& row, const RowRuns& other,
                   const std::string& other_name, bool is_paired) {
+  const double seconds = rt::median(row.seconds), other_seconds = rt::median(other.seconds);
   for (const std::string& name : figures_of(row)) {
     const std::map<std::size_t, Figure> values = values_of(row, name);
+    if (is_count(values) && differ_in_length(seconds, other_seconds)) continue;
     const std::optional<rt::Ratio> ratio = ratio_of(values, values_of(other, name), is_paired);
     if (!ratio) continue;
     Compared compared{.row = row.name,
                       .other = other_name,
                       .figure = name,
                       .ratio = *ratio,
-                      .seconds = rt::median(row.seconds),
-                      .other_seconds = rt::median(other.seconds)};
+                      .seconds = seconds,
+                      .other_seconds = other_seconds};
     for (const auto& [repeat, figure] : values) {
       if (figure.samples) compared.samples = compared.samples.value_or(0) + *figure.samples;
     }
@@ -370,23 +381,30 @@ bool check_repeats(std::span<const Compared> all) {
   return false;
 }
 
+std::string lengths_note(std::span<const Compared> all) {
+  for (const Compared& each : all) {
+    if (!differ_in_length(each.seconds, each.other_seconds)) continue;
+    return fmt::format(
+        "runs of {} took {:.2f} s, of {} {:.2f} s: the longer a run, the larger its maximum; "
+        "counts (misses, wakeups/s) are left out\n",
+        each.other, each.other_seconds, each.row.text(), each.seconds);
+  }
+  return "";
+}
+
 void print_verdicts(std::span<const Compared> all, const Against& against) {
   if (!check_repeats(all)) return;
   const bool is_paired = against.stored.is_null();
   for_each_part(
       all, [](const Compared& each) { return each.row.file; },
       [is_paired](std::span<const Compared> of_file) { print_file(of_file, is_paired); });
-  if (is_paired) return;
-  rt::print(
-      "{} was stored: its runs and these did not take turns, so how the machine changed in "
-      "between is in these ratios\n",
-      against.name);
-  for (const Compared& each : all) {
-    if (std::abs(each.seconds - each.other_seconds) < 0.1 * each.other_seconds) continue;
-    rt::print("its runs took {:.2f} s, these {:.2f} s: the longer a run, the larger its maximum\n",
-              each.other_seconds, each.seconds);
-    return;
+  if (!is_paired) {
+    rt::print(
+        "{} was stored: its runs and these did not take turns, so how the machine changed in "
+        "between is in these ratios\n",
+        against.name);
   }
+  rt::print("{}", lengths_note(all));
 }
 
 }  // namespace takt::tools

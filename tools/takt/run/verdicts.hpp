@@ -48,7 +48,8 @@ struct Compared {
 };
 
 /// Of all rows of the runs but those that the others are compared with. The decisions are for each
-/// file together. Without two repeats a figure has no ratio, and is not there.
+/// file together. Without two repeats a figure has no ratio, and is not there; nor
+/// has a count if the runs differ in length by more than 10 %.
 std::vector<Compared> compare_rows(const nlohmann::json& runs, const Against& against);
 
 /// Decides on all of them as one family.
@@ -67,6 +68,9 @@ void print_sentences(std::span<const Compared> all);
 /// Whether any has a verdict. Else it says in a line that the repeats are too few; there was one if
 /// there are no ratios.
 bool check_repeats(std::span<const Compared> all);
+
+/// A line if runs that are compared differ in length, else nothing.
+std::string lengths_note(std::span<const Compared> all);
 
 /// A table and a sentence for each row, of one file after the other; one line if all have too few
 /// repeats.

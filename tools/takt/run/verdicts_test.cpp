@@ -109,6 +109,25 @@ TEST(Verdicts, OfMissesCountHalfAMissMore) {
   EXPECT_NEAR(all.front().ratio.value, 5, 1e-9);  // 2.5 to 0.5
 }
 
+/// Half a count in 20 ms is 15 times the rate of half a count in 300 ms: "misses is 8.00: real".
+TEST(Verdicts, OfCountsAreLeftOutIfTheRunsDifferInLength) {
+  json stored = json::array(), runs = json::array();
+  for (int i = 0; i < 8; ++i) {
+    stored.push_back(run_of("events", i, 100, i == 0 ? 1 : 0));
+    runs.push_back(run_of("events", i, 100));
+    runs.back()["duration_s"] = 0.05;
+  }
+  std::vector<Compared> all = compare_rows(runs, {"base", stored});
+  EXPECT_THAT(figures_of(all), testing::ElementsAre("p50", "p99", "max", "cpu_%"));
+  EXPECT_EQ(lengths_note(all),
+            "runs of events (base) took 1.00 s, of events 0.05 s: the longer a run, the larger its "
+            "maximum; counts (misses, wakeups/s) are left out\n");
+  for (json& run : runs) run["duration_s"] = 0.95;
+  all = compare_rows(runs, {"base", stored});
+  EXPECT_EQ(all.front().figure, "misses");
+  EXPECT_EQ(lengths_note(all), "");
+}
+
 TEST(Verdicts, LeaveOutARunWithoutItsPair) {
   json runs = runs_of_two(8);
   runs.erase(runs.size() - 1);  // interrupted

@@ -103,6 +103,9 @@ check("both executors are compared with their own stored runs", len(re.findall(
     rf"^(events|single_threaded) +\1 \(before\) .*{VERDICT} +[1-6] of [1-6] ", shown, re.M)) >= 12, shown)
 check("it says that these are no pairs", "before was stored: its runs and these did not take turns" in shown
       and "pairs of runs" not in shown, shown)
+shown, _ = run("compare", system, "--executors", "events", "--duration", "40ms", "--repeat", "6", "--against", "before")
+check("counts of runs of another length are left out, in a line that says so",
+      "counts (misses, wakeups/s) are left out" in shown and not re.search(r"^events +\S.* wakeups/s ", shown, re.M), shown)
 shown, _ = run(*TWO, "--repeat", "6", "--against", "events")
 check("another row is what the ratios are to", re.search(r"^single_threaded +events +p50 ", shown, re.M), shown)
 
