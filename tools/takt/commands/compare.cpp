@@ -398,12 +398,12 @@ void compare(Options options) {
   document["bucket_limits_us"] = rt::bucket_limits_us();
   document["ratios"] = ratios_json(compared);
   options.results.write(document);
+  if (!interrupted && !options.save.empty()) write_json(document, stored_path(options.save));
   const bool has_nodes = program_words().empty();  // a program's are not known here
   if (!options.report.empty()) {
     write_report(document, options.report, has_nodes ? options.files : std::vector<std::string>());
   }
   if (interrupted) throw Interrupted(*interrupted);
-  if (!options.save.empty()) write_json(document, stored_path(options.save));
 }
 
 void set_up(CLI::App* command) {

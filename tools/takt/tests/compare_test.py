@@ -87,6 +87,11 @@ except subprocess.TimeoutExpired:
     shown, errors = done.communicate(timeout=60)
 check("an interrupted comparison stores nothing", done.returncode == 130 and "cut.compared.json" not in os.listdir(), errors)
 
+# Stored last, the runs were lost with the report.
+_, errors = run(*TWO, "--repeat", "1", "--report", "/dev/full", "--save", "kept", status=1)
+check("a report that fails takes no stored runs with it", len(json.loads(pathlib.Path("kept.compared.json").read_text())["runs"]) == 2,
+      errors)
+
 # ---- Too few ----
 for repeats, words in (("3", "3 repeats cannot"), ("1", "1 repeat cannot")):
     shown, _ = run(*TWO, "--repeat", repeats)
