@@ -312,6 +312,15 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
   return {std::move(runs), interrupted};
 }
 
+/// Rows of the same name would be taken for one.
+void refuse_twins(const char* option, const std::vector<std::string>& names) {
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (std::find(names.begin(), name, *name) == name) continue;
+    throw Error(fmt::format("{}: '{}' is given twice", option, *name),
+                "name each once; --repeat makes more runs");
+  }
+}
+
 /// What is asked for, or Error before anything is measured.
 std::vector<Comparison> rows_of(Options& options) {
   for (const std::string& file : options.files) read_system(file);  // may load executors
@@ -337,6 +346,10 @@ std::vector<Comparison> rows_of(Options& options) {
       throw Error(fmt::format("there is no composition '{}'", name), suggest(name, valid));
     }
   }
+  refuse_twins("FILE", options.files);
+  refuse_twins("--executors", executor_names);
+  refuse_twins("--schedulers", scheduler_names);
+  refuse_twins("--compositions", composition_names);
   std::vector<Comparison> rows;
   for (const std::string& file : options.files) {
     for (const std::string& executor : executor_names) {

@@ -115,17 +115,23 @@ shown, _ = run(*TWO, "--repeat", "6", "--against", "events")
 check("another row is what the ratios are to", re.search(r"^single_threaded +events +p50 ", shown, re.M), shown)
 
 # ---- What is refused, before anything runs ----
-LONG = ("compare", system, "--executors", "single_threaded,events", "--duration", "1h")
+LONG = ("compare", system, "--duration", "1h")
 for words, parts in (
         (("--against", "evens"), ("'evens' is neither", "did you mean 'events'?", "single_threaded, events, before")),
         (("--save", "nowhere/before"), ("nowhere/before.compared.json", "choose a writable file")),
         (("--save", "events"), ("'events' is an executor", "choose another name")),
         (("--csv", "nowhere/out.csv"), ("nowhere/out.csv", "choose a writable file")),
+        (("--executors", "events,file,events"), ("--executors: 'events' is given twice", "name each once")),
+        (("--schedulers", "fifo,fifo"), ("--schedulers: 'fifo' is given twice",)),
+        (("--compositions", "single,single"), ("--compositions: 'single' is given twice",)),
+        ((system,), ("is given twice",)),
         (("--csv", "-", "--json", "-"), ("cannot both be written to stdout",)),
         (("--against", system), ("is neither",)),
         (("--against", "six.csv.json"), ("this is no file of takt compare --save",))):
     pathlib.Path("six.csv.json").write_text("{}")
-    shown, errors = run(*LONG, *words, status=2)
+    executors = () if "--executors" in words else ("--executors", "single_threaded,events")
+    shown, errors = run(*LONG, *executors, *words, status=2)
+    check("in one line", len(errors.strip().split("\n")) == 1, errors)
     check(f"{' '.join(words)} is refused with the remedy", all(part in errors for part in parts) and not shown, errors)
 
 # ---- takt run ----
