@@ -191,6 +191,31 @@ TEST_F(Stored, AnythingElseIsRefused) {
   }
 }
 
+/// They were read: -1 misses as 2^64 - 1, and a run of no length as one without figures.
+TEST_F(Stored, NumbersThatCannotBeAreRefusedByName) {
+  const std::vector<std::pair<json::json_pointer, json>> spoilt{
+      {"/duration_s"_json_pointer, 0},
+      {"/duration_s"_json_pointer, -1.5},
+      {"/repeat"_json_pointer, -1},
+      {"/callbacks/0/received"_json_pointer, -3},
+      {"/callbacks/0/deadline_misses"_json_pointer, 0.5},
+      {"/callbacks/0/latency_us/histogram/0/0"_json_pointer, -1},
+      {"/callbacks/0/latency_us/histogram/0/0"_json_pointer, 1152},
+      {"/callbacks/0/latency_us/histogram/0/1"_json_pointer, -1},
+      {"/callbacks/0/latency_us/count"_json_pointer, -1},
+      {"/callbacks/0/latency_us/min"_json_pointer, 1e9}};
+  for (const auto& [where, value] : spoilt) {
+    json run = run_of("static", 1, 100);
+    ASSERT_TRUE(run.contains(where)) << where;
+    run[where] = value;
+    const std::string path = store(document_of(json::array({run_of("static", 0, 100), run})));
+    EXPECT_THAT([&] { find_against(path, rows_); },
+                ThrowsMessage<Error>(testing::AllOf(HasSubstr(path), HasSubstr("runs[1]: "),
+                                                    HasSubstr(value.dump()))))
+        << where;
+  }
+}
+
 TEST(Against, AWrongNameIsAnsweredByTheRightOnes) {
   const std::vector<RowName> rows{{"robot.yaml", "static"}, {"robot.yaml", "events", "edf"}};
   EXPECT_THAT([&] { find_against("evnts", rows); },
