@@ -403,6 +403,7 @@ void compare(Options options) {
   auto [runs, interrupted] = measure(rows, options);
   if (runs.empty()) throw Interrupted(*interrupted);
   const std::vector<Compared> compared = compare_rows(runs, against);
+  for (const std::string& note : stored_notes(runs, against)) rt::to_stderr("note: {}\n", note);
   if (!options.results.use_stdout()) {
     print(rows, options.repeat);
     if (is_comparison) print_verdicts(compared, against);

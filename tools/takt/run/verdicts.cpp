@@ -205,6 +205,16 @@ std::vector<std::string> figures_of(const RowRuns& row) {
   return names;
 }
 
+/// Those of `names` that are not among `others`, as a list.
+std::string those_without(const std::vector<std::string>& names,
+                          const std::vector<std::string>& others) {
+  std::vector<std::string> left;
+  for (const std::string& name : names) {
+    if (std::find(others.begin(), others.end(), name) == others.end()) left.push_back(name);
+  }
+  return fmt::format("{}", fmt::join(left, ", "));
+}
+
 void compare_with(std::vector<Compared>& all, const RowRuns& row, const RowRuns& other,
                   const std::string& other_name, bool is_paired) {
   const double seconds = rt::median(row.seconds), other_seconds = rt::median(other.seconds);
@@ -251,6 +261,29 @@ std::string interval(const Compared& compared) {
                      number(ratio.high, ratio));
 }
 
+/// The repeats of the side that has fewer.
+std::size_t of_both(const rt::Ratio& ratio) {
+  return ratio.other_repeats == 0 ? ratio.repeats : std::min(ratio.repeats, ratio.other_repeats);
+}
+
+bool is_limit_stored(const rt::Ratio& ratio) {
+  return ratio.other_repeats != 0 && ratio.other_repeats <= ratio.repeats;
+}
+
+std::string too_few(std::size_t repeats) {
+  return fmt::format(
+      "no verdict: {} cannot tell a difference from chance; six are the least, --repeat 10 tells "
+      "more\n",
+      counted(repeats, "repeat"));
+}
+
+std::string too_few_stored(std::size_t repeats) {
+  return fmt::format(
+      "no verdict: {} cannot tell a difference from chance; six are the least: store them again "
+      "with --repeat 10\n",
+      counted(repeats, "stored repeat"));
+}
+
 void print_file(std::span<const Compared> of_file, bool is_paired) {
   Table table(
       {"executor", "of", "figure", "ratio", "from", "to", "verdict", "repeats", "seconds", "n"});
@@ -260,7 +293,7 @@ void print_file(std::span<const Compared> of_file, bool is_paired) {
         {each.row.text(), each.other, each.figure, number(ratio.value, ratio),
          number(ratio.low, ratio), number(ratio.high, ratio), rt::text_of(ratio, each.decision),
          is_paired ? std::to_string(ratio.repeats)
-                   : fmt::format("{} of {}", ratio.repeats, ratio.other_repeats),
+                   : fmt::format("{} and {}", ratio.repeats, ratio.other_repeats),
          fmt::format("{:.2f}", each.seconds), each.samples ? std::to_string(*each.samples) : "-"});
   }
   table.print(fmt::format("{} (ratios, 95 % intervals{})", of_file.front().row.file,
@@ -395,7 +428,8 @@ std::string sentence(std::span<const Compared> row) {
                                          : std::string(" (1000 would not)")));
         break;
       case rt::Verdict::none:
-        add(none, fmt::format("{} ({} of 6 repeats)", each.figure, each.ratio.repeats));
+        add(none, fmt::format("{} ({} of 6 {}repeats)", each.figure, of_both(each.ratio),
+                              is_limit_stored(each.ratio) ? "stored " : ""));
     }
   }
   const auto part = [](const char* name, const std::string& list) {
@@ -415,17 +449,14 @@ void print_sentences(std::span<const Compared> all) {
 
 bool check_repeats(std::span<const Compared> all) {
   std::size_t repeats = 1;
+  bool are_stored = false;  // then more of the others would not help
   for (const Compared& each : all) {
     if (each.decision.verdict != rt::Verdict::none) return true;
-    const std::size_t others = each.ratio.other_repeats;
-    const std::size_t of_both =
-        others == 0 ? each.ratio.repeats : std::min(each.ratio.repeats, others);
-    repeats = std::max(repeats, of_both);
+    if (of_both(each.ratio) < repeats) continue;
+    repeats = of_both(each.ratio);
+    are_stored = is_limit_stored(each.ratio);
   }
-  rt::print(
-      "no verdict: {} cannot tell a difference from chance; six are the least, --repeat 10 "
-      "tells more\n",
-      counted(repeats, "repeat"));
+  rt::print("{}", are_stored ? too_few_stored(repeats) : too_few(repeats));
   return false;
 }
 
@@ -440,7 +471,43 @@ std::string lengths_note(std::span<const Compared> all) {
   return "";
 }
 
+std::vector<std::string> stored_notes(const json& runs, const Against& against) {
+  if (against.stored.is_null()) return {};
+  const std::vector<RowRuns> stored = rows_of(against.stored);
+  std::vector<std::string> notes;
+  const auto add = [&notes](std::string note) {
+    if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+  };
+  for (const RowRuns& row : rows_of(runs)) {
+    const RowRuns* const other = stored_row(stored, row.name);
+    if (other == nullptr) continue;
+    if (fs::path(other->name.file).lexically_normal() !=
+        fs::path(row.name.file).lexically_normal()) {
+      add(fmt::format("{} was stored of {}, and is compared with {}", against.name,
+                      other->name.file, row.name.file));
+    }
+    const std::vector<std::string> now = figures_of(row), then = figures_of(*other);
+    if (const std::string gone = those_without(then, now); !gone.empty()) {
+      add(fmt::format("{}: {} has figures that these runs lack: {}", row.name.text(), against.name,
+                      gone));
+    }
+    if (const std::string added = those_without(now, then); !added.empty()) {
+      add(fmt::format("{}: {} lacks figures of these runs: {}", row.name.text(), against.name,
+                      added));
+    }
+  }
+  return notes;
+}
+
 void print_verdicts(std::span<const Compared> all, const Against& against) {
+  if (all.empty() && !against.stored.is_null()) {  // one repeat has no ratio
+    std::size_t least = rt::kLeastRepeats;
+    for (const RowRuns& row : rows_of(against.stored)) least = std::min(least, row.repeats.size());
+    if (least < rt::kLeastRepeats) {
+      rt::print("{}", too_few_stored(least));
+      return;
+    }
+  }
   if (!check_repeats(all)) return;
   const bool is_paired = against.stored.is_null();
   for_each_part(

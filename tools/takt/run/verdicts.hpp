@@ -72,6 +72,10 @@ bool check_repeats(std::span<const Compared> all);
 /// A line if runs that are compared differ in length, else nothing.
 std::string lengths_note(std::span<const Compared> all);
 
+/// What tells the stored runs from these: another file, figures that only one side has. Nothing if
+/// none are stored.
+std::vector<std::string> stored_notes(const nlohmann::json& runs, const Against& against);
+
 /// A table and a sentence for each row, of one file after the other; one line if all have too few
 /// repeats.
 void print_verdicts(std::span<const Compared> all, const Against& against);

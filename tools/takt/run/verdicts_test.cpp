@@ -166,6 +166,37 @@ TEST_F(Stored, OneRowStandsForAll) {
   EXPECT_THAT(compare_rows(runs_of_two(6), against).front().other, HasSubstr("isolated"));
 }
 
+/// Another system was compared without a word, by the figures that both have.
+TEST_F(Stored, RunsOfAnotherSystemAreNoted) {
+  const auto chain = [](json run) {
+    ProcessResult process;
+    process.chains.push_back({.name = "joint"});
+    run["chains"] = rt::process_json(process).at("chains");
+    return run;
+  };
+  const json stored = json::array({chain(run_of("events", 0, 100, 0, "lidar.yaml"))});
+  const json runs = json::array({run_of("events", 0, 100), run_of("events", 1, 100)});
+  EXPECT_THAT(
+      stored_notes(runs, {"before", stored}),
+      testing::ElementsAre("before was stored of lidar.yaml, and is compared with robot.yaml",
+                           "events: before has figures that these runs lack: joint misses"));
+  EXPECT_THAT(
+      stored_notes(json::array({chain(run_of("events", 0, 100, 0, "./robot.yaml"))}), {"b", runs}),
+      testing::ElementsAre("events: b lacks figures of these runs: joint misses"));
+  EXPECT_TRUE(stored_notes(runs, {"before", runs}).empty());
+  EXPECT_TRUE(stored_notes(runs, {}).empty());
+}
+
+/// "p50 (7 of 6 repeats)": the stored side had too few.
+TEST_F(Stored, TooFewRepeatsAreCalledStored) {
+  const std::vector<Compared> all = compare_rows(runs_of_two(7), {"before", runs_of_two(3)});
+  ASSERT_FALSE(all.empty());
+  EXPECT_THAT(sentence(std::span(all).first(1)),
+              HasSubstr("No verdict: p50 (3 of 6 stored repeats)"));
+  const std::vector<Compared> other = compare_rows(runs_of_two(3), {"before", runs_of_two(7)});
+  EXPECT_THAT(sentence(std::span(other).first(1)), HasSubstr("No verdict: p50 (3 of 6 repeats)"));
+}
+
 TEST_F(Stored, RunsMustHaveEachRow) {
   json before = runs_of_two(6);
   for (json& run : before) {

@@ -105,12 +105,21 @@ check("one row has nothing to be compared with", "verdict" not in shown, shown)
 check("--save has stored the runs where its help says", "before.compared.json" in os.listdir())
 shown, _ = run(*TWO, "--repeat", "6", "--against", "before")
 check("both executors are compared with their own stored runs", len(re.findall(
-    rf"^(events|single_threaded) +\1 \(before\) .*{VERDICT} +[1-6] of [1-6] ", shown, re.M)) >= 12, shown)
+    rf"^(events|single_threaded) +\1 \(before\) .*{VERDICT} +[1-6] and [1-6] ", shown, re.M)) >= 12, shown)
 check("it says that these are no pairs", "before was stored: its runs and these did not take turns" in shown
       and "pairs of runs" not in shown, shown)
 shown, _ = run("compare", system, "--executors", "events", "--duration", "40ms", "--repeat", "6", "--against", "before")
 check("counts of runs of another length are left out, in a line that says so",
       "counts (misses, wakeups/s) are left out" in shown and not re.search(r"^events +\S.* wakeups/s ", shown, re.M), shown)
+for repeats, words in (("3", "3 stored repeats cannot"), ("1", "1 stored repeat cannot")):
+    run(*TWO, "--repeat", repeats, "--save", "few")
+    shown, errors = run(*TWO, "--repeat", "4", "--against", "few")
+    check(f"of {repeats} stored repeats it says that these are too few", f"no verdict: {words}" in shown
+          and "store them again" in shown, shown)
+    check("of the same file there is no note of another", "was stored of" not in errors, errors)
+shutil.copy(system, "renamed.yaml")
+_, errors = run("compare", "renamed.yaml", "--executors", "events", "--duration", "50ms", "--against", "few", "--json", "-")
+check("another file is noted", f"note: few was stored of {system}, and is compared with renamed.yaml" in errors, errors)
 shown, _ = run(*TWO, "--repeat", "6", "--against", "events")
 check("another row is what the ratios are to", re.search(r"^single_threaded +events +p50 ", shown, re.M), shown)
 
