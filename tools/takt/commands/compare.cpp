@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -253,9 +254,21 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
                            title, runs));
 }
 
+/// "20 runs each", or after an interruption how many there were: "3 to 4 of 20 runs each".
+std::string runs_text(std::span<const Comparison> rows, int repeats) {
+  const auto [least, most] =
+      std::minmax_element(rows.begin(), rows.end(), [](const auto& row, const auto& other) {
+        return row.cpu_percent.size() < other.cpu_percent.size();
+      });
+  const std::size_t from = least->cpu_percent.size(), to = most->cpu_percent.size();
+  std::string complete;
+  if (from != to) complete = fmt::format("{} to {} of ", from, to);
+  if (from == to && std::cmp_less(to, repeats)) complete = fmt::format("{} of ", to);
+  return fmt::format("{}{} run{} each, interleaved", complete, repeats, repeats == 1 ? "" : "s");
+}
+
 void print(std::span<const Comparison> rows, int repeats) {
-  const std::string runs =
-      fmt::format("{} run{} each, interleaved", repeats, repeats == 1 ? "" : "s");
+  const std::string runs = runs_text(rows, repeats);
   while (!rows.empty()) {
     const auto end = std::find_if(rows.begin(), rows.end(),
                                   [&](const auto& row) { return row.file != rows.front().file; });
@@ -420,6 +433,17 @@ void compare(Options options) {
   if (interrupted) throw Interrupted(*interrupted);
 }
 
+/// A name, or the path of a file: "" was taken for no option, and ".." made "...compared.json".
+CLI::Option* stored_name(CLI::Option* option) {
+  return option->check(CLI::Validator(
+      [](const std::string& text) {
+        const std::string name = std::filesystem::path(text).filename();
+        if (!name.empty() && name != "." && name != ".." && name != ".json") return std::string();
+        return fmt::format("'{}' is no name; write one such as before, or results/before", text);
+      },
+      ""));
+}
+
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->files, "Configuration files or iRobot JSON workloads");
@@ -437,12 +461,13 @@ void set_up(CLI::App* command) {
                                    "Runs of each row; six are the least that tell a difference "
                                    "from chance (default: 1)"),
                1, 1000);
-  command->add_option(
+  stored_name(command->add_option(
       "--against", options->against,
       "What the ratios are to: an executor of this comparison, or runs stored by --save "
-      "(default: the first executor)");
-  command->add_option("--save", options->save,
-                      "Store the runs for --against, as NAME.compared.json in this folder");
+      "(default: the first executor)"));
+  stored_name(
+      command->add_option("--save", options->save,
+                          "Store the runs for --against, as NAME.compared.json in this folder"));
   command->add_option("--report", options->report, "Also write an HTML page");
   options->results.add_options(command, "every run");
   command->footer(

@@ -85,6 +85,8 @@ try:
 except subprocess.TimeoutExpired:
     done.send_signal(signal.SIGINT)
     shown, errors = done.communicate(timeout=60)
+check("its titles say how many runs there were", re.search(r"\(([0-9]+ to )?[0-9]+ of 1000 runs each", shown)
+      and not re.search(r"\(1000 runs each", shown), shown)
 check("an interrupted comparison stores nothing", done.returncode == 130 and "cut.compared.json" not in os.listdir(), errors)
 
 # Stored last, the runs were lost with the report.
@@ -134,6 +136,8 @@ for words, parts in (
         (("--schedulers", "fifo,fifo"), ("--schedulers: 'fifo' is given twice",)),
         (("--compositions", "single,single"), ("--compositions: 'single' is given twice",)),
         ((system,), ("is given twice",)),
+        *(((option, name), (f"{option}: '{name}' is no name", "write one such as before")) for option in ("--save", "--against")
+          for name in ("", "..", ".", "results/", "/", "a/..", ".json")),
         (("--csv", "-", "--json", "-"), ("cannot both be written to stdout",)),
         (("--against", system), ("is neither",)),
         (("--against", "six.csv.json"), ("this is no file of takt compare --save",))):
