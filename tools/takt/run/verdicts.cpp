@@ -17,6 +17,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include "run/decisive_figures.hpp"
+#include "run/stored_fault.hpp"
 #include "table.hpp"
 
 namespace takt::tools {
@@ -93,49 +94,6 @@ std::vector<std::string> stored_names() {
   return names;
 }
 
-/// What is wrong with a histogram whose fields are of the right kinds, else nothing.
-std::string fault_of_latency(const json& latency) {
-  for (const json& bucket : latency.value("histogram", json::array())) {
-    const json &index = bucket.at(0), &count = bucket.at(1);
-    if (!index.is_number_unsigned() || index.get<std::uint64_t>() >= Histogram::kBuckets) {
-      return fmt::format("a histogram has the bucket {}, of 0 to {}", index.dump(),
-                         Histogram::kBuckets - 1);
-    }
-    if (!count.is_number_unsigned()) {
-      return fmt::format("a bucket of a histogram has the count {}", count.dump());
-    }
-  }
-  const json min = latency.value("min", json()), max = latency.value("max", json());
-  if (min.is_number() && max.is_number() && min > max) {
-    return fmt::format("a latency has the minimum {} above its maximum {}", min.dump(), max.dump());
-  }
-  return "";
-}
-
-/// What is wrong with a run whose fields are of the right kinds, else nothing. As counts, negative
-/// numbers would be read as very large ones.
-std::string fault_of(const json& run) {
-  const double seconds = run.at("duration_s");
-  if (!(seconds > 0)) return fmt::format("duration_s is {}, and must be above 0", seconds);
-  std::string fault;
-  const auto check_counts = [&fault](const json& of, std::initializer_list<const char*> keys) {
-    for (const char* const key : keys) {
-      if (!fault.empty() || !of.contains(key) || of.at(key).is_number_unsigned()) continue;
-      fault = fmt::format("{} is {}, and must be a whole number from 0", key, of.at(key).dump());
-    }
-  };
-  check_counts(run, {"repeat"});
-  for (const char* const part : {"callbacks", "chains"}) {
-    for (const json& each : run.at(part)) {
-      check_counts(each, {"received", "deadline_misses", "instances", "misses"});
-      check_counts(each.at("latency_us"), {"count"});
-      if (fault.empty()) fault = fault_of_latency(each.at("latency_us"));
-    }
-  }
-  for (const json& thread : run.at("threads")) check_counts(thread, {"wakeups"});
-  return fault;
-}
-
 json read_stored(const std::string& path) {
   // Limit: bytes of a file of stored runs. At it: an error. Seen: the error.
   constexpr std::size_t kMostBytes = 1 << 30;
@@ -144,7 +102,7 @@ json read_stored(const std::string& path) {
     json runs = json::parse(text).at("runs");
     if (rows_of(runs).empty()) throw Error("no runs are stored in it", "store them again", path);
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      const std::string fault = fault_of(runs[i]);
+      const std::string fault = stored_fault(runs[i]);
       if (fault.empty()) continue;
       throw Error(fmt::format("runs[{}]: {}", i, fault), "store the runs again", path);
     }
