@@ -29,6 +29,12 @@ namespace {
 // child is killed. Seen: the error.
 constexpr auto kMostTime = std::chrono::milliseconds(30000);
 
+/// How often the child is looked at.
+constexpr auto kLook = std::chrono::milliseconds(10);
+
+/// The child writes it last: it ended neither before nor by itself.
+constexpr char kDone = '\0';
+
 /// In the child. One line for each error.
 std::string construct(const SystemDescription& process) {
   try {
@@ -44,23 +50,35 @@ std::string construct(const SystemDescription& process) {
   }
 }
 
-/// What the child writes until it ends; `is_late` if that was too late.
+/// Whether the child has ended; it is still to be waited for.
+bool has_ended(pid_t child) {
+  siginfo_t info{};
+  const int failed = waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT);
+  return failed != 0 ? errno != EINTR : info.si_pid == child;
+}
+
+/// What the child wrote, up to kDone or its end; processes that a constructor began have the pipe
+/// too, so the end of the pipe may be later, or earlier if a constructor closes what is open.
 std::string answer_of(pid_t child, int pipe, bool& is_late) {
   const LiveLine line("constructing the components");
   const TimePoint limit = later(Clock::steady().now(), kMostTime);
   std::string text;
   std::array<char, 4096> buffer;
-  for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit - Clock::steady().now());
+  while (text.find(kDone) == text.npos) {
+    const bool is_last = has_ended(child);
     pollfd event{pipe, POLLIN, 0};
-    const int ready = poll(&event, 1, static_cast<int>(std::max<std::int64_t>(left.count(), 0)));
-    if (ready < 0 && errno == EINTR) continue;
-    is_late = ready == 0;
-    if (is_late) kill(child, SIGKILL);
-    const ssize_t size = is_late ? 0 : read(pipe, buffer.data(), buffer.size());
-    if (size <= 0) return text;
-    text.append(buffer.data(), static_cast<std::size_t>(size));
+    poll(&event, 1, is_last ? 0 : static_cast<int>(kLook.count()));
+    const ssize_t size = event.revents == 0 ? -1 : read(pipe, buffer.data(), buffer.size());
+    if (size > 0) text.append(buffer.data(), static_cast<std::size_t>(size));
+    if (size == 0) pipe = -1;  // poll ignores it
+    if (is_last && size <= 0) break;
+    is_late = !is_last && Clock::steady().now() >= limit;
+    if (is_late) {
+      kill(child, SIGKILL);
+      break;
+    }
   }
+  return text;
 }
 
 }  // namespace
@@ -81,16 +99,19 @@ std::vector<std::string> errors_of_construction(SystemDescription process) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(1);
     dup2(STDERR_FILENO, STDOUT_FILENO);  // what constructors print is no result of takt
-    const std::string errors = construct(process);
+    const std::string errors = construct(process) + kDone;
     const ssize_t written = write(pipe_ends[1], errors.data(), errors.size());
     _exit(written == static_cast<ssize_t>(errors.size()) ? 0 : 1);
   }
   close(pipe_ends[1]);
   bool is_late = false;
-  const std::string text = answer_of(child, pipe_ends[0], is_late);
+  std::string text = answer_of(child, pipe_ends[0], is_late);
   close(pipe_ends[0]);
   int status = 0;
   waitpid(child, &status, 0);
+  const std::size_t done = text.find(kDone);
+  const bool is_done = done != text.npos;
+  text.resize(std::min(done, text.size()));
   std::vector<std::string> errors;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
@@ -102,12 +123,12 @@ std::vector<std::string> errors_of_construction(SystemDescription process) {
         fmt::format("{}: the components of '{}' were not constructed within {} s; "
                     "look for a constructor that waits",
                     process.file, process.name, kMostTime / std::chrono::seconds(1)));
-  } else if (WIFSIGNALED(status)) {
+  } else if (!is_done && WIFSIGNALED(status)) {
     errors.push_back(
         fmt::format("{}: {} ended the construction of '{}'; construct it under a "
                     "debugger: gdb --args takt plan {}",
                     process.file, strsignal(WTERMSIG(status)), process.name, process.file));
-  } else if (text.empty() && status != 0) {
+  } else if (!is_done) {
     errors.push_back(
         fmt::format("{}: a component of '{}' ended the process; a constructor may "
                     "throw, but not exit",

@@ -2,7 +2,7 @@
 """The prompt, as people meet it: mistakes end with 2 and one line, a terminal gets colour and a sign of life, files that are
 not of Takt are not shown, and a new project is written once.
 
-usage: prompt_test.py TAKT
+usage: prompt_test.py TAKT WITNESS_LIBRARY
 """
 # SPDX-License-Identifier: Apache-2.0
 import os
@@ -11,12 +11,14 @@ import pty
 import re
 import select
 import subprocess
+import sys
 import tempfile
 import time
 
 from command import run, takt
 from checks import check, environment, finish
 
+witness = pathlib.Path(sys.argv[2]).resolve()
 SECRET = "hunter2"
 SECRETS = {  # files that a careless word names
     "shadow": f"root:{SECRET}:19000:0:99999:7:::\nbin:{SECRET}:19000:0:99999:7:::\n",
@@ -99,6 +101,15 @@ def check_construction():
     said = run("check", "--construct", "wrong.yaml", status=2).stderr
     check("which --construct finds, with its line", said.startswith("wrong.yaml:1: ") and "no_such" in said, said)
     check("and what is right is valid", "valid: 1 component" in run("check", "--construct", "idle.yaml").stdout)
+    text = f"container: {{components: [{{component: Witness, library: {witness}, name: ends}}]}}\n"
+    pathlib.Path("ends.yaml").write_text(text, encoding="utf-8")
+    environment["WITNESS"] = os.getcwd()
+    run("check", "--construct", "ends.yaml")
+    pathlib.Path("ends.exit").touch()
+    begin = time.monotonic()
+    said = run("check", "--construct", "ends.yaml", status=2).stderr
+    check("a constructor that exits is an error", "a constructor may throw, but not exit" in said, said)
+    check("and its own children are not waited for", time.monotonic() - begin < 10)
 
 
 def check_new():
