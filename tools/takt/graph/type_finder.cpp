@@ -34,7 +34,9 @@ bool is_message(const std::string& name) {
 
 /// "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
 std::string interface_of(const std::string& name) {
-  return is_message(name) ? name : name.substr(0, name.rfind('_'));
+  const bool has_parts =
+      name.find("/srv/") != std::string::npos || name.find("/action/") != std::string::npos;
+  return has_parts && !is_message(name) ? name.substr(0, name.rfind('_')) : name;
 }
 
 /// A message type that a node announces.

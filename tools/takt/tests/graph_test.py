@@ -149,6 +149,9 @@ def test_messages_are_sent_and_shown():
     check("a number that does not fit", "from -128 to 127" in wrong.stderr, wrong.stderr)
     wrong = run("topic", "pub", "/x", "std_msgs/msg/Strin", "{}", status=2)
     check("a type that is none", "did you mean 'std_msgs/msg/String'" in wrong.stderr, wrong.stderr)
+    wrong = run("topic", "pub", "/x", "std_msgs/String", status=2)
+    check("one without its middle word", "the type std_msgs/String; did you mean 'std_msgs/msg/String'" in wrong.stderr,
+          wrong.stderr)
     wrong = run("topic", "pub", "/x", "visualization_msgs/msg/Markers", "{}", status=2)
     check("all of ROS 2's types are known", "visualization_msgs/msg/Marker" in
           wrong.stderr.replace("visualization_msgs/msg/Markers", ""), wrong.stderr)
