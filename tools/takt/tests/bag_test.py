@@ -173,7 +173,7 @@ def test_playing():
                              str(count)], env=environment, text=True, stdout=subprocess.PIPE,
                             stderr=subprocess.PIPE)
     echo.stderr.readline()  # it says that there is no publisher yet
-    played = as_json("bag", "play", str(folder / "zstd.mcap"), "--topics", "/out", "--rate", "4", "-d", "2")
+    played = as_json("bag", "play", str(folder / "zstd.mcap"), "--topics", "/out", "--rate", "4", "-d", "2s")
     lines = echo.communicate(timeout=60)[0].splitlines()
     check("every message is played", played["messages"] == count == len(lines), played, count, len(lines))
     check("byte for byte", "00010000050000006c65667400" in lines[0], lines[0])
