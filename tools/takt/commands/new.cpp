@@ -10,6 +10,7 @@
 #include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
 #include "takt/measuring/output.hpp"
+#include "takt/messages/message_types.hpp"
 
 #include "commands.hpp"
 #include "embedded.hpp"
@@ -20,31 +21,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The name becomes a namespace, and a part of the names of packages and targets.
+/// The name becomes a part of others, so it may be a word of C++: NAME_components is the namespace
+/// and a library, NAME_msgs the package of the message.
 void check_name(const std::string& name) {
   constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz", kOthers = "0123456789_";
   const auto is_letter = [&](char letter) { return kLetters.find(letter) != kLetters.npos; };
   const auto is_permitted = [&](char letter) {
     return is_letter(letter) || kOthers.find(letter) != kOthers.npos;
   };
-  constexpr std::string_view kReserved[] = {
-      "auto",      "bool",     "break",    "case",    "catch",   "char",     "class",
-      "concept",   "const",    "delete",   "default", "do",      "double",   "else",
-      "enum",      "explicit", "export",   "extern",  "false",   "float",    "for",
-      "friend",    "goto",     "if",       "inline",  "int",     "long",     "mutable",
-      "namespace", "new",      "operator", "private", "public",  "register", "protected",
-      "requires",  "return",   "short",    "signed",  "sizeof",  "static",   "struct",
-      "switch",    "template", "this",     "throw",   "true",    "try",      "typedef",
-      "typename",  "union",    "unsigned", "using",   "virtual", "void",     "volatile",
-      "while",     "std",      "takt"};
   const bool is_name = !name.empty() && is_letter(name.front()) && name.find("__") == name.npos &&
                        std::all_of(name.begin(), name.end(), is_permitted);
   if (!is_name) {
     throw UsageError(fmt::format("'{}' cannot be the name of a project", name),
                      "write small letters, digits and single '_', a letter first: my_robot");
   }
-  if (std::find(std::begin(kReserved), std::end(kReserved), name) != std::end(kReserved)) {
-    throw UsageError(fmt::format("'{}' has a meaning in C++ or Takt", name),
+  const std::vector<std::string> known = message_types().names();
+  const auto is_of_package = [&](const std::string& type) {
+    return type.starts_with(name + "_msgs/");
+  };
+  if (name == "takt" || std::any_of(known.begin(), known.end(), is_of_package)) {
+    throw UsageError(fmt::format("'{0}' has a meaning in Takt, or {0}_msgs in ROS 2", name),
                      fmt::format("choose another name: my_{}", name));
   }
 }

@@ -120,8 +120,12 @@ def check_new():
     text = "".join(pathlib.Path("my_robot", file).read_text(encoding="utf-8") for file in files)
     check("no mark is left in it", "@" not in text, text)
     check("a folder that exists is refused", "exists" in run("new", "my_robot", status=2).stderr)
-    for name in ("", "../up", "Robot", "7up", "class", "a__b", "std"):
+    for name in ("", "../up", "Robot", "7up", "a__b", "std", "sensor", "takt"):
         run("new", name, status=2)
+    for name in ("and", "time", "linux", "std_msgs", "module", "null"):  # that C++, libc, ROS, IDL or YAML know
+        run("new", name)
+        text = pathlib.Path(name, "src/sensor.cpp").read_text(encoding="utf-8")
+        check("the name alone is no name in C++", not re.search(rf"(namespace |[ (]){name}( |::)", text), text)
 
 
 with tempfile.TemporaryDirectory() as folder:
