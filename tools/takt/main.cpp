@@ -1,8 +1,10 @@
 // takt: runs systems described by a file, and compares executors on them.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 #include <new>
 #include <string>
+#include <vector>
 
 #include <sys/resource.h>
 
@@ -19,15 +21,18 @@ namespace {
 int run(int argc, char** argv) {
   using namespace takt;
   CLI::App app("Takt: real-time executors with swappable schedulers", "takt");
+  std::vector<std::string> words;
   try {
     tools::set_up(app);
-    app.parse(tools::split_program(argc, argv), argv);
+    const int count = tools::split_program(argc, argv);
+    words.assign(argv + std::min(count, 1), argv + count);
+    app.parse(count, argv);
     return 0;
   } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
     return error.get_exit_code();
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
-    rt::to_stderr("takt: {}\n", tools::mistake(app, error));
+    rt::to_stderr("takt: {}\n", tools::mistake(app, error, words));
     return tools::kBadUsage;
   } catch (const ConfigurationError& error) {
     for (const std::string& line : error.errors()) rt::to_stderr("{}\n", line);

@@ -21,13 +21,15 @@ void help(const CLI::App& app, const std::vector<std::string>& words) {
   }
   const CLI::App* command = &app;
   for (const std::string& word : words) {
-    std::vector<std::string> names = commands_of(*command);
-    if (std::find(names.begin(), names.end(), word) == names.end()) {
+    const auto named = command->get_subcommands(
+        [&word](const CLI::App* each) { return each->get_name() == word; });
+    if (named.empty()) {
+      std::vector<std::string> names = commands_of(*command);
       if (command == &app) names.emplace_back(kExitStatus);
       throw Error(fmt::format("{} has no command '{}'", full_name(*command), word),
                   names.empty() ? "leave it out" : suggest(word, names));
     }
-    command = command->get_subcommand(word);
+    command = named.front();
   }
   // Not its help(), which is that of `takt help`, the command that was named.
   rt::print("{}", command->get_formatter()->make_help(command, full_name(*command),

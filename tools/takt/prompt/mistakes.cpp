@@ -36,6 +36,16 @@ std::string see_help(const CLI::App& command) {
   return fmt::format("see {} --help", full_name(command));
 }
 
+/// Whether the words begin with the command: all that follow are for it. CLI11 hands those after
+/// `--` to the parent of a command that takes no more.
+bool begins_with(const std::vector<std::string>& words, const std::vector<const CLI::App*>& path) {
+  const auto is_name = [](const CLI::App* command, const std::string& word) {
+    return command->get_name() == word;
+  };
+  return words.size() + 1 >= path.size() &&
+         std::equal(path.begin() + 1, path.end(), words.begin(), is_name);
+}
+
 std::string unexpected(const CLI::App& command, const std::string& word) {
   const std::string name = full_name(command);
   if (word.starts_with('-') && word.size() > 1) {
@@ -60,7 +70,7 @@ std::string begin_of(std::string_view text, std::string_view end) {
 std::vector<std::string> commands_of(const CLI::App& command) {
   std::vector<std::string> names;
   for (const CLI::App* const each : command.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(each->get_name());
+    if (!each->get_group().empty()) names.push_back(each->get_name());
   }
   return names;
 }
@@ -70,7 +80,8 @@ std::string full_name(const CLI::App& command) {
   return command.get_parent() == nullptr ? own : full_name(*command.get_parent()) + " " + own;
 }
 
-std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
+std::string mistake(const CLI::App& app, const CLI::ParseError& error,
+                    const std::vector<std::string>& given) {
   const std::vector<const CLI::App*> path = named(app);
   const CLI::App& command = *path.back();
   const std::string what = error.what();
@@ -78,7 +89,8 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error) {
   if (is_missing || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     for (const CLI::App* const each : path) {
       const std::vector<std::string> words = each->remaining();
-      if (!words.empty()) return unexpected(*each, words.front());
+      if (words.empty()) continue;
+      return unexpected(begins_with(given, path) ? command : *each, words.front());
     }
   }
   if (is_missing && what.find("subcommand") != what.npos) {

@@ -19,6 +19,7 @@ namespace takt::tools {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using Words = std::vector<std::string>;
 
 void for_each(CLI::App& app, const std::function<void(CLI::App&)>& visit) {
@@ -38,15 +39,15 @@ std::unique_ptr<CLI::App> make_takt() {
 }
 
 /// What `takt` says of these words; empty: they are right.
-std::string said(Words words) {
+std::string said(const Words& words) {
   const auto app = make_takt();
-  std::reverse(words.begin(), words.end());  // as CLI11 wants them
+  Words reversed(words.rbegin(), words.rend());  // as CLI11 wants them
   try {
-    app->parse(words);
+    app->parse(reversed);
   } catch (const Begins&) {
     return "";
   } catch (const CLI::ParseError& error) {
-    return mistake(*app, error);
+    return mistake(*app, error, words);
   } catch (const Error& error) {
     return error.what();
   }
@@ -188,6 +189,9 @@ TEST(Mistakes, AreAnsweredWithTheNameThatIsNear) {
       {{}, "takt needs a command; one of: action, "},
       {{"runn"}, "takt has no command 'runn'; did you mean 'run'? valid: "},
       {{"--verison"}, "takt has no option '--verison'; did you mean '--version'?"},
+      {{"runn", "list"}, "takt has no command 'runn'; did you mean 'run'?"},
+      {{"doctor", "--", "/a/program"}, "'/a/program' is one word too many for takt doctor; leave"},
+      {{"topic", "list", "--", "a"}, "'a' is one word too many for takt topic list; leave it out"},
       {{"topic", "ecko"}, "takt topic has no command 'ecko'; did you mean 'echo'?"},
       {{"run", "--durtion", "3s", "x.yaml"},
        "takt run has no option '--durtion'; did you mean '--duration'?"},
@@ -210,6 +214,9 @@ TEST(Mistakes, AreAnsweredWithTheNameThatIsNear) {
       {{"latency", "--early-wake", "50"}, "--early-wake: '50' has no unit; write"},
   };
   for (const Case& each : cases) EXPECT_THAT(said(each.words), HasSubstr(each.answer));
+  for (const Words& words : {Words{}, Words{"runn"}}) {
+    EXPECT_THAT(said(words), Not(HasSubstr("complete"))) << "it is for shells";
+  }
   for (const char* const right : {"5", "5s", "2m"}) EXPECT_EQ(said({"latency", "-D", right}), "");
 }
 
