@@ -14,6 +14,7 @@
 #include "takt/base/version.hpp"
 #include "takt/containers/configuration/removed.hpp"
 
+#include "exit_status.hpp"
 #include "prompt/mistakes.hpp"
 #include "prompt/values.hpp"
 
@@ -81,6 +82,10 @@ int split_program(int argc, char** argv) {
   char** const end = argv + argc;
   char** const dashes = std::find(argv, end, std::string_view("--"));
   if (dashes != end) program.assign(dashes + 1, end);
+  if (dashes != end && program.empty()) {
+    throw UsageError("nothing follows --",
+                     fmt::format("write a program: takt {} -- ./program", command->first));
+  }
   return static_cast<int>(dashes - argv);
 }
 

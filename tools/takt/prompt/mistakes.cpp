@@ -103,8 +103,10 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error,
   }
   if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
     const std::size_t flag = what.find(" was given a disallowed");
-    if (flag != what.npos)
-      return fmt::format("{0} takes no value; write {0}", what.substr(0, flag));
+    if (flag != what.npos) {  // CLI11 leaves the dashes out
+      return fmt::format("{0} takes no value; write {0}",
+                         (flag == 1 ? "-" : "--") + what.substr(0, flag));
+    }
     const bool is_twice = what.find("At Most") != what.npos;
     return fmt::format("{} {}; {}", begin_of(what, ":"),
                        is_twice ? "is given more than once" : "needs a value", see_help(command));

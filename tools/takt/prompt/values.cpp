@@ -47,6 +47,14 @@ CLI::Option* unlimited(CLI::Option* option, const char* noun) {
       ""));
 }
 
+void not_empty(CLI::Option* option) {
+  option->check(CLI::Validator(
+      [](const std::string& text) {
+        return std::string(text.empty() ? "its value is empty; write one, or leave it out" : "");
+      },
+      ""));
+}
+
 Nanoseconds parse(const std::string& text, Zero zero) {
   return zero == Zero::permitted ? parse_duration(text) : parse_run_time(text);
 }
@@ -97,6 +105,7 @@ CLI::Option* add_time_option(CLI::App& command, const std::string& names, Nanose
 void finish_values(CLI::App& command) {
   for (CLI::Option* const option : command.get_options()) {
     if (option->get_items_expected_max() == 0) option->disable_flag_override();  // no --all=x
+    if (option->get_items_expected_min() > 0 && !option->get_positional()) not_empty(option);
     const std::string type = option->get_type_name();
     if (type == "UINT") unlimited<std::uint64_t>(option, "a whole number from 0");
     if (type == "INT") unlimited<std::int64_t>(option, "a whole number");

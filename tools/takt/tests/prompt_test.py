@@ -59,7 +59,8 @@ def check_mistakes():
     for words in ([], ["runn"], ["--verison"], ["topic"], ["topic", "ecko"], ["check"], ["run", "idle.yaml", "more"],
                   ["run", "idle.yaml", "--duration", "5"], ["compare", "idle.yaml", "--repeat", "0"], ["help", "rnu"],
                   ["list", "schedulerz"], ["latency", "-b", "-5"], ["topic", "hz", "/a", "--window", "0"], ["help", "run", "x"],
-                  ["latency", "--tracemark"], ["latency", "--histfile", "h"], ["bench", "latncy"], ["run", "--executor"]):
+                  ["latency", "--tracemark"], ["latency", "--histfile", "h"], ["bench", "latncy"], ["run", "--executor"],
+                  ["run", "idle.yaml", "--"], ["run", "--"], ["compare", "idle.yaml", "--"], ["graph", "idle.yaml", "-o", ""]):
         wrong = run(*words, status=2)
         check("one line says what to do", re.fullmatch(r"takt: [^\n]+; [^\n]+\n", wrong.stderr), wrong.stderr)
     check("help is help", run("help", "topic", "echo").stdout.startswith("Prints each message\nUsage: takt topic echo "))
