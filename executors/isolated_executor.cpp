@@ -16,6 +16,7 @@ IsolatedExecutor::IsolatedExecutor(const ExecutorOptions& options, const Executo
   check_spin(options, options.threads);
   make_wait_backend(options.wait, *options.clock, 1, false);  // throws here, not in a child
   if (!options.scheduler.empty()) schedulers().check(options.scheduler);
+  sleeper_.begin();
 }
 
 // ---- Children ----

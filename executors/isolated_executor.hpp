@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "takt/executors/engine/dispatching_executor.hpp"
+#include "takt/executors/wait_backends/sleepers.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt {
@@ -127,7 +128,8 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   const ExecutorOptions options_;
   const ExecutorTraits traits_;  // of the children too
   const std::unique_ptr<WaitBackend> backend_;
-  std::atomic<bool> spinning_{false}, cancelled_{false}, notified_{false};
+  detail::Sleepers sleeper_;  // the thread that spins
+  std::atomic<bool> spinning_{false}, cancelled_{false};
   std::size_t next_turn_ = 0;  // of the children, on the caller's thread
 
   std::condition_variable joined_;  // a child

@@ -35,14 +35,15 @@ class IsolatedExecutor::Spin {
 };
 
 void IsolatedExecutor::wake() noexcept {
-  if (!notified_.exchange(true)) backend_->post();
+  sleeper_.wake([this] { backend_->post(); });
 }
 
-// From here on a wake-up is a new one: so the thread that has slept looks at everything again.
-// Where it did so only before the next sleep, a spin that ended here left the next one deaf.
+// It always counts as asleep, also between two spins: what comes while it looks must wake it. From
+// here on a wake-up is a new one: so the thread that has slept looks at everything again.
 bool IsolatedExecutor::sleep(TimePoint deadline) noexcept {
   const bool is_woken = backend_->wait(0, deadline);
-  notified_.store(false);
+  sleeper_.end(is_woken);
+  sleeper_.begin();
   return is_woken;
 }
 

@@ -17,7 +17,7 @@ struct WaitSet::Member final : Sink {
   void announce(Arrival) noexcept override { wake(); }
   void release_changed() noexcept override { wake(); }
   void wake() noexcept {
-    if (!wait_set.notified_.exchange(true)) wait_set.backend_->post();
+    wait_set.sleeper_.wake([this] { wait_set.backend_->post(); });
   }
   bool wants_time() const noexcept override { return false; }
   void expect_remove() noexcept override {
@@ -136,9 +136,12 @@ void WaitSet::collect() {
 const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
   const TimePoint limit = end_of(timeout, clock_.now());
   for (;;) {
-    notified_.store(false);  // before we look: a later one announces again
+    sleeper_.begin();  // before we look: what comes later wakes us
     collect();
-    if (!ready_.empty() || clock_.now() >= limit) return ready_;
+    if (!ready_.empty() || clock_.now() >= limit) {
+      sleeper_.end(false);
+      return ready_;
+    }
     TimePoint deadline = limit;
     {
       const std::lock_guard lock(mutex_);
@@ -147,7 +150,7 @@ const std::vector<std::shared_ptr<Entity>>& WaitSet::wait(Nanoseconds timeout) {
       }
     }
     wake_up_on_time();
-    backend_->wait(0, deadline);
+    sleeper_.end(backend_->wait(0, deadline));
   }
 }
 

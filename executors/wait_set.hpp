@@ -10,6 +10,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
+#include "takt/executors/wait_backends/sleepers.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace TAKT_PUBLIC takt {
@@ -44,7 +45,7 @@ class WaitSet {
 
   Clock& clock_;
   const std::unique_ptr<WaitBackend> backend_;
-  std::atomic<bool> notified_{false};
+  detail::Sleepers sleeper_;  // the thread that waits
   std::atomic<std::size_t> expected_removals_{0};
   mutable PiMutex mutex_;  // guards members_
   std::vector<std::unique_ptr<Member>> members_;

@@ -44,10 +44,12 @@ void Watchdog::remove(Watched& watched) noexcept {
 }
 
 // A thread that expects a deadline stores it before it reads wakes_at_; this thread writes
-// wakes_at_ before it reads the deadlines. So one of the two sees the other.
+// wakes_at_ and begins to count as asleep before it reads the deadlines. So one of the two sees the
+// other.
 void Watchdog::run() noexcept {
   while (!stopping_.load()) {
     wakes_at_.store(kNever);
+    sleeper_.begin();
     TimePoint next = kNever;
     {
       std::unique_lock lock(mutex_);
@@ -63,9 +65,8 @@ void Watchdog::run() noexcept {
         called_.notify_all();
       }
     }
-    TimePoint nothing_earlier = kNever;
-    wakes_at_.compare_exchange_strong(nothing_earlier, next);  // otherwise a post is coming
-    backend_->wait(0, next);
+    wakes_at_.store(next);  // what was expected meanwhile has posted
+    sleeper_.end(backend_->wait(0, next));
   }
   backend_->leave(0);
   has_ended_.store(true);

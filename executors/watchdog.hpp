@@ -13,6 +13,7 @@
 #include "takt/base/clock.hpp"
 #include "takt/base/pi_mutex.hpp"
 #include "takt/base/visibility.hpp"
+#include "takt/executors/wait_backends/sleepers.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/sched/threads/realtime_thread.hpp"
 
@@ -52,10 +53,7 @@ class Watchdog {
   void remove(Watched& watched) noexcept;
   /// An execution must have ended by this time.
   void expect(TimePoint deadline) noexcept {
-    TimePoint wakes_at = wakes_at_.load();
-    while (deadline < wakes_at) {
-      if (wakes_at_.compare_exchange_weak(wakes_at, deadline)) return backend_->post();
-    }
+    if (deadline < wakes_at_.load()) sleeper_.wake([this] { backend_->post(); });
   }
 
  private:
@@ -63,6 +61,7 @@ class Watchdog {
 
   Clock& clock_;
   const std::unique_ptr<WaitBackend> backend_;
+  detail::Sleepers sleeper_;  // the thread
   std::atomic<TimePoint> wakes_at_{kNever};
   std::atomic<bool> stopping_{false}, has_ended_{false};
   PiMutex mutex_;  // guards what follows; handlers run without it

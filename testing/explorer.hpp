@@ -88,7 +88,9 @@ class Explorer {
     running->runnable_.push_back(context);
     --running->blocked_;
   }
-  /// The same for a context that waits at a variable.
+  /// The other context is preempted here and never goes on, if it has not ended.
+  static void freeze(std::size_t context) { std::erase(running->runnable_, context); }
+  /// As block, for a context that waits at a variable.
   static void wait_at(const void* where) {
     running->waiting_.emplace_back(where, running->current_);
     block();

@@ -98,24 +98,14 @@ void Workers::notify(Search what) noexcept {
     if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
     if (state >= what || search_.compare_exchange_weak(state, what)) return;
   }
-  if (claim_idle()) {
-    backend_->post();
-  } else if (Wakeable* observer = observer_.load()) {
-    observer->wake();
-  }
+  if (wake_sleeper()) return;
+  if (Wakeable* observer = observer_.load()) observer->wake();
 }
 
 void Workers::wake_all() noexcept {
   wake();
-  while (claim_idle()) backend_->post();
-}
-
-bool Workers::claim_idle() noexcept {
-  std::size_t idle = idle_.load();
-  while (idle != 0) {
-    if (idle_.compare_exchange_weak(idle, idle - 1)) return true;
+  while (wake_sleeper()) {
   }
-  return false;
 }
 
 // ---- What a worker does that waits ----
@@ -149,7 +139,7 @@ Nanoseconds Workers::patience_of(const Worker& worker) const noexcept {
       release <= later(ready_.timers().now(), options_.early_wake)) {
     return Nanoseconds::max();
   }
-  const bool others_work = lock_.is_shared() && idle_.load() + 1 < working_;
+  const bool others_work = lock_.is_shared() && sleepers_.idle() + 1 < working_;
   return others_work ? std::max(options_.spin, kPatience) : options_.spin;
 }
 
@@ -200,16 +190,10 @@ bool Workers::wait(Worker& worker, TimePoint limit, const FutureState* future) n
   if (end == release && end != kNever && may_search(worker)) end -= options_.early_wake;
   if (end != kNever) wake_up_on_time();
   set_wait(worker, release);
-  idle_.fetch_add(1);
+  sleepers_.begin();
   const bool is_needed = must_look(expected);
   lock_.unlock();
-  const bool was_woken = !is_needed && backend_->wait(worker.index, end);
-  // This worker still counts as idle, unless another thread is about to wake it: then it takes the
-  // post.
-  if (!was_woken && !claim_idle()) {
-    while (!backend_->wait(worker.index, kNever)) {
-    }
-  }
+  sleepers_.end(!is_needed && backend_->wait(worker.index, end));
   lock_.lock();
   set_wait(worker, kNever);
   ready_.timers().read_clock();

@@ -13,6 +13,7 @@
 #include "takt/executors/engine/ready_set.hpp"
 #include "takt/executors/engine/schedule_update.hpp"
 #include "takt/executors/executor.hpp"
+#include "takt/executors/wait_backends/sleepers.hpp"
 #include "takt/executors/wait_backends/wait_backend.hpp"
 
 namespace takt::detail {
@@ -105,7 +106,7 @@ class Workers final : public Wakeable {
   /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
   /// the first timer.
   void pass_on() noexcept TAKT_REQUIRES(lock_) {
-    if (!lock_.is_shared() || (idle_.load() == 0 && search_.load() == Search::none)) return;
+    if (!lock_.is_shared() || (sleepers_.idle() == 0 && search_.load() == Search::none)) return;
     if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
   }
   /// There was nothing to run. Returns true if the worker must look again, false at the limit.
@@ -119,7 +120,9 @@ class Workers final : public Wakeable {
     bool timers_were_held;  // when it looked when they are due
   };
 
-  bool claim_idle() noexcept;
+  bool wake_sleeper() noexcept {
+    return sleepers_.wake([this] { backend_->post(); });
+  }
   /// Something for which a sleeper wakes up.
   bool must_look(const Expected& expected) const noexcept {
     return ready_.has_announcements() || updates_.is_pending() || stops_.load() ||
@@ -145,7 +148,7 @@ class Workers final : public Wakeable {
   TimePoint first_wait_ TAKT_GUARDED_BY(lock_) = kNever;  // the first release for which one waits
   TimePoint last_look_ TAKT_GUARDED_BY(lock_){};  // at file descriptors, when no worker sleeps
 
-  alignas(64) std::atomic<std::size_t> idle_{0};  // workers that sleep and have not been woken
+  Sleepers sleepers_;
   std::atomic<Search> search_{Search::none};
   std::atomic<bool> stops_{false};
   std::atomic<Wakeable*> observer_{nullptr};

@@ -1,0 +1,73 @@
+// Which of the threads that sleep in a wait back end have been woken.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_EXECUTORS_WAIT_BACKENDS_SLEEPERS_HPP_
+#define TAKT_EXECUTORS_WAIT_BACKENDS_SLEEPERS_HPP_
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "takt/base/visibility.hpp"
+
+namespace TAKT_PUBLIC takt {
+namespace detail {
+
+/// So that of many announcements to a sleeper only the first one is a system call, and none waits
+/// for a thread that was preempted:
+/// 1. A thread begins, looks a last time for what there is to do, sleeps until it takes a post or
+///    its time has come, and ends. All that it looks at is seq_cst.
+/// 2. A thread writes what there is to do, and then wakes: if fewer are woken than sleep, it counts
+///    one more as woken, and posts. In between it may be preempted, so it counts as posting.
+/// 3. A thread that finds all woken posts nothing; but while another one is posting, it does so for
+///    that one.
+/// 4. Whether a post is still coming means nothing to a thread that ends. A post too many ends a
+///    later sleep in vain.
+/// So a thread returns from `wake` only when a sleeper has been posted to that will look after it.
+///
+/// Thread safety: begin and end from a thread that sleeps, the rest from any.
+/// Real-time: nothing blocks; `wake` costs one load when nobody sleeps.
+class Sleepers {
+ public:
+  void begin() noexcept { word_.fetch_add(kSleeping); }
+  /// `has_taken`: a post.
+  void end(bool has_taken) noexcept {
+    std::uint64_t word = word_.load();
+    std::uint64_t ended = 0;
+    do {
+      const std::uint64_t sleeping = word % kWoken - 1, woken = word / kWoken % kWoken;
+      const std::uint64_t left = has_taken && woken != 0 ? woken - 1 : woken;
+      ended = word / kPosting * kPosting + std::min(left, sleeping) * kWoken + sleeping;
+    } while (!word_.compare_exchange_weak(word, ended));
+  }
+
+  /// Wakes one thread by `post()`. False: it has not, as all were woken.
+  template <class Post>
+  bool wake(Post&& post) noexcept {
+    std::uint64_t word = word_.load();
+    while (word / kWoken % kWoken < word % kWoken) {
+      if (!word_.compare_exchange_weak(word, word + kPosting + kWoken)) continue;
+      post();
+      word_.fetch_sub(kPosting);
+      return true;
+    }
+    if (word / kPosting != 0 && word % kWoken != 0) post();
+    return false;
+  }
+
+  /// How many sleep that nobody has woken.
+  std::size_t idle() const noexcept {
+    const std::uint64_t word = word_.load();
+    return word % kWoken - word / kWoken % kWoken;
+  }
+
+ private:
+  // The word counts threads that sleep, those of them that were woken, and those that are posting.
+  static constexpr std::uint64_t kSleeping = 1, kWoken = 1 << 16, kPosting = kWoken << 16;
+  alignas(64) std::atomic<std::uint64_t> word_{0};
+};
+
+}  // namespace detail
+}  // namespace takt
+
+#endif  // TAKT_EXECUTORS_WAIT_BACKENDS_SLEEPERS_HPP_
