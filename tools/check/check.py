@@ -26,6 +26,8 @@ from public_headers import is_public
 
 MOST_LINES = 500
 MOST_LINES_OF_FUNCTION = 60
+MOST_OF_SUBJECT = 72
+SUBJECTS_SINCE = "8745e23b"  # the last commit before this rule
 EXCEPTIONS = "tools/check/exceptions.txt"
 CPP = {".cpp", ".hpp", ".c", ".h"}
 SOURCES = CPP | {".py", ".sh", ".cmake"}
@@ -33,6 +35,7 @@ PROSE = SOURCES | {".md", ".in", ".yaml", ".xml"}
 SCRIPTS = {"dev", ".ci/run"}
 RULES = {
     "generated": "what programs make of data is not in git",
+    "subject": f"subjects of commits above {MOST_OF_SUBJECT} characters",
     "format": "clang-format has nothing to change",
     "file-length": f"lines above {MOST_LINES} in a file",
     "function-length": f"lines above {MOST_LINES_OF_FUNCTION} in a function",
@@ -356,6 +359,16 @@ def check_format(files, root):
             yield Finding(path, int(line), "format", "not as clang-format has it: ./dev format")
 
 
+def check_subjects(root, since):
+    """A clone that does not have that commit has nothing to check."""
+    log = subprocess.run(["git", "log", "--format=%h %s", f"{since}..HEAD"], cwd=root, text=True,
+                         capture_output=True, check=False)
+    for line in log.stdout.splitlines():
+        commit, subject = line.split(" ", 1)
+        if len(subject) > MOST_OF_SUBJECT:
+            yield Finding(commit, 1, "subject", f"{len(subject)} characters: {subject}")
+
+
 # ---- Exceptions ----
 
 def read_exceptions(path):
@@ -421,6 +434,8 @@ def main():
                         default=pathlib.Path(__file__).resolve().parents[2])
     parser.add_argument("--update", action="store_true",
                         help="lowers the exceptions to what is found")
+    parser.add_argument("--since", default=SUBJECTS_SINCE, metavar="COMMIT",
+                        help="the subjects of later commits are checked (default: %(default)s)")
     options = parser.parse_args()
     root = options.root
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
@@ -432,7 +447,7 @@ def main():
         if is_read and "/testdata/" not in path and (root / path).is_file():
             files.append(File(path, (root / path).read_text(encoding="utf-8")))
     findings = [*check_format(files, root), *check_once(files), *check_generated(listed, root), *check_limits(files),
-                *check_elements(files)]
+                *check_elements(files), *check_subjects(root, options.since)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
                      check_contract, check_keep, check_temporary, check_output, check_readers,

@@ -292,6 +292,19 @@ def test_format():
             "a.cpp:2: not as clang-format has it: ./dev format")
 
 
+def test_subjects():
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(["git", "init", "-q"], cwd=folder, check=True)
+        for subject in "a" * 73, "b" * 72, "c" * 73:
+            subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", "commit", "-q", "--allow-empty",
+                            "-m", subject], cwd=folder, check=True)
+        for since, status in ("HEAD~2", 1), ("HEAD~1", 1), ("HEAD", 0), ("not_in_this_clone", 0):
+            done = subprocess.run([HERE / "check.py", "--root", folder, "--since", since], text=True, check=False,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            check(f"subjects since {since}", done.returncode == status and "bbb" not in done.stdout and
+                  ("73 characters: ccc" in done.stdout) == (status == 1), done.returncode, done.stdout)
+
+
 def test_exceptions():
     long = {"a.py": "# SPDX-License-Identifier: Apache-2.0\n" * 510}
     accepted("what is an exception is accepted", long, exceptions="a.py file-length 10\n")
@@ -331,5 +344,6 @@ test_generated()
 test_one_list()
 test_limits()
 test_format()
+test_subjects()
 test_exceptions()
 finish()
