@@ -12,8 +12,8 @@
 
 #include "takt/entities/guard_condition.hpp"
 #include "takt/executors/executor.hpp"
-#include "takt/executors/wait_backends/wait_backend.hpp"
 #include "takt/nodes/node.hpp"
+#include "takt/testing/wrapped_wait.hpp"
 
 namespace takt {
 namespace {
@@ -21,41 +21,17 @@ namespace {
 // Of the worker that has called `spin`; each runs once.
 std::function<void()> on_enter, on_leave;
 
-/// As epoll: other tests of this process run every back end that is registered.
-class HookedWait final : public WaitBackend {
+class HookedWait final : public WrappedWait {
  public:
-  explicit HookedWait(std::size_t workers) : waits_(wait_backends().make("epoll", workers)) {}
-  bool wait(std::size_t worker, TimePoint deadline) noexcept override {
-    return waits_->wait(worker, deadline);
-  }
-  void post() noexcept override { waits_->post(); }
-  bool serves_file_descriptors() const noexcept override {
-    return waits_->serves_file_descriptors();
-  }
-  void watch(const Watch& watch) override { waits_->watch(watch); }
-  void unwatch(const ArrivalListener* listener) noexcept override { waits_->unwatch(listener); }
-  void prepare() override { waits_->prepare(); }
-  bool look() noexcept override { return waits_->look(); }
-  int fd() noexcept override { return waits_->fd(); }
+  using WrappedWait::WrappedWait;
   void enter(std::size_t worker, const ThreadAttributes& attributes) override {
-    waits_->enter(worker, attributes);
+    WrappedWait::enter(worker, attributes);
     if (worker == 0 && on_enter) std::exchange(on_enter, nullptr)();
   }
   void leave(std::size_t worker) noexcept override {
-    waits_->leave(worker);
+    WrappedWait::leave(worker);
     if (worker == 0 && on_leave) std::exchange(on_leave, nullptr)();
   }
-  static const std::string& name() {
-    static const std::string name = [] {
-      const auto make = [](std::size_t workers) { return std::make_unique<HookedWait>(workers); };
-      wait_backends().add("hooked", {"epoll, with hooks", make});
-      return "hooked";
-    }();
-    return name;
-  }
-
- private:
-  const std::unique_ptr<WaitBackend> waits_;
 };
 
 /// Taken with the dispatch lock held, as all of reentrant groups are.
@@ -91,7 +67,8 @@ struct Kept {
 TEST(EndedWorker, HasLeftTheDispatchLock) {
   constexpr int kHandles = 100;
   const auto executor = executors().make(
-      "multi_threaded", {.wait = HookedWait::name(), .threads = std::vector<ThreadAttributes>(2)});
+      "multi_threaded",
+      {.wait = wrapped_wait<HookedWait>("hooked"), .threads = std::vector<ThreadAttributes>(2)});
   const auto node = std::make_shared<HookedNode>("node");
   auto to_keep = std::make_unique<Kept>();
   for (int i = 0; i < kHandles; ++i) {

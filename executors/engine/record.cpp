@@ -164,16 +164,16 @@ std::shared_ptr<Entity> CallbackRecord::release_entity() noexcept {
 // ---- What it says ----
 
 Entity::Counts CallbackRecord::entity_counts(bool all_is_served) const noexcept {
-  Entity::Counts counts =
+  Entity::Counts since =
       state.is_detached() ? counted_in_the_end : counts_of(*entity, all_is_served);
   const auto subtract = [](std::uint64_t& from, std::uint64_t before) noexcept {
     from -= std::min(from, before);  // of a node that is not active, fewer may be expected now
   };
-  subtract(counts.expected, counted_before.expected);
-  subtract(counts.from_outside, counted_before.from_outside);
-  subtract(counts.dropped, counted_before.dropped);
-  subtract(counts.missed, counted_before.missed);
-  return counts;
+  subtract(since.expected, counted_before.expected);
+  subtract(since.from_outside, counted_before.from_outside);
+  subtract(since.dropped, counted_before.dropped);
+  subtract(since.missed, counted_before.missed);
+  return since;
 }
 
 bool is_called(const CallbackRecord& record, std::string_view name) noexcept {
