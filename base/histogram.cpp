@@ -10,8 +10,8 @@ void Histogram::merge(const Histogram& other) noexcept {
   for (std::size_t i = 0; i < kBuckets; ++i) add(i, other.counts_[i]);
   count_ += other.count_;
   sum_ns_ += other.sum_ns_;
-  min_ns_ = std::min(min_ns_, other.min_ns_);
-  max_ns_ = std::max(max_ns_, other.max_ns_);
+  min_ns_ = std::min(min_ns_.own(), other.min_ns_.load());
+  max_ns_ = std::max(max_ns_.own(), other.max_ns_.load());
 }
 
 void Histogram::add_bucket(std::size_t bucket, std::uint64_t count) noexcept {
@@ -20,18 +20,19 @@ void Histogram::add_bucket(std::size_t bucket, std::uint64_t count) noexcept {
   add(bucket, count);
   count_ += count;
   sum_ns_ += ns * static_cast<std::int64_t>(count);
-  min_ns_ = std::min(min_ns_, ns);
-  max_ns_ = std::max(max_ns_, ns);
+  min_ns_ = std::min(min_ns_.own(), ns);
+  max_ns_ = std::max(max_ns_.own(), ns);
 }
 
 Nanoseconds Histogram::mean() const noexcept {
-  return Nanoseconds(count_ == 0 ? 0 : sum_ns_ / static_cast<std::int64_t>(count_));
+  const auto count = static_cast<std::int64_t>(count_.load());
+  return Nanoseconds(count == 0 ? 0 : sum_ns_ / count);
 }
 
 Nanoseconds Histogram::percentile(double fraction) const noexcept {
-  if (count_ == 0) return Nanoseconds::zero();
   const auto held =
       static_cast<double>(std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0}));
+  if (held == 0) return Nanoseconds::zero();
   const auto wanted = static_cast<std::uint64_t>(std::clamp(std::ceil(fraction * held), 1.0, held));
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < kBuckets; ++i) {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "takt/base/counter.hpp"
 #include "takt/base/time.hpp"
 #include "takt/base/visibility.hpp"
 
@@ -20,7 +21,9 @@ namespace TAKT_PUBLIC takt {
 /// 2^32 - 1 samples (days at 10 kHz); one that is full counts no more, see is_saturated().
 /// The idea is HdrHistogram's (Gil Tene); no C or C++ edition of it is in Debian 12.
 ///
-/// Thread safety: one writer at a time; readers only when no writer runs.
+/// Thread safety: one writer at a time; readers at any time. Of a copy that is made meanwhile,
+/// the minimum and maximum are those of all that its buckets hold, and count and sum may be
+/// ahead of these by what is being recorded.
 /// Real-time: `record` is a handful of instructions; nothing allocates.
 class Histogram {
  public:
@@ -33,13 +36,13 @@ class Histogram {
 
   void record(Nanoseconds value) noexcept {
     const std::int64_t ns = std::max<std::int64_t>(value.count(), 0);
-    std::uint32_t& bucket = counts_[bucket_of(static_cast<std::uint64_t>(ns))];
-    if (bucket != kFull) [[likely]]
-      ++bucket;
-    ++count_;
+    if (ns < min_ns_.own()) min_ns_ = ns;
+    if (ns > max_ns_.own()) max_ns_ = ns;
     sum_ns_ += ns;
-    min_ns_ = std::min(min_ns_, ns);
-    max_ns_ = std::max(max_ns_, ns);
+    ++count_;
+    Counter<std::uint32_t>& bucket = counts_[bucket_of(static_cast<std::uint64_t>(ns))];
+    if (bucket.own() != kFull) [[likely]]
+      bucket.publish(bucket.own() + 1);  // last, and copied first
   }
 
   void merge(const Histogram& other) noexcept;
@@ -55,7 +58,10 @@ class Histogram {
 
   std::uint64_t count() const noexcept { return count_; }
   Nanoseconds sum() const noexcept { return Nanoseconds(sum_ns_); }
-  Nanoseconds min() const noexcept { return Nanoseconds(count_ == 0 ? 0 : min_ns_); }
+  Nanoseconds min() const noexcept {
+    const std::int64_t ns = min_ns_;
+    return Nanoseconds(ns == INT64_MAX ? 0 : ns);
+  }
   Nanoseconds max() const noexcept { return Nanoseconds(max_ns_); }
   Nanoseconds mean() const noexcept;
   /// The smallest bucket limit that at least `fraction` (0 to 1) of the samples do not exceed,
@@ -68,7 +74,7 @@ class Histogram {
   template <class Visit>
   void for_each_bucket(Visit&& visit) const {
     for (std::size_t i = 0; i < kBuckets; ++i) {
-      if (counts_[i] != 0) visit(i, upper_limit(i), std::uint64_t{counts_[i]});
+      if (const std::uint64_t count = counts_[i]; count != 0) visit(i, upper_limit(i), count);
     }
   }
 
@@ -88,11 +94,11 @@ class Histogram {
     counts_[bucket] += static_cast<std::uint32_t>(std::min(count, room));
   }
 
-  std::array<std::uint32_t, kBuckets> counts_{};
-  std::uint64_t count_ = 0;
-  std::int64_t sum_ns_ = 0;
-  std::int64_t min_ns_ = INT64_MAX;
-  std::int64_t max_ns_ = 0;
+  std::array<Counter<std::uint32_t>, kBuckets> counts_{};
+  Counter<> count_;
+  Counter<std::int64_t> sum_ns_;
+  Counter<std::int64_t> min_ns_ = INT64_MAX;
+  Counter<std::int64_t> max_ns_;
 };
 
 }  // namespace takt

@@ -279,9 +279,13 @@ class Executor {
   /// Number of callbacks that are ready or running.
   virtual std::size_t pending() const noexcept = 0;
 
-  /// Throws Error while it spins, because the hot path has no lock for them.
+  /// At any time. While it spins they are a copy, which costs the executor's threads nothing:
+  /// each figure is true, and figures of one row may differ by the executions under way.
   virtual std::vector<CallbackStatistics> statistics() const = 0;
+  /// Of the last spin. Throws Error while it spins.
   virtual std::vector<ThreadStatistics> thread_statistics() const = 0;
+  /// The kernel's numbers of the threads that run its callbacks now, in spin.
+  virtual std::vector<int> running_threads() const { return {}; }
 
  protected:
   virtual FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) = 0;

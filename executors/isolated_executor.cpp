@@ -331,12 +331,13 @@ std::size_t IsolatedExecutor::pending() const noexcept {
   return count;
 }
 
+// With the mutex: a child that goes meanwhile would be in the past, too.
 std::vector<CallbackStatistics> IsolatedExecutor::statistics() const {
   std::vector<CallbackStatistics> result;
-  for (const auto& child : children()) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& child : children_) {
     for (auto& callback : child->executor.statistics()) result.push_back(std::move(callback));
   }
-  const std::lock_guard lock(mutex_);
   return past_.with(std::move(result));
 }
 
@@ -347,6 +348,14 @@ std::vector<ThreadStatistics> IsolatedExecutor::thread_statistics() const {
   }
   const std::lock_guard lock(mutex_);
   return past_threads_.with(std::move(result));
+}
+
+std::vector<int> IsolatedExecutor::running_threads() const {
+  std::vector<int> result;
+  for (const auto& child : children()) {
+    for (const int thread : child->executor.running_threads()) result.push_back(thread);
+  }
+  return result;
 }
 
 TAKT_REGISTER_EXECUTOR_CLASS("isolated",

@@ -55,6 +55,7 @@ class IsolatedExecutor final : public Executor, private NodeListener, private Wa
   std::size_t pending() const noexcept override;
   std::vector<CallbackStatistics> statistics() const override;
   std::vector<ThreadStatistics> thread_statistics() const override;
+  std::vector<int> running_threads() const override;
 
  protected:
   FutureReturnCode spin_until_complete(FutureState& future, Nanoseconds timeout) override;

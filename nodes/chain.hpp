@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "takt/base/counter.hpp"
 #include "takt/base/histogram.hpp"
 #include "takt/base/visibility.hpp"
 #include "takt/entities/entity.hpp"
@@ -45,8 +46,8 @@ struct ChainStatistics {
 
 /// A path of callbacks, each of which publishes what the next one receives. Its instances differ
 /// from others that end in the same callback by the path that they took.
-/// Thread safety: finished() is serialised by the executor of the last callback, aborted() may be
-/// called by any thread, statistics() while that executor does not spin.
+/// Thread safety: finished() is serialised by the executor of the last callback, all else may be
+/// called by any thread.
 /// Real-time: finished() and aborted() neither block nor allocate.
 class Chain {
  public:
@@ -61,6 +62,7 @@ class Chain {
   /// From 1, over the process.
   ChainId id() const noexcept { return id_; }
   const ChainOptions& options() const noexcept { return options_; }
+  /// At any time, as Executor::statistics().
   ChainStatistics statistics() const;
 
   // For executors.
@@ -75,7 +77,7 @@ class Chain {
  private:
   const ChainOptions options_;
   const ChainId id_;
-  std::uint64_t instances_ = 0, misses_ = 0;
+  Counter<> instances_, misses_;
   std::atomic<std::uint64_t> aborted_{0};
   Histogram latency_;
 };

@@ -3,6 +3,7 @@
 #ifndef TAKT_NODES_MANAGED_ENTITIES_HPP_
 #define TAKT_NODES_MANAGED_ENTITIES_HPP_
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -140,7 +141,9 @@ class ManagedSubscription final : public GatedEntity<SubscriptionWith<T, F>> {
   /// Messages that wait for the node are not expected to have been received.
   Entity::Counts counts() const noexcept override {
     Entity::Counts counts = Base::counts();
-    if (!this->gate().is_open()) counts.expected -= this->ring().size();
+    if (this->gate().is_open()) return counts;
+    // The second number may have grown meanwhile.
+    counts.expected -= std::min<std::uint64_t>(counts.expected, this->ring().size());
     return counts;
   }
 

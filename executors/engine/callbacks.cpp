@@ -466,19 +466,18 @@ std::size_t Callbacks::pending() const noexcept {
   return dispatcher_.observation().pending(records_);
 }
 
-const Observation& Callbacks::observation_at_rest() const {
-  if (!is_spinning_) return dispatcher_.observation();
-  throw Error("executor '" + options_.name + "' is spinning", "read its statistics afterwards");
-}
-
 std::vector<CallbackStatistics> Callbacks::statistics() const {
   const std::lock_guard lock(mutex_);
-  return observation_at_rest().statistics(records_, removed_);
+  return dispatcher_.observation().statistics(records_, removed_);
 }
 
 std::vector<ThreadStatistics> Callbacks::thread_statistics() const {
   const std::lock_guard lock(mutex_);
-  return observation_at_rest().thread_statistics(records_, dispatcher_.workers());
+  if (is_spinning_) {
+    throw Error("executor '" + options_.name + "' is spinning",
+                "read the statistics of its threads afterwards");
+  }
+  return dispatcher_.observation().thread_statistics(records_, dispatcher_.workers());
 }
 
 // Runs on the watchdog's thread. The handler runs without the mutex, and may destroy this: that of

@@ -73,7 +73,6 @@ class Callbacks final : private NodeListener, private Watchdog::Watched {
   void listen_to(const std::shared_ptr<Node>& node);
 
   // With the mutex held.
-  const Observation& observation_at_rest() const TAKT_REQUIRES(mutex_);
   void choose_wait_backend() TAKT_REQUIRES(mutex_);
   std::unique_ptr<Record> make_record(const std::shared_ptr<Entity>& entity, const Node& node,
                                       const CallbackParameters& parameters) TAKT_REQUIRES(mutex_);

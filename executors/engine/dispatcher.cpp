@@ -218,7 +218,7 @@ void Dispatcher::discard(Execution& execution) noexcept {
   execution.record->entity->discard(execution.slot);
   execution.is_taken = false;
   const std::lock_guard guard(lock());
-  ++execution.record->discarded;
+  ++execution.record->counts.discarded;
 }
 
 // Gives the exception of a callback to the user's handler, or ends spin with it.

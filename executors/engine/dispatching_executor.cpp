@@ -7,6 +7,7 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "takt/base/error.hpp"
 #include "takt/base/lockfree/read_section.hpp"
@@ -77,7 +78,8 @@ DispatchingExecutor::DispatchingExecutor(const ExecutorOptions& options,
       observation_(options_, rule_.get()),
       dispatcher_(options_, traits.readiness, threads_for(options, traits), rule_.get(),
                   observation_),
-      callbacks_(options_, dispatcher_) {
+      callbacks_(options_, dispatcher_),
+      running_(workers().all().size()) {
 }
 
 /// Lives as long as a spin, of any kind: there is only one at a time.
@@ -121,6 +123,7 @@ void DispatchingExecutor::work(Worker& worker) {
   if (worker.index != 0) worker.enter();
   { const ReadSection registers_this_thread; }
   workers().backend()->enter(worker.index, worker.attributes);
+  running_[worker.index].store(gettid());
   const RealtimeScope scope;
   const Nanoseconds cpu_time = thread_cpu_time();
   const TimePoint start = Clock::steady().now();
@@ -139,7 +142,16 @@ void DispatchingExecutor::work(Worker& worker) {
   statistics.cpu_time = thread_cpu_time() - cpu_time;
   statistics.wall_time = Clock::steady().now() - start;
   statistics.spin_time = std::min(worker.spin_time, statistics.cpu_time);
+  running_[worker.index].store(0);
   workers().backend()->leave(worker.index);
+}
+
+std::vector<int> DispatchingExecutor::running_threads() const {
+  std::vector<int> threads;
+  for (const std::atomic<int>& thread : running_) {
+    if (const int number = thread.load(); number != 0) threads.push_back(number);
+  }
+  return threads;
 }
 
 void DispatchingExecutor::spin(const ExceptionHandler& handler) {

@@ -55,6 +55,7 @@ class DispatchingExecutor final : public Executor {
   std::vector<ThreadStatistics> thread_statistics() const override {
     return callbacks_.thread_statistics();
   }
+  std::vector<int> running_threads() const override;
 
   // For executors that are made of others (isolated) and run them on one thread.
 
@@ -103,7 +104,8 @@ class DispatchingExecutor final : public Executor {
   detail::Observation observation_;
   detail::Dispatcher dispatcher_;
   detail::Callbacks callbacks_;
-  std::atomic<bool> has_workers_{false};  // all threads of a spin exist
+  std::atomic<bool> has_workers_{false};   // all threads of a spin exist
+  std::vector<std::atomic<int>> running_;  // the kernel's number of each worker's thread; 0: none
 };
 
 }  // namespace takt

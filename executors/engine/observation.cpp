@@ -183,10 +183,16 @@ std::size_t Observation::pending(const CallbackRecords& records) const noexcept 
   return count;
 }
 
+// A worker may be changing the record's settings, so they are not read.
 CallbackStatistics Observation::statistics_of(const CallbackRecord& record) const {
   CallbackStatistics statistics;
-  static_cast<CallbackCounts&>(statistics) = record.counts;
+  const bool is_timer = record.entity->kind() == EntityKind::timer;
   statistics.received = record.executions;
+  statistics.with_period = record.counts.with_period;
+  statistics.late = record.counts.late;
+  statistics.too_late = record.counts.too_late;
+  statistics.deadline_misses = record.counts.deadline_misses;
+  statistics.overruns = record.counts.overruns;
   if (record.times != nullptr) static_cast<CallbackTimes&>(statistics) = *record.times;
   if (record.message_times != nullptr) {
     static_cast<MessageTimes&>(statistics) = *record.message_times;
@@ -198,15 +204,15 @@ CallbackStatistics Observation::statistics_of(const CallbackRecord& record) cons
   statistics.node = record.node;
   statistics.group = record.group->name();
   statistics.callback = record.entity->name();
-  statistics.kind = record.settings.info.kind;
+  statistics.kind = record.entity->kind();
   statistics.topic = record.entity->topic();
-  statistics.dropped = counts.dropped + record.discarded;
+  statistics.dropped = counts.dropped + record.counts.discarded;
   statistics.skipped = counts.missed;
-  if (record.is_timer() && !is_removed)
+  if (is_timer && !is_removed)
     statistics.skipped += releases_left(*record.entity, timers_held_.load());
   statistics.overruns += statistics.skipped;
   statistics.from_outside = counts.from_outside;
-  statistics.expected = record.is_timer() ? statistics.received : counts.expected;
+  statistics.expected = is_timer ? statistics.received : counts.expected;
   return statistics;
 }
 

@@ -71,7 +71,7 @@ class Observation {
   }
   /// How many are ready or running, and messages that wait for the end of a period.
   std::size_t pending(const CallbackRecords& records) const noexcept;
-  /// While none of them is executing: also of those that were removed.
+  /// Also of those that were removed.
   std::vector<CallbackStatistics> statistics(const CallbackRecords& records,
                                              const RemovedRecords& removed) const;
   /// It was removed.
@@ -80,7 +80,8 @@ class Observation {
   void end() noexcept { has_ended_ = true; }
   /// Of each worker since the last spin(); none before.
   std::vector<ThreadStatistics>& threads() noexcept { return threads_; }
-  /// The same, with traces, also where spin_some or the like ran the callbacks.
+  /// While no thread spins: the same, with traces, also where spin_some or the like ran the
+  /// callbacks.
   std::vector<ThreadStatistics> thread_statistics(const CallbackRecords& records,
                                                   const Workers& workers) const;
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/counter.hpp"
 #include "takt/entities/entity.hpp"
 #include "takt/executors/engine/record_state.hpp"
 #include "takt/executors/executor.hpp"
@@ -63,9 +64,15 @@ struct Supervision {
 /// which nothing shares that publishers read. Serialised by the executor, but for the state.
 struct alignas(64) DispatchState : ReadyCallback {
   RecordState state;
-  std::uint64_t executions = 0;  // counted where there are statistics
+  Counter<> executions;  // counted where there are statistics
 };
 static_assert(sizeof(DispatchState) == 64);
+
+/// What else dispatches count of a callback.
+struct DispatchCounts {
+  Counter<> with_period, late, too_late, deadline_misses, overruns;
+  Counter<> discarded;  // messages of aborted chain instances
+};
 
 /// All that an executor keeps of one entity. A control thread creates it when the entity is added.
 /// Fields without a comment never change, or are serialised by the executor.
@@ -86,7 +93,7 @@ struct CallbackRecord final : DispatchState, Sink {
   bool is_checked = false;  // after each execution; otherwise it has no deadline and is not demoted
   std::shared_ptr<Supervision> supervision;
   std::string node;
-  // Where statistics are full; the second one of what takes messages.
+  // Where statistics are full; the second one of what takes messages. Control threads copy them.
   std::unique_ptr<CallbackTimes> times;
   std::unique_ptr<MessageTimes> message_times;
   // Guarded by the mutex of the callbacks.
@@ -98,8 +105,7 @@ struct CallbackRecord final : DispatchState, Sink {
   Entity::Counts counted_before, counted_in_the_end;
 
   // Dispatches write what follows, too: no publisher reads it.
-  alignas(64) CallbackCounts counts;
-  std::uint64_t discarded = 0;    // messages of aborted chain instances
+  alignas(64) DispatchCounts counts;
   std::uint64_t lost_before = 0;  // what the entity had lost when last traced
 
   // Publishers read the mark, and the one that sets it writes the rest: a cache line that the
