@@ -153,15 +153,6 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       loading, rare_service()));
-  services_.push_back(node->create_service<ci::ListNodes>(
-      "~/_container/list_nodes",
-      [&container](const auto&, auto& response) {
-        for (const LoadedComponent& component : container.components()) {
-          response.full_node_names.push_back(component.name);
-          response.unique_ids.push_back(component.id);
-        }
-      },
-      nullptr, rare_service()));
   services_.push_back(node->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {
@@ -175,7 +166,25 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       make_group("set_callback_parameters"), rare_service()));
+  tell(container);
   own_ = serve(node);
+}
+
+// What needs no code of a user: on the thread `container`.
+void ComponentManager::tell(Container& container) {
+  services_.push_back(node_->create_service<ci::ListNodes>(
+      "~/_container/list_nodes",
+      [&container](const auto&, auto& response) {
+        for (const LoadedComponent& component : container.components()) {
+          response.full_node_names.push_back(component.name);
+          response.unique_ids.push_back(component.id);
+        }
+      },
+      nullptr, rare_service()));
+  services_.push_back(node_->create_service<GetStatistics>(
+      "~/get_statistics",
+      [&container](const auto&, auto& response) { response = container.statistics(); }, nullptr,
+      rare_service()));
 }
 
 std::shared_ptr<CallbackGroup> ComponentManager::make_group(std::string name) {

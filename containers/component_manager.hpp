@@ -26,6 +26,7 @@ class Container;
 ///   Extra arguments, written as in the configuration file: `library`, `executor` (a name in the
 ///   container), `on_exception`, and `callback_group.GROUP.KEY` with a key of a callback group.
 /// - `/CONTAINER/set_callback_parameters`: see SetCallbackParameters.
+/// - `/CONTAINER/get_statistics`: see GetStatistics.
 /// - for each component's node: ROS 2's parameter services, if enabled, and the lifecycle services
 ///   of a lifecycle node. In ROS 2's graph they belong to that node.
 /// - for itself: the parameter services, so that `ros2 param list`, which asks every node, waits
@@ -50,6 +51,8 @@ class ComponentManager {
   std::shared_ptr<CallbackGroup> make_group(std::string name);
 
  private:
+  void tell(Container& container);
+
   const std::shared_ptr<Node> node_;
   Executor& requests_;
   const bool serves_parameters_;

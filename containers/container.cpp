@@ -8,6 +8,7 @@
 
 #include "takt/base/logger.hpp"
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/diagnostics.hpp"
 #include "takt/containers/unloading_threads.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
@@ -213,9 +214,10 @@ void Container::make_manager() {
       *this, service_node_, make_own_executor(kRequestThreads, kMostRequests),
       load_policy(description_),
       description_.dds && description_.dds->parameter_services && !description_.is_split_off);
-  if (participant_ != nullptr && description_.dds->rosout && !description_.is_split_off) {
-    rosout_ = std::make_unique<Rosout>(*service_node_);
-  }
+  const bool tells_all = participant_ != nullptr && !description_.is_split_off;
+  if (tells_all && description_.dds->rosout) rosout_ = std::make_unique<Rosout>(*service_node_);
+  if (tells_all && description_.dds->diagnostics)
+    diagnostics_ = std::make_unique<Diagnostics>(*this, *service_node_);
   failed_ = service_node_->create_guard_condition(
       "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
   make_own_executor(kServiceThread).add_node(service_node_);

@@ -18,6 +18,7 @@
 #include "takt/containers/component.hpp"
 #include "takt/containers/component_manager.hpp"
 #include "takt/containers/configuration/system_description.hpp"
+#include "takt/containers/get_statistics.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
 #include "takt/containers/model/system_model.hpp"
@@ -31,6 +32,7 @@
 
 namespace TAKT_PUBLIC takt {
 
+class Diagnostics;
 class UnloadingThreads;
 
 /// Settings of the command line that override the file.
@@ -143,6 +145,8 @@ class Container {
   /// Utilisation (1.0: one CPU) by the callbacks that have a budget and a period.
   double utilisation_of(const std::string& executor) const;
 
+  /// What it has done so far. Thread safety: from any thread.
+  GetStatistics::Response statistics() const;
   /// The measurements of the run. Call it after stop().
   ProcessResult result() const;
 
@@ -211,6 +215,7 @@ class Container {
   void begin_counting();
   void end_counting();
   void set_counted(ThreadStatistics& thread) const;
+  void add_parameters(std::vector<GetStatistics::Callback>& callbacks) const;
 
   SystemDescription description_;  // completed with what Takt assigns
   const ContainerOverrides overrides_;
@@ -226,6 +231,7 @@ class Container {
   std::shared_ptr<Node> service_node_;
   std::unique_ptr<ComponentManager> manager_;
   std::unique_ptr<Rosout> rosout_;
+  std::unique_ptr<Diagnostics> diagnostics_;
   std::shared_ptr<TimeSource> time_source_;  // of the components, if the service node follows it
   std::shared_ptr<Node> lifecycle_node_;
   std::shared_ptr<void> lifecycle_services_;  // of that node

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "takt/containers/container_parts.hpp"
+#include "takt/containers/diagnostics.hpp"
 #include "takt/containers/process_usage.hpp"
 
 namespace takt {
@@ -17,17 +17,11 @@ namespace {
 
 // Adds (or subtracts) the kernel's counters of a thread. False: it has ended.
 bool read_counters(int tid, ThreadStatistics& thread, int sign) {
-  const std::string task = fmt::format("/proc/self/task/{}/", tid);
-  std::int64_t cpu_time_ns = 0;
-  if (!(std::ifstream(task + "schedstat") >> cpu_time_ns)) return false;
-  thread.cpu_time += sign * Nanoseconds(cpu_time_ns);
-  std::ifstream status(task + "status");
-  for (std::string word; status >> word;) {
-    if (word != "voluntary_ctxt_switches:") continue;
-    std::uint64_t switches = 0;
-    status >> switches;
-    thread.counters.voluntary_switches += static_cast<std::uint64_t>(sign) * switches;
-  }
+  const auto usage = thread_usage(tid);
+  if (!usage) return false;
+  thread.cpu_time += sign * usage->cpu_time;
+  thread.counters.voluntary_switches +=
+      static_cast<std::uint64_t>(sign) * usage->voluntary_switches;
   return true;
 }
 
@@ -71,7 +65,8 @@ std::vector<EndpointState> Container::endpoints() const {
   std::vector<EndpointState> endpoints = participant_->endpoints();
   std::erase_if(endpoints, [](const EndpointState& endpoint) {  // the container's own
     return endpoint.is_writer &&
-           (endpoint.topic == "/rosout" || endpoint.topic == "/parameter_events");
+           (endpoint.topic == "/rosout" || endpoint.topic == "/parameter_events" ||
+            endpoint.topic == kDiagnosticsTopic);
   });
   return endpoints;
 }

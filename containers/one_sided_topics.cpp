@@ -20,8 +20,9 @@ constexpr std::size_t kMostNamed = 10;
 }  // namespace
 
 bool is_everywhere(const std::string& topic) {
-  return topic == "/rosout" || topic == "/parameter_events" || topic == "/takt/heartbeat" ||
-         topic.ends_with("/transition_event") || topic.find("/_") != std::string::npos;
+  return topic == "/rosout" || topic == "/parameter_events" || topic == "/diagnostics" ||
+         topic == "/takt/heartbeat" || topic.ends_with("/transition_event") ||
+         topic.find("/_") != std::string::npos;
 }
 
 std::string OneSidedTopic::reason() const {

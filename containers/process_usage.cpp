@@ -30,6 +30,20 @@ Nanoseconds process_cpu_time(pid_t process) {
   return time(usage.ru_utime) + time(usage.ru_stime);
 }
 
+std::optional<ThreadUsage> thread_usage(int tid) {
+  const std::string task = fmt::format("/proc/self/task/{}/", tid);
+  ThreadUsage usage;
+  std::int64_t cpu_time_ns = 0;
+  if (!(std::ifstream(task + "schedstat") >> cpu_time_ns)) return {};
+  usage.cpu_time = Nanoseconds(cpu_time_ns);
+  std::ifstream status(task + "status");
+  for (std::string word; status >> word;) {
+    if (word == "voluntary_ctxt_switches:") status >> usage.voluntary_switches;
+    if (word == "nonvoluntary_ctxt_switches:") status >> usage.involuntary_switches;
+  }
+  return usage;
+}
+
 std::uint64_t proportional_set_size_kb(pid_t process) {
   std::ifstream file(process == 0 ? "/proc/self/smaps_rollup"
                                   : fmt::format("/proc/{}/smaps_rollup", process));

@@ -1,9 +1,10 @@
-// The CPU time and memory of a process.
+// The CPU time and memory of a process and its threads.
 // SPDX-License-Identifier: Apache-2.0
 #ifndef TAKT_CONTAINERS_PROCESS_USAGE_HPP_
 #define TAKT_CONTAINERS_PROCESS_USAGE_HPP_
 
 #include <cstdint>
+#include <optional>
 
 #include <sys/types.h>
 
@@ -15,6 +16,14 @@ namespace TAKT_INTERNAL takt {
 /// The CPU time of all threads of this process (0), also of those that have ended; or of those that
 /// another process has now.
 Nanoseconds process_cpu_time(pid_t process = 0);
+
+/// What the kernel has counted of a thread of this process since its start.
+struct ThreadUsage {
+  Nanoseconds cpu_time{0};
+  std::uint64_t voluntary_switches = 0, involuntary_switches = 0;
+};
+/// Nothing if it has ended.
+std::optional<ThreadUsage> thread_usage(int tid);
 
 /// The memory of a process (0: this one), of which shared pages count in proportion; 0 if the
 /// kernel does not tell.

@@ -62,6 +62,8 @@ struct DdsOptions {
 
   /// Containers publish their log on `/rosout`.
   bool rosout = true;
+  /// Containers publish how they do on `/diagnostics`, while somebody subscribes.
+  bool diagnostics = true;
   /// Containers answer ROS 2's parameter services, six for each node, and `get_type_description`.
   bool parameter_services = true;
 

@@ -20,6 +20,10 @@ void ConfigurationReader::read_dds(const Value& value) {
         "Only processes on the same domain discover each other. By default, the value of the "
         "environment variable `ROS_DOMAIN_ID`, else 0.",
         into_domain(dds.domain)},
+       {"diagnostics",
+        "Publish how executors, callbacks and chains do on ROS 2's topic `/diagnostics`, once a "
+        "second while somebody subscribes to it.",
+        into(dds.diagnostics, {{"on", true}, {"off", false}})},
        {"discovery",
         "Which processes are discovered. `localhost`: those of this machine, ROS 2's included; "
         "`subnet`: also those that multicast reaches; `off`: none; `system`: as Cyclone's defaults "
