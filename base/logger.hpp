@@ -104,7 +104,7 @@ class Logger {
   /// Called with every line, on the writing thread, after it was written. Empty: none. When this
   /// returns, the previous listener is not called any more.
   void set_listener(std::function<void(const LogLine&)> listener);
-  /// Redirects later lines from stderr to a function (for tests).
+  /// Redirects later lines from stderr to a function, on the writing thread; empty: back.
   void set_writer(std::function<void(LogLevel, std::string_view)> writer);
 
  private:

@@ -109,6 +109,7 @@ CLAIMS = {
         ("The exit status is 1 if a package does not build", tested("rclcpp/cmake/build_test.py", "a package that does not build is named")),
         ("if messages were not recorded", tested("components/recorder_test.cpp", "not recorded: File too large")),
         ("A chunk whose checksum differs is an error", tested(PY + "bag_test.py", "checksum")),
+        ("or none of a given name", tested(PY + "top_test.py", "without a container one sentence says so")),
         ("Completed runs are shown and written", tested(PY + "signals_test.py", "compare")),
         ("Exit 0 if there are chains", tested(PY + "analyze_test.py", "a guarantee")),
         ("exit 0 unless a chain is", tested(PY + "analyze_test.py", " is not allowed")),

@@ -47,6 +47,7 @@ COMMANDS = {
     "analyze": (None, ["good.yaml"], ["nowhere.yaml"]),
     "bag": (None, None, ["info", "nowhere.mcap"]),
     "bench": (None, None, ["nothing"]),
+    "callback": (None, ["set", "nowhere", "a/b", "priority=1"], ["set", "nowhere", "a/b", "priority"]),
     "check": (["good.yaml"], None, ["wrong.yaml"]),
     "compare": (None, None, ["nowhere.yaml"]),
     "component": (["types"], ["list", "/nowhere"], ["load"]),
@@ -69,6 +70,7 @@ COMMANDS = {
     "run": (["good.yaml", "--duration", "10ms"], None, ["wrong.yaml"]),
     "selftest": (None, None, ["--duration", "1h"]),
     "service": (["list"], ["call", "/nowhere", "std_srvs/srv/Empty"], ["call"]),
+    "top": (None, ["nowhere"], ["--interval", "5"]),
     "topic": (["list"], ["echo", "/nowhere"], ["pub", "/a", "std_msgs/msg/String", "{nothing: 1}"]),
 }
 status, text = status_of(["--help"])

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "top/interval_json.hpp"
+
+#include <chrono>
+
+namespace takt::tools::top {
+namespace {
+
+using nlohmann::json;
+
+json us(const std::optional<Nanoseconds>& time) {
+  return time ? json(static_cast<double>(time->count()) / 1e3) : json();
+}
+
+// 0: there is none.
+json limit_us(Nanoseconds limit) {
+  return limit == Nanoseconds::zero() ? json() : us(limit);
+}
+
+json times_json(const StatisticsInterval::Times& times) {
+  return {{"p50", us(times.p50)}, {"p99", us(times.p99)}, {"max", us(times.max)}};
+}
+
+json thread_json(const StatisticsInterval::Thread& thread) {
+  return {{"executor", thread.executor.empty() ? json() : json(thread.executor)},
+          {"name", thread.name},
+          {"tid", thread.tid},
+          {"policy", thread.policy},
+          {"priority", thread.priority},
+          {"nice", thread.nice},
+          {"affinity", thread.affinity},
+          {"cpu_percent", thread.cpu_percent},
+          {"wakeups_per_s", thread.wakeups_per_s},
+          {"preemptions_per_s", thread.preemptions_per_s}};
+}
+
+json executor_json(const StatisticsInterval::Executor& executor) {
+  return {{"executor", executor.name},           {"type", executor.type},
+          {"scheduler", executor.scheduler},     {"threads", executor.threads},
+          {"cpu_percent", executor.cpu_percent}, {"rate_hz", executor.rate},
+          {"pending", executor.pending},         {"deadline_misses", executor.misses},
+          {"dropped", executor.dropped}};
+}
+
+json callback_json(const StatisticsInterval::Callback& callback) {
+  return {{"executor", callback.executor},
+          {"node", callback.node},
+          {"group", callback.group},
+          {"callback", callback.callback},
+          {"kind", callback.kind},
+          {"topic", callback.topic.empty() ? json() : json(callback.topic)},
+          {"priority", callback.priority},
+          {"deadline_us", limit_us(callback.deadline)},
+          {"budget_us", limit_us(callback.budget)},
+          {"rate_hz", callback.rate},
+          {"latency_us", times_json(callback.latency)},
+          {"execution_us", times_json(callback.execution)},
+          {"deadline_misses", callback.misses},
+          {"overruns", callback.overruns},
+          {"dropped", callback.dropped},
+          {"backlog", callback.backlog},
+          {"since_start",
+           {{"deadline_misses", callback.all_misses},
+            {"overruns", callback.all_overruns},
+            {"dropped", callback.all_dropped}}}};
+}
+
+json chain_json(const StatisticsInterval::Chain& chain) {
+  return {{"name", chain.name},
+          {"deadline_us", limit_us(chain.deadline)},
+          {"rate_hz", chain.rate},
+          {"latency_us", times_json(chain.latency)},
+          {"misses", chain.misses},
+          {"aborted", chain.aborted},
+          {"since_start", {{"misses", chain.all_misses}, {"aborted", chain.all_aborted}}}};
+}
+
+json topic_json(const StatisticsInterval::Topic& topic) {
+  return {{"topic", topic.name},
+          {"type", topic.type.empty() ? json() : json(topic.type)},
+          {"publishers", topic.publishers},
+          {"subscriptions", topic.subscriptions},
+          {"matched_outside", topic.outside},
+          {"rate_hz", topic.rate},
+          {"dropped", topic.lately_dropped}};
+}
+
+template <class Rows, class Make>
+json list_of(const Rows& rows, Make make) {
+  json list = json::array();
+  for (const auto& row : rows) list.push_back(make(row));
+  return list;
+}
+
+}  // namespace
+
+json interval_json(const std::vector<Watched>& containers) {
+  json list = json::array();
+  for (const Watched& container : containers) {
+    json row{{"name", container.name},
+             {"state", to_string(container.state)},
+             {"pid", container.pid == 0 ? json() : json(container.pid)}};
+    if (container.state == Watched::State::running) {
+      const StatisticsInterval& last = container.last;
+      row["interval_s"] = last.seconds;
+      row["cpu_percent"] = last.cpu_percent;
+      row["threads"] = list_of(last.threads, thread_json);
+      row["executors"] = list_of(last.executors, executor_json);
+      row["callbacks"] = list_of(last.callbacks, callback_json);
+      row["chains"] = list_of(last.chains, chain_json);
+      row["topics"] = list_of(last.topics, topic_json);
+    }
+    list.push_back(std::move(row));
+  }
+  const std::chrono::duration<double> time = std::chrono::system_clock::now().time_since_epoch();
+  return {{"time", time.count()}, {"containers", std::move(list)}};
+}
+
+}  // namespace takt::tools::top

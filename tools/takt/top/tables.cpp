@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "table.hpp"
+#include "top/view.hpp"
+
+namespace takt::tools::top {
+namespace {
+
+Cell text(std::string words) {
+  return {words.empty() ? "-" : std::move(words)};
+}
+template <class T>
+Cell whole(T number) {
+  return {fmt::format("{}", number), static_cast<double>(number)};
+}
+Cell decimal(double number) {
+  return {fmt::format("{:.1f}", number), number};
+}
+Cell us(const std::optional<Nanoseconds>& time) {
+  if (!time) return {"-", -1};
+  return {microseconds(*time), static_cast<double>(time->count())};
+}
+Cell limit(Nanoseconds time) {
+  return time == Nanoseconds::zero() ? Cell{"-", -1} : us(time);
+}
+
+// "0-3,6".
+std::string ranges(const std::vector<std::int32_t>& cpus) {
+  std::string text;
+  for (std::size_t i = 0; i < cpus.size(); ++i) {
+    std::size_t last = i;
+    while (last + 1 < cpus.size() && cpus[last + 1] - cpus[last] == 1) ++last;
+    text += fmt::format("{}{}", i == 0 ? "" : ",", cpus[i]);
+    if (last != i) text += fmt::format("-{}", cpus[last]);
+    i = last;
+  }
+  return text;
+}
+
+std::string key(std::initializer_list<std::string_view> parts) {
+  return fmt::format("{}", fmt::join(parts, " "));
+}
+
+Row row_of(const std::string& container, const StatisticsInterval::Thread& thread) {
+  const Cell nice{thread.nice == 0 ? "-" : fmt::format("nice {}", thread.nice),
+                  static_cast<double>(-thread.nice)};
+  return {key({container, std::to_string(thread.tid), thread.name}),
+          {text(thread.name), text(container), text(thread.executor), text(thread.policy),
+           text(ranges(thread.affinity)), whole(thread.tid),
+           thread.priority == 0 ? nice : whole(thread.priority), decimal(thread.cpu_percent),
+           decimal(thread.wakeups_per_s), decimal(thread.preemptions_per_s)}};
+}
+
+Row row_of(const std::string& container, const StatisticsInterval::Executor& executor) {
+  return {key({container, executor.name}),
+          {text(executor.name), text(container), text(executor.type), text(executor.scheduler),
+           whole(executor.threads), decimal(executor.cpu_percent), decimal(executor.rate),
+           whole(executor.pending), whole(executor.all_misses), whole(executor.all_dropped)},
+          executor.misses + executor.dropped != 0};
+}
+
+Row row_of(const std::string& container, const StatisticsInterval::Callback& callback) {
+  return {
+      key({container, callback.executor, callback.name(), callback.group, callback.kind}),
+      {text(callback.name()), text(container), text(callback.executor), whole(callback.priority),
+       decimal(callback.rate), us(callback.latency.p50), us(callback.latency.p99),
+       us(callback.latency.max), us(callback.execution.p50), us(callback.execution.p99),
+       whole(callback.all_misses), whole(callback.all_dropped), whole(callback.backlog)},
+      callback.misses + callback.dropped != 0};
+}
+
+Row row_of(const std::string& container, const StatisticsInterval::Chain& chain) {
+  return {key({container, chain.name}),
+          {text(chain.name), text(container), limit(chain.deadline), decimal(chain.rate),
+           us(chain.latency.p50), us(chain.latency.p99), us(chain.latency.max),
+           whole(chain.all_misses), whole(chain.all_aborted)},
+          chain.misses + chain.aborted != 0};
+}
+
+Row row_of(const std::string& container, const StatisticsInterval::Topic& topic) {
+  return {
+      key({container, topic.name}),
+      {text(topic.name), text(container), text(topic.type), whole(topic.publishers),
+       whole(topic.subscriptions), whole(topic.outside), decimal(topic.rate), whole(topic.dropped)},
+      topic.lately_dropped != 0};
+}
+
+template <class Rows>
+void add(Table& table, const Watched& container, const Rows& rows) {
+  for (const auto& each : rows) {
+    Row row = row_of(container.name, each);
+    row.has_ended = container.state == Watched::State::ended;
+    table.rows.push_back(std::move(row));
+  }
+}
+
+// Times are in µs.
+std::vector<Table> empty_tables() {
+  const Column p99("p99", "latency p99"), max("max", "latency max");
+  return {
+      {"threads",
+       {"thread", "container", "executor", "policy", "CPUs", "tid", "priority", "CPU_%",
+        "wakeups/s", "preempted/s"},
+       5,
+       {}},
+      {"executors",
+       {"executor", "container", "type", "scheduler", "threads", "CPU_%", "calls/s", "pending",
+        "misses", "dropped"},
+       4,
+       {}},
+      {"callbacks",
+       {"callback", "container", "executor", Column("prio", "priority"), "calls/s", "latency p50",
+        p99, max, "execution p50", Column("p99", "execution p99"), "misses", "dropped", "backlog"},
+       3,
+       {}},
+      {"chains",
+       {"chain", "container", "deadline", Column("per s", "instances per s"), "latency p50", p99,
+        max, "misses", "aborted"},
+       2,
+       {}},
+      {"topics",
+       {"topic", "container", "type", "publishers", "subscriptions", "outside", "messages/s",
+        "dropped"},
+       3,
+       {}}};
+}
+
+}  // namespace
+
+std::vector<Table> tables_of(const std::vector<Watched>& containers) {
+  std::vector<Table> tables = empty_tables();
+  for (const Watched& container : containers) {
+    add(tables[0], container, container.last.threads);
+    add(tables[1], container, container.last.executors);
+    add(tables[2], container, container.last.callbacks);
+    add(tables[3], container, container.last.chains);
+    add(tables[4], container, container.last.topics);
+  }
+  return tables;
+}
+
+}  // namespace takt::tools::top

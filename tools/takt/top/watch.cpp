@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "top/watch.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "takt/base/error.hpp"
+
+#include "exit_status.hpp"
+#include "graph/service_call.hpp"
+#include "run/live_line.hpp"
+
+namespace takt::tools::top {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::string_view kService = "/get_statistics";
+constexpr std::string_view kType = "takt_interfaces/srv/GetStatistics";
+
+}  // namespace
+
+const char* to_string(Watched::State state) {
+  switch (state) {
+    case Watched::State::running:
+      return "running";
+    case Watched::State::silent:
+      return "does not answer";
+    case Watched::State::ended:
+      return "ended";
+  }
+  return "";
+}
+
+struct Watch::Asked {
+  std::shared_ptr<Client<GetStatistics>> client;
+  std::optional<Future<Client<GetStatistics>::Answer>> answer;
+  GetStatistics::Response before;
+};
+
+Watch::Watch(int domain, const std::vector<std::string>& names) : finds_all_(names.empty()) {
+  DdsOptions options{.domain = domain};
+  options.shared_memory = SharedMemory::off;
+  participant_ = Participant::create(options);
+  begin_work();
+  node_ = std::make_shared<Node>(fmt::format("_takt_{}", getpid()),
+                                 NodeOptions{.participant = participant_});
+  std::set<std::string> wanted;
+  for (const std::string& name : names)
+    wanted.insert(name.starts_with('/') ? name.substr(1) : name);
+  std::vector<std::string> known;
+  std::string missing;
+  const auto is_there = [&] {
+    known = found();
+    missing.clear();
+    for (const std::string& name : wanted) {
+      if (std::find(known.begin(), known.end(), name) == known.end()) missing = name;
+    }
+    return missing.empty() && !known.empty();
+  };
+  {
+    const LiveLine line(kDiscovering);
+    const auto start = std::chrono::steady_clock::now();
+    const auto limit = start + 3500ms;
+    while (std::chrono::steady_clock::now() < limit) {
+      const bool is_early = wanted.empty() && std::chrono::steady_clock::now() < start + 500ms;
+      if (is_there() && !is_early) break;
+      std::this_thread::sleep_for(20ms);
+    }
+  }
+  if (!missing.empty()) {
+    throw Error(fmt::format("container '{}' was not found within 3 s", missing),
+                known.empty() ? "check that it runs on the same DDS domain (--domain, "
+                                "ROS_DOMAIN_ID), and that its file has the key 'dds'"
+                              : suggest(missing, known));
+  }
+  if (known.empty()) {
+    throw Error(fmt::format("no container on DDS domain {}", domain),
+                "start one whose file has the key 'dds', or name its domain (--domain, "
+                "ROS_DOMAIN_ID)");
+  }
+  for (const std::string& name : wanted.empty() ? std::set(known.begin(), known.end()) : wanted) {
+    add(name);
+  }
+  executor_ = executors().make("events", {.name = "answers"});
+  executor_->add_node(node_);
+  thread_ = std::thread([this] { executor_->spin(); });
+}
+
+Watch::~Watch() {
+  if (!thread_.joinable()) return;
+  executor_->cancel();
+  thread_.join();
+}
+
+// Names on the wire may be any; those of services are checked.
+std::vector<std::string> Watch::found() const {
+  std::set<std::string> names;
+  for (const GraphEndpoint& service : participant_->graph().services) {
+    if (service.type != kType || !service.name.ends_with(kService)) continue;
+    names.insert(service.name.substr(1, service.name.size() - 1 - kService.size()));
+  }
+  return {names.begin(), names.end()};
+}
+
+void Watch::add(const std::string& name) {
+  asked_.push_back(std::make_unique<Asked>());
+  asked_.back()->client = node_->create_client<GetStatistics>(service_of(name, kService.data()));
+  shown_.push_back({.name = name});
+}
+
+void Watch::ask() {
+  if (finds_all_) {
+    for (const std::string& name : found()) {
+      const auto is_it = [&](const Watched& known) { return known.name == name; };
+      if (std::none_of(shown_.begin(), shown_.end(), is_it)) add(name);
+    }
+  }
+  for (const auto& asked : asked_) {
+    if (asked->answer && !asked->answer->ready() && asked->client->service_is_ready()) continue;
+    asked->answer.reset();
+    if (!asked->client->service_is_ready()) continue;
+    asked->answer = asked->client->async_send_request({});
+  }
+}
+
+bool Watch::has_answers() const {
+  return std::all_of(asked_.begin(), asked_.end(),
+                     [](const auto& asked) { return !asked->answer || asked->answer->ready(); });
+}
+
+void Watch::take() {
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    Asked& asked = *asked_[i];
+    Watched& shown = shown_[i];
+    if (asked.answer && asked.answer->ready()) {
+      const auto answer = asked.answer->get();
+      asked.answer.reset();
+      if (!answer) {
+        shown.state = Watched::State::silent;
+        continue;
+      }
+      shown.state = Watched::State::running;
+      shown.pid = answer->pid;
+      shown.last = interval(asked.before, *answer);
+      asked.before = *answer;
+    } else {
+      const bool is_there = asked.client->service_is_ready();
+      const bool has_answered = asked.before.pid != 0;
+      shown.state = is_there || !has_answered ? Watched::State::silent : Watched::State::ended;
+    }
+  }
+}
+
+}  // namespace takt::tools::top
