@@ -106,7 +106,7 @@ class Workers final : public Wakeable {
   /// A worker is about to execute: wakes another one if more may run at once, or if none waits for
   /// the first timer.
   void pass_on() noexcept TAKT_REQUIRES(lock_) {
-    if (!lock_.is_shared() || (sleepers_.idle() == 0 && search_.load() == Search::none)) return;
+    if (!lock_.is_shared() || (!sleepers_.would_wake() && search_.load() == Search::none)) return;
     if (ready_.next_release() < first_wait_ || ready_.has_another()) wake();
   }
   /// There was nothing to run. Returns true if the worker must look again, false at the limit.

@@ -45,23 +45,32 @@ class Sleepers {
   template <class Post>
   bool wake(Post&& post) noexcept {
     std::uint64_t word = word_.load();
-    while (word / kWoken % kWoken < word % kWoken) {
+    while (idle_in(word) != 0) {
       if (!word_.compare_exchange_weak(word, word + kPosting + kWoken)) continue;
       post();
       word_.fetch_sub(kPosting);
       return true;
     }
-    if (word / kPosting != 0 && word % kWoken != 0) post();
+    if (must_help(word)) post();
     return false;
+  }
+  /// Whether it would post.
+  bool would_wake() const noexcept {
+    const std::uint64_t word = word_.load();
+    return idle_in(word) != 0 || must_help(word);
   }
 
   /// How many sleep that nobody has woken.
-  std::size_t idle() const noexcept {
-    const std::uint64_t word = word_.load();
-    return word % kWoken - word / kWoken % kWoken;
-  }
+  std::size_t idle() const noexcept { return idle_in(word_.load()); }
 
  private:
+  static std::size_t idle_in(std::uint64_t word) noexcept {
+    return word % kWoken - word / kWoken % kWoken;
+  }
+  // All are woken, and a thread is posting for one.
+  static bool must_help(std::uint64_t word) noexcept {
+    return word / kPosting != 0 && word % kWoken != 0;
+  }
   // The word counts threads that sleep, those of them that were woken, and those that are posting.
   static constexpr std::uint64_t kSleeping = 1, kWoken = 1 << 16, kPosting = kWoken << 16;
   alignas(64) std::atomic<std::uint64_t> word_{0};

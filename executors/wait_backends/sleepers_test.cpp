@@ -76,10 +76,14 @@ TEST(Sleepers, PostsForAThreadThatIsPreemptedBeforeItsPost) {
   Sleepers sleepers;
   int posts = 0;
   sleepers.begin();
-  sleepers.wake([&] { EXPECT_FALSE(sleepers.wake([&] { ++posts; })); });
+  sleepers.wake([&] {
+    EXPECT_TRUE(sleepers.would_wake());
+    EXPECT_FALSE(sleepers.wake([&] { ++posts; }));
+  });
   EXPECT_EQ(posts, 1);
   sleepers.wake([&] { ++posts; });
   EXPECT_EQ(posts, 1) << "it has posted";
+  EXPECT_FALSE(sleepers.would_wake());
 }
 
 // ---- Threads ----
