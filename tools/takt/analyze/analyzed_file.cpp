@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "run/constructor_exit.hpp"
 #include "table.hpp"
 
 namespace takt::tools {
@@ -135,6 +136,7 @@ AnalyzedFile analyze_file(const std::string& path, const AnalyzeOptions& options
   const std::string& model = options.model.empty() ? file.system.model : options.model;
   if (!model.empty()) file.measured = read_measured_model(model);
   ContainerOverrides overrides = options.overrides;
+  overrides.on_making = reports_exit().on_making;
   if (!options.nodes.is_null()) overrides.find_node = stand_ins(file, options.nodes);
   std::vector<std::shared_ptr<Node>> nodes;
   for (SystemDescription& process : split(file.system, Composition::file)) {

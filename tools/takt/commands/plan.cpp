@@ -8,6 +8,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
+#include "run/constructor_exit.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -114,7 +115,7 @@ void plan(const std::string& file, const std::string& json_path) {
   for (SystemDescription process : processes) {
     process.dds.reset();  // nothing runs
     const std::string name = process.name;
-    const Container container(process);
+    const Container container(process, reports_exit());
     plans.push_back(plan_json(name, container));
   }
   if (json_path != "-") {

@@ -13,6 +13,8 @@
 #include "takt/measuring/rounds.hpp"
 #include "takt/transport/local_topics.hpp"
 
+#include "run/constructor_exit.hpp"
+
 namespace takt::tools {
 namespace {
 
@@ -109,7 +111,7 @@ void add_process(SystemDescription process, Parts& parts) {
   process.dds.reset();  // nothing runs
   const std::string name = process.name;
   const LocalTopics before = local_topics();  // an analysis has nodes of the same file, too
-  const Container container(process);
+  const Container container(process, reports_exit());
   const Plan plan = container.plan();
   parts.processes.push_back(process_of(name, container, plan));
   for (const PlannedChain& chain : plan.chains) {

@@ -111,6 +111,9 @@ def check_construction():
     said = run("check", "--construct", "ends.yaml", status=2).stderr
     check("a constructor that exits is an error", "a constructor may throw, but not exit" in said, said)
     check("and its own children are not waited for", time.monotonic() - begin < 10)
+    for command in ("plan", "graph", "analyze"):  # they ended with 0, and printed nothing
+        said = run(command, "ends.yaml", status=1).stderr
+        check(f"takt {command} says so, too", said.count("\n") == 1 and "the constructor of 'ends' called exit()" in said, said)
 
 
 def check_new():
