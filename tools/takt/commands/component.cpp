@@ -76,11 +76,15 @@ void list(const Options& options) {
   }
   const auto answers = caller.ask_all<ci::ListNodes>(containers, kList, {}, kListLimit);
   for (const auto& [container, answer] : answers.in_time) {
-    if (answer.unique_ids.empty()) table.add({container, "-", "(empty)"});
+    const auto add_note = [&, name = container](const std::string& note) {
+      table.add({name, "-", fmt::format("({})", note)});
+      rows.push_back(
+          {{"container", name}, {"id", nullptr}, {"component", nullptr}, {"note", note}});
+    };
+    if (answer.unique_ids.empty()) add_note("empty");
     // Both have answered, and one answer was taken.
     for (std::size_t others = caller.count(service_of(container, kList)); others > 1; --others) {
-      table.add({container, "-", "(another process has a container of this name)"});
-      rows.push_back({{"container", container}, {"id", nullptr}, {"component", nullptr}});
+      add_note("another process has a container of this name");
     }
     for (std::size_t i = 0; i < std::min(answer.unique_ids.size(), answer.full_node_names.size());
          ++i) {

@@ -65,6 +65,16 @@ std::string begin_of(std::string_view text, std::string_view end) {
   return std::string(text.substr(0, text.find(end)));
 }
 
+/// "-q" of "-=1", which is what CLI11 leaves of "-q=1"; empty: it is another word.
+std::string flag_before(std::string_view left, const std::vector<std::string>& given) {
+  if (!left.starts_with("-=")) return {};
+  const auto is_it = [&](std::string_view word) {
+    return word.starts_with('-') && !word.starts_with("--") && word.ends_with(left.substr(1));
+  };
+  const auto found = std::find_if(given.begin(), given.end(), is_it);
+  return found != given.end() ? found->substr(0, found->find('=')) : "";
+}
+
 }  // namespace
 
 std::vector<std::string> commands_of(const CLI::App& command) {
@@ -90,6 +100,9 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error,
     for (const CLI::App* const each : path) {
       const std::vector<std::string> words = each->remaining();
       if (words.empty()) continue;
+      if (const std::string flag = flag_before(words.front(), given); !flag.empty()) {
+        return fmt::format("{0} takes no value; write {0}", flag);
+      }
       return unexpected(begins_with(given, path) ? command : *each, words.front());
     }
   }

@@ -212,6 +212,7 @@ TEST(Mistakes, AreAnsweredWithTheNameThatIsNear) {
        "--load is for --name only; give --name, or leave --load out"},
       {{"latency", "-l5", "-D5"}, "cannot be given with"},
       {{"run", "a", "--histograms=1"}, "--histograms takes no value; write --histograms"},
+      {{"latency", "-q=1"}, "-q takes no value; write -q"},
       {{"graph", "a", "-o", ""}, "its value is empty; write one, or leave it out"},
       {{"run", "a", "--json="}, "--json needs a value; see takt run --help"},
       {{"latency", "--early-wake", "50"}, "--early-wake: '50' has no unit; write"},
