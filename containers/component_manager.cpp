@@ -8,6 +8,7 @@
 #include "takt/containers/configuration/system_reader.hpp"
 #include "takt/containers/container.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
+#include "takt/containers/structure.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/unload_node.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
@@ -107,6 +108,16 @@ std::string text_of(const std::exception& error) {
   return text;
 }
 
+// In a group of `requests`: what looks may hold the last pointer to a node, whose destructor is
+// code of a user.
+std::shared_ptr<Entity> structure_service(Node& node, const Container& container,
+                                          const std::shared_ptr<CallbackGroup>& group) {
+  return node.create_service<GetStructure>(
+      "~/_container/get_structure",
+      [&container](const auto&, auto& response) { response.structure = structure_of(container); },
+      group, rare_service());
+}
+
 }  // namespace
 
 ComponentDescription describe(const ci::LoadNode::Request& request,
@@ -153,6 +164,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       loading, rare_service()));
+  services_.push_back(structure_service(*node, container, make_group("get_structure")));
   services_.push_back(node->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {

@@ -25,6 +25,7 @@ class Container;
 ///   the component class; `package_name` is ignored, because the component index has no packages.
 ///   Extra arguments, written as in the configuration file: `library`, `executor` (a name in the
 ///   container), `on_exception`, and `callback_group.GROUP.KEY` with a key of a callback group.
+/// - `/CONTAINER/_container/get_structure`: see ContainerStructure.
 /// - `/CONTAINER/set_callback_parameters`: see SetCallbackParameters.
 /// - `/CONTAINER/get_statistics`: see GetStatistics.
 /// - for each component's node: ROS 2's parameter services, if enabled, and the lifecycle services

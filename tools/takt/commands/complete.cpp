@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -125,6 +126,12 @@ bool says(const CLI::Option& option, std::string_view part) {
   return option.get_description().find(part) != std::string::npos;
 }
 
+/// Also as one of several: "FILE|CONTAINER".
+bool is_called(const CLI::Option& option, std::string_view name) {
+  return fmt::format("|{}|", option.get_name(true)).find(fmt::format("|{}|", name)) !=
+         std::string::npos;
+}
+
 /// The last line of the output, if a file may stand there.
 std::string files_of(const CLI::Option& option) {
   if (says(option, "MCAP") || says(option, "recording")) return ":files mcap";
@@ -228,14 +235,15 @@ class Completion {
     Candidates values = values_in(option.get_type_name());
     bool has_source = !values.empty();
     for (const Source& source : sources()) {
-      if (!option.check_name(source.sign) && !says(option, source.sign)) continue;
+      if (!is_called(option, source.sign) && !says(option, source.sign)) continue;
       has_source = true;
       const std::string text = output_of(source.words);
       const Candidates names =
           source.key != nullptr ? names_in_json(text, source) : names_in_lines(text);
       values.insert(values.end(), names.begin(), names.end());
     }
-    if (!has_source && option.get_type_name() == "TEXT") files_ = files_of(option);
+    const bool may_be_file = !has_source || is_called(option, "FILE");
+    if (may_be_file && option.get_type_name() == "TEXT") files_ = files_of(option);
     if (const std::size_t comma = last.rfind(','); comma != last.npos && says(option, "list")) {
       prefix += last.substr(0, comma + 1);
       last.erase(0, comma + 1);

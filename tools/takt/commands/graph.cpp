@@ -1,5 +1,7 @@
-// takt graph: a file's system as a picture.
+// takt graph: the system of a file, or what runs, as a picture.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +13,8 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "graph/domain_option.hpp"
+#include "graph/service_call.hpp"
 #include "picture/dot.hpp"
 #include "picture/system_graph.hpp"
 #include "run/result_json.hpp"
@@ -22,8 +26,28 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string file, picture, json_path;
+  DomainOption domain;
+  std::vector<std::string> systems;
+  std::string picture, json_path;
 };
+
+bool is_file(const std::string& word) {
+  const std::filesystem::path path(word);
+  std::error_code none;
+  const auto status = std::filesystem::status(path, none);
+  return (std::filesystem::exists(status) && !std::filesystem::is_directory(status)) ||
+         path.extension() == ".yaml" || path.extension() == ".yml" || path.extension() == ".json";
+}
+
+RunningGraph graph_of(const Options& options) {
+  const std::vector<std::string>& systems = options.systems;
+  const auto file = std::find_if(systems.begin(), systems.end(), is_file);
+  if (file == systems.end()) return running_graph(systems, options.domain.number());
+  if (systems.size() > 1) {
+    throw Error(fmt::format("'{}' is a file", *file), "draw it alone, or name containers only");
+  }
+  return {system_graph(*file), {}};
+}
 
 void print(const json& graph) {
   Table topics({"topic", "type", "rate_hz", "from", "to", "mismatch"});
@@ -59,7 +83,7 @@ void run(const Options& options) {
     throw Error(fmt::format("'{}' is not a kind of picture", picture),
                 "end its name with .svg, .html or .dot");
   }
-  const json graph = system_graph(options.file);
+  const auto [graph, silent] = graph_of(options);
   if (!picture.empty()) {
     const std::string dot = dot_text(graph);
     write_text(is_kind(picture, ".dot")   ? dot
@@ -70,24 +94,27 @@ void run(const Options& options) {
   }
   if (!options.json_path.empty()) write_json(graph, options.json_path);
   if (picture.empty() && options.json_path != "-") print(graph);
+  Caller::name_silent("container", silent, kListLimit);
 }
 
 void set_up(CLI::App* command) {
   const auto options = std::make_shared<Options>();
-  command
-      ->add_option("FILE", options->file,
-                   "A configuration file; its components are constructed, but do not run")
-      ->required();
+  command->add_option(
+      "FILE|CONTAINER", options->systems,
+      "A configuration file (its components are constructed, but do not run), or the "
+      "names of running containers (default: all that is on the DDS domain)");
+  options->domain.add_to(*command);
   command->add_option("-o,--output", options->picture,
                       "The picture: a name that ends with .svg, .html (both need graphviz) or .dot "
                       "(default: a table of the topics)");
   command->add_option("--json", options->json_path, "Also write the graph as JSON; - for stdout");
-  command->footer("Example:\n  takt graph robot.yaml -o robot.svg\n");
+  command->footer(
+      "Example:\n  takt graph robot.yaml -o robot.svg\n  takt graph robot -o now.svg\n");
   command->callback([options] { run(*options); });
 }
-const Command registered("graph",
-                         "Draws the processes, executors, nodes, topics and chains of a file",
-                         set_up);
+const Command registered(
+    "graph", "Draws processes, executors, nodes, topics and chains, of a file or as they run",
+    set_up);
 
 }  // namespace
 }  // namespace takt::tools::graph_command

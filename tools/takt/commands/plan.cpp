@@ -1,9 +1,12 @@
 // takt plan: shows the priorities, executors and CPUs that Takt derives from the chains of a file.
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "takt/containers/container.hpp"
+#include "takt/containers/structure.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
@@ -40,16 +43,16 @@ json plan_json(const std::string& process, const Container& container) {
          {"budget_us", rt::us(parameters.budget.value_or(Nanoseconds::zero()))},
          {"executor", container.executor_of(*callback.node, *callback.entity->group())}});
   }
+  const std::vector<ContainerStructure::Executor> made = structure_of(container).executors;
   for (const ExecutorDescription& executor : container.description().executors) {
     json threads = json::array();
-    for (const std::string& name : executor.threads) {
-      for (const ThreadDescription& thread : container.description().threads) {
-        if (thread.attributes.name != name) continue;
-        threads.push_back({{"name", name},
-                           {"policy", std::string(to_string(thread.attributes.policy))},
-                           {"priority", thread.attributes.priority},
-                           {"affinity", thread.attributes.affinity}});
-      }
+    const auto found = std::find_if(made.begin(), made.end(),
+                                    [&](const auto& each) { return each.name == executor.name; });
+    for (const ContainerStructure::Thread& thread : found->threads) {
+      threads.push_back({{"name", thread.name},
+                         {"policy", thread.policy},
+                         {"priority", thread.priority},
+                         {"affinity", thread.cpus}});
     }
     executors.push_back({{"name", executor.name},
                          {"type", executor.type},

@@ -31,6 +31,21 @@ void Caller::check_is_one(const std::string& service, const std::string& whose) 
               "give each its own name, or end the others");
 }
 
+Graph Caller::graph() {
+  std::this_thread::sleep_until(discovered_);
+  Graph graph = participant_->graph();
+  const auto is_named = [](const GraphEndpoint& end) { return !end.node.empty(); };
+  // Programs without ROS have no names, however long one waits.
+  comes_true(
+      [&] {
+        graph = participant_->graph();
+        return std::all_of(graph.publishers.begin(), graph.publishers.end(), is_named) &&
+               std::all_of(graph.subscriptions.begin(), graph.subscriptions.end(), is_named);
+      },
+      std::chrono::milliseconds(500));
+  return graph;
+}
+
 bool Caller::comes_true(const std::function<bool()>& condition, Nanoseconds limit) {
   const LiveLine line(kDiscovering);
   const TimePoint end = later(Clock::steady().now(), limit);

@@ -54,6 +54,9 @@ class Caller {
   /// How many processes have a server of the service, half a second after the start.
   std::size_t count(const std::string& service);
 
+  /// What is discovered, with the names of nodes, which come a little later.
+  Graph graph();
+
   /// Whether a service of this name is ready, or becomes so within the limit.
   template <class S>
   bool finds(const std::string& service, Nanoseconds limit) {

@@ -18,6 +18,7 @@
 #include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
+#include "takt/transport/qos.hpp"
 
 #include "run/feed.hpp"
 
@@ -82,7 +83,8 @@ std::string thread_text(const json& thread) {
 std::string qos_text(const json& end) {
   std::string result = end.at("reliable").get<bool>() ? "" : "best effort, ";
   if (end.at("transient_local").get<bool>()) result += "transient local, ";
-  return result + fmt::format("depth {}", end.at("depth").get<std::size_t>());
+  const auto depth = end.at("depth").get<std::size_t>();
+  return result + (depth == QoS().keep_all().depth ? "keep all" : fmt::format("depth {}", depth));
 }
 
 std::string rate_text(const json& end) {
@@ -96,7 +98,7 @@ class Drawing {
   }
 
   std::string text() {
-    line("digraph {}", dot_string(tools::text(graph_, "file")));
+    line("digraph {}", dot_string(tools::text(graph_, "title")));
     line("{{\nrankdir=LR; compound=true; fontname=\"sans-serif\"; nodesep=0.3; ranksep=0.9;");
     line("node [shape=box, style=\"rounded,filled\", fillcolor=white, fontname=\"sans-serif\"];");
     line("edge [fontname=\"sans-serif\", fontsize=10, color=\"#606060\"];");
@@ -127,19 +129,34 @@ class Drawing {
     return fmt::format("n{}", names_.try_emplace(place, names_.size()).first->second);
   }
 
-  // Parts of a chain in two processes meet where one publishes what the other's first step takes.
+  // Parts of a chain in two processes, which come in any order, meet where one publishes what the
+  // other's first step takes.
   void add_chain(std::size_t chain) {
     const json& steps = graph_.at("chains")[chain].at("steps");
-    for (std::size_t i = 1; i < steps.size(); ++i) {
-      const Link link{place(steps[i - 1]), place(steps[i]), tools::text(steps[i], "topic")};
+    const auto add = [&](const json& from, const json& to) {
+      const Link link{place(from), place(to), tools::text(to, "topic")};
       if (!link.topic.empty()) chains_[link].push_back(colour(chain));
+    };
+    const auto is_same_part = [&](std::size_t i) {  // as the step before it
+      return i > 0 && i < steps.size() && steps[i].at("process") == steps[i - 1].at("process");
+    };
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (is_same_part(i)) {
+        add(steps[i - 1], steps[i]);
+        continue;
+      }
+      for (std::size_t last = 0; last < steps.size(); ++last) {
+        if (!is_same_part(last + 1) && last != i) add(steps[last], steps[i]);
+      }
     }
   }
 
   void draw_process(const json& process) {
     const std::string process_name = tools::text(process, "name");
-    line("subgraph cluster_{} {{ label={}; style=rounded; color=\"#404040\";", clusters_++,
-         dot_string("process " + process_name));
+    const bool is_container = process.at("container");
+    line("subgraph cluster_{} {{ label={}; style=\"rounded{}\"; color=\"#404040\";", clusters_++,
+         dot_string(is_container ? "process " + process_name : "another process"),
+         is_container ? "" : ",dashed");
     std::map<std::string, std::vector<const json*>> nodes;  // by the executor of most callbacks
     for (const json& node : process.at("nodes")) {
       std::string main;
@@ -292,7 +309,7 @@ std::string svg_of(const std::string& dot) {
 }
 
 std::string picture_page(const json& graph, const std::string& svg) {
-  const std::string file = html(text(graph, "file"));
+  const std::string file = html(text(graph, "title"));
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<title>{0}: graph"
       "</title>\n<style>body {{ font-family: sans-serif; margin: 1em; }} svg {{ max-width: 100%; "

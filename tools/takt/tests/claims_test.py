@@ -101,6 +101,7 @@ CLAIMS = {
         ("an error with several processes", refused("run", "FILE", "--composition", "per-node", "--transport", "intra", "--duration", "1ms",
          file=LIDAR.replace("name: lidar}", "name: lidar}, {component: takt::Workload, name: other}"))),
         ("Containers that do not answer", tested(PY + "ros2_commands_test.py", 'run("component", "list", status=1)')),
+        ("If a container does not answer within 5 s, it is drawn", tested(PY + "ros2_commands_test.py", 'run("graph", "--json", "-", status=1)')),
         ("Nodes that do not answer", tested(PY + "ros2_commands_test.py", 'run("lifecycle", "list", status=1)')),
         ("if it cannot be loaded", refused("topic", "echo", "/none", "--library", "none.so")),
         ("or a node does not answer", tested(PY + "ros2_commands_test.py", '"param", "list", "/mute"')),

@@ -93,6 +93,8 @@ def is_found():
 
 check("the container runs", eventually(is_found))
 terminal.tab("takt component list kit", "kitchen_robot")
+terminal.tab("takt graph kit", "kitchen_robot")
+terminal.tab("takt graph ro", "robot.yaml")
 container.terminate()
 container.wait(LIMIT)
 terminal.close()

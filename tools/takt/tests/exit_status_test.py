@@ -61,7 +61,7 @@ COMMANDS = {
     "new": (["my_robot"], None, ["My Robot"]),
     "node": (["list"], ["info", "/nowhere"], ["info"]),
     "param": (["list"], ["get", "/nowhere", "a"], ["load", "/nowhere", "nowhere.yaml"]),
-    "graph": (["good.yaml"], None, ["wrong.yaml"]),
+    "graph": (["good.yaml"], ["nowhere"], ["wrong.yaml"]),
     "plan": (["good.yaml"], None, ["wrong.yaml"]),
     "random": (["--seed", "1"], None, ["--seed", "a"]),
     "reference": (["config"], None, ["nothing"]),

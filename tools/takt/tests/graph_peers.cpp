@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "takt/containers/component.hpp"
+#include "takt/containers/structure.hpp"
 #include "takt/messages/composition_interfaces/srv/list_nodes.hpp"
 #include "takt/messages/composition_interfaces/srv/load_node.hpp"
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
@@ -59,6 +60,7 @@ class Mute : public takt::Node {
   explicit Mute(const takt::NodeOptions& options) : Node("mute", options) {
     never_answer<rcl_interfaces::srv::ListParameters>("/mute/list_parameters");
     never_answer<composition_interfaces::srv::ListNodes>("/mute/_container/list_nodes");
+    never_answer<takt::GetStructure>("/mute/_container/get_structure");
     never_answer<lifecycle_msgs::srv::GetState>("/mute/get_state");
     never_answer<lifecycle_msgs::srv::ChangeState>("/mute/change_state");
   }

@@ -1,19 +1,20 @@
 #!/usr/bin/env python3
-"""`takt graph` draws what a file describes: boxes, edges, chains in colour, and in red what does not match.
+"""`takt graph` draws what a file describes, and what runs: boxes, edges, chains in colour, and in red what does not match.
 
-usage: picture_test.py TAKT
+usage: picture_test.py TAKT ROS2_PEER
 """
 # SPDX-License-Identifier: Apache-2.0
 import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../cmake"))
-from checks import check, environment, finish  # noqa: E402
+from checks import check, environment, eventually, finish  # noqa: E402
 
 takt = os.path.abspath(sys.argv[1])
 folder = tempfile.TemporaryDirectory()
@@ -112,4 +113,97 @@ for words, said in (([robot, "-o", "robot.png"], ".svg, .html or .dot"), ([robot
     done = graph(*words)
     check(f"takt graph {' '.join(words)} is refused", done.returncode in (1, 2) and said in done.stderr and
           done.stderr.count("\n") == 1, done.returncode, done.stderr)
+
+
+# What runs: each container of the file says what it is made of, and DDS the topics of all.
+def start(*words):
+    return subprocess.Popen([takt, "run", *words], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def names(of, key="name"):
+    return [each[key] for each in of]
+
+
+def now(*words):
+    """The graph of what runs when its containers have the nodes of the file; busy machines discover late."""
+    seen = {}
+
+    def is_there():
+        done = graph(*words, "--json", "-")
+        seen.update(json.loads(done.stdout) if done.returncode == 0 else {"processes": []})
+        return sorted(node for process in seen["processes"] for node in names(process["nodes"])) == sorted(wanted)
+    check(f"takt graph {' '.join(words)} shows {wanted}", eventually(is_there), seen)
+    return seen
+
+
+done = graph("front")
+check("of what does not run, one sentence", done.returncode == 1 and "container 'front' was not found" in done.stderr and
+      done.stderr.count("\n") == 1, done.returncode, done.stderr)
+done = graph()
+check("so of a domain where nothing runs", done.returncode == 1 and done.stderr ==
+      f"takt: nothing was discovered on DDS domain {environment['ROS_DOMAIN_ID']}; start a container there (--domain, "
+      "ROS_DOMAIN_ID), or name a file\n", done.returncode, done.stderr)
+running = start(robot)
+wanted = ["/filter", "/lidar", "/motor", "/screen"]
+running_data = now()
+by_name = {process["name"]: process for process in running_data["processes"]}
+check("what runs has the processes of its file, with executors, threads and callbacks",
+      by_name == {process["name"]: process for process in data["processes"]}, running_data["processes"], data["processes"])
+check("the same topics, with types, QoS, rates and what does not match", running_data["topics"] == data["topics"],
+      running_data["topics"], data["topics"])
+in_order = {step["process"]: [] for step in data["chains"][0]["steps"]}
+for step in running_data["chains"][0]["steps"]:
+    in_order[step["process"]].append(step)
+check("and the same chains", sum(in_order.values(), []) == data["chains"][0]["steps"] and
+      running_data["chains"][0]["deadline_us"] == 20000, running_data["chains"])
+path = os.path.join(folder.name, "now.dot")
+graph("-o", path)
+text = open(path).read()
+chain = re.search(r'fontcolor="(#\w+)", label="drive, deadline 20 ms"', text)[1]
+names_drawn = {label: name for name, label in re.findall(r'^(n\d+) \[label="([^"\\]+)', text, re.M)}
+between = re.search(rf"^{names_drawn['/filter']} -> {names_drawn['/motor']} \[(.*)\];$", text, re.M)
+check("a chain has its colour between processes, in whatever order these come", between and f'color="{chain}"' in between[1], text)
+
+stranger = start("--name", "stranger", "--load", "index")
+load = [takt, "component", "load", "stranger", "takt::Workload", "--name"]
+for node, *parameters in (("far", "-p", "publishers.topic:=[elsewhere]", "-p", "publishers.period_us:=[10000]"),
+                          ("near", "-p", "subscriptions.topic:=[/scan]")):
+    check(f"{node} is loaded", eventually(lambda: subprocess.run([*load, node, *parameters], env=environment).returncode == 0))
+wanted = ["/far", "/filter", "/lidar", "/motor", "/near", "/screen"]
+seen = now("front")
+check("of one container, the processes are drawn that share its topics", sorted(names(seen["processes"])) == ["back", "front", "stranger"]
+      and seen["title"] == "front", seen)
+check("and no others' topics", "/elsewhere" not in names(seen["topics"]), seen["topics"])
+done = graph("fornt")
+check("a mistyped container is named with the one that is near", done.returncode == 1 and "did you mean '/front'" in done.stderr and
+      done.stderr.count("\n") == 1, done.stderr)
+done = graph(robot, "front")
+check("a file is drawn alone", done.returncode == 2 and done.stderr.count("\n") == 1 and "is a file" in done.stderr, done.stderr)
+
+# A program that is no container is drawn as far as DDS knows it.
+peer = subprocess.Popen([sys.argv[2], "LOCALHOST", "spoken", "points"], env=environment, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+
+
+def spoken(words=()):
+    """The graph, once the program is in it."""
+    found = {}
+
+    def is_there():
+        found.update(json.loads(graph(*words, "--json", "-").stdout))
+        return "/spoken" in names(found["topics"])
+    check("a program that is no container is drawn", eventually(is_there), found)
+    return found
+
+
+seen = spoken()
+other = [process for process in seen["processes"] if not process["container"]]
+check("with its nodes, whose names it does not say", len(other) == 1 and names(other[0]["nodes"]) == ["?"], seen["processes"])
+points = next(topic for topic in seen["topics"] if topic["name"] == "/points")
+check("and what does not match its topics", {"from": "/filter", "to": "?", "why": "type takt/msg/Workload, not std_msgs/msg/String"}
+      in points["mismatches"], points)
+peer.stdin.close()
+check("it ends", eventually(lambda: peer.poll() is not None))
+for process in (running, stranger):
+    process.send_signal(signal.SIGINT)
+    check("it ends", process.wait(60) == 0)
 finish()

@@ -4,6 +4,7 @@
 
 usage: ros2_commands_test.py TAKT PEERS_LIBRARY
 """
+import json
 import pathlib
 import signal
 import subprocess
@@ -205,6 +206,10 @@ def test_one_that_does_not_answer():
         wrong = run("component", "list", status=1)
         check("the other containers are listed", "/stateful" in wrong.stdout and "silent" in wrong.stdout
               and "no response from container 'mute' within 5s" in wrong.stderr, wrong.stdout, wrong.stderr)
+        wrong = run("graph", "--json", "-", status=1)
+        drawn = [node["name"] for process in json.loads(wrong.stdout)["processes"] for node in process["nodes"]]
+        check("the other containers are drawn", "/stateful" in drawn and "no response from container 'mute' within 5s" in wrong.stderr,
+              wrong.stdout, wrong.stderr)
         wrong = run("lifecycle", "list", status=1)
         check("the other lifecycle nodes are listed", "/stateful" in wrong.stdout and "configure" in wrong.stdout
               and "no response from lifecycle node 'mute' within 5s" in wrong.stderr,

@@ -82,10 +82,12 @@ double found_after(dds_entity_t participant, dds_time_t begin) {
 
 int main(int, char** argv) {
   const std::string range = argv[1], topics = "rt/";
-  must(dds_create_domain(0, configuration(range).c_str()), "dds_create_domain");
+  const char* const number = std::getenv("ROS_DOMAIN_ID");
+  const auto domain = static_cast<dds_domainid_t>(number != nullptr ? std::atoi(number) : 0);
+  must(dds_create_domain(domain, configuration(range).c_str()), "dds_create_domain");
   const dds_time_t begin = dds_time();
   const dds_entity_t participant =
-      must(dds_create_participant(0, nullptr, nullptr), "dds_create_participant");
+      must(dds_create_participant(domain, nullptr, nullptr), "dds_create_participant");
   const auto topic = [&](const char* name) {
     return must(dds_create_topic(participant, &kString, (topics + name).c_str(), nullptr, nullptr),
                 "dds_create_topic");
