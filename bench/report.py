@@ -11,7 +11,8 @@ import json
 import os
 import sys
 
-from report_page import COLOURS, Page, boxes, distribution_curves, lines, number, percentile_curves, plt, quantile, scale
+from report_page import (COLOURS, Page, boxes, distribution_curves, lines, median, number, over_time, percentile_curves, plt,
+                         quantile, scale)
 
 # What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
 PAPER = {
@@ -173,8 +174,8 @@ LATENCY = ["p50 (µs)", "p90 (µs)", "p99 (µs)", "p99.9 (µs)", "max (µs)"]
 
 
 def median_of(values):
-    values = sorted(value for value in values if value is not None)
-    return (values[(len(values) - 1) // 2] + values[len(values) // 2]) / 2 if values else "-"
+    values = [value for value in values if value is not None]
+    return median(values) if values else "-"
 
 
 def sum_of(rows, key):
@@ -193,6 +194,8 @@ def draw_summary(page, groups):
     if drawn:
         for draw in (percentile_curves, distribution_curves, boxes):
             draw(page, drawn, "Subscriptions and services: publish → callback.")
+    timed = [(name, [run["over_time"] for run in runs if run.get("over_time")]) for name, runs in groups.items()]
+    over_time(page, [each for each in timed if each[1]], "Subscriptions and services: publish → callback.")
     rows, served = [], []
     for name, runs in groups.items():
         callbacks = [callback for run in runs for callback in run["callbacks"]]
@@ -321,6 +324,7 @@ def draw_jitter(page, jitter):
     named = [(row["name"], sorted((int(k) + 1, v) for k, v in row["histogram"].items()))
              for row in rows]
     percentile_curves(page, named, "The same as percentiles (resolution 1 µs).")
+    over_time(page, [(row["name"], [row["over_time"]]) for row in rows], "Wake-up latency; the rows take turns.")
     page.table(["row", "cycles", "p50 (µs)", "p99 (µs)", "max (µs)", "early", "CPU (%)"],
                [[row["name"], row["cycles"], row["p50_us"], row["p99_us"], row["max"], row["early"],
                  row["cpu_percent"]] for row in rows])

@@ -36,7 +36,7 @@ dd { overflow-wrap: anywhere }
 figure { margin: 0; max-width: 760px; break-inside: avoid }
 figure svg { width: 100%; height: auto }
 figure.wide { max-width: none }
-figure.wide svg { width: auto; max-width: 100%; background: #fff }
+figure.wide svg { width: auto; max-width: 100% }
 figure:not(.wide) svg text { fill: var(--text) }
 figcaption, .note { font-size: 13px; color: var(--faint) }
 .wide { overflow-x: auto }
@@ -142,6 +142,11 @@ class Page:
                 + "\n".join(self.parts) + "</body></html>\n")
 
 
+def median(values):
+    values = sorted(values)
+    return (values[(len(values) - 1) // 2] + values[len(values) // 2]) / 2
+
+
 def quantile(buckets, fraction):
     """Of [value, count] pairs in order of value."""
     total = sum(count for _, count in buckets)
@@ -182,6 +187,41 @@ def percentile_curves(page, named_buckets, caption):
     axes.set_ylabel("latency (µs)")
     axes.legend(fontsize=8)
     page.figure(figure, f"{caption} Percentiles; n = {sum(totals)} samples.")
+
+
+def over_time(page, named, caption):
+    """How latencies went over the measurement: p50 and p99 of each slice of it as lines, its maximum as a point.
+
+    named: the name of each series, with a list of the JSON of its runs ("slice_s", "slices"). Of several runs, each slice has
+    the medians of their percentiles, and the largest maximum.
+    """
+    figure, axes = plt.subplots()
+    samples = 0
+    for line, (name, runs) in zip(lines(), named):
+        length = max((run["slice_s"] for run in runs), default=0)
+        slices = {}
+        for run in runs:
+            for part in run["slices"]:
+                slices.setdefault(int(part["begin_s"] / length + 1e-6), []).append(part)
+                samples += part["count"]
+        times = sorted(slices)
+        xs = [(time + 0.5) * length for time in times]
+
+        def of_all(key, combine):
+            return [max(combine([part[key] for part in slices[time]]), 0.01) for time in times]
+
+        axes.plot(xs, of_all("p99_us", median), label=name, linewidth=1.2, **line)
+        axes.plot(xs, of_all("p50_us", median), linewidth=0.7, **line)
+        axes.plot(xs, of_all("max_us", max), linestyle="", marker=".", markersize=4, color=line["color"])
+    if not samples:
+        return plt.close(figure)
+    axes.set_yscale("log")
+    scale(axes.yaxis)
+    axes.set_xlim(left=0)
+    axes.set_xlabel("time since the beginning (s)")
+    axes.set_ylabel("latency (µs)")
+    axes.legend(fontsize=8, ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    page.figure(figure, f"{caption} Over time: p99 (thick) and p50 (thin) of each slice, and its maximum (points); n = {samples} samples.")
 
 
 def distribution_curves(page, named_buckets, caption):

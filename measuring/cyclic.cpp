@@ -37,7 +37,7 @@ class BareLoop final : public CyclicVariant {
         if (is_relative) due = later(now(), options_.interval);
         sleep(is_relative ? options_.interval : due.time_since_epoch(), is_relative);
         const TimePoint woken = now();
-        if (cycle != 0 && !record(woken - due)) break;
+        if (cycle != 0 && !record(woken - due, woken)) break;
         while ((due = later(due, options_.interval)) <= woken) ++result_.missed;
       }
       result_.counters += scope.so_far();
@@ -90,7 +90,7 @@ class ExecutorTimer final : public CyclicVariant {
     const auto timer = node->create_timer("timer", options_.interval, [&] {
       const TimePoint now = Clock::steady().now();
       if (cycle > cycles) return;  // it has been cancelled, but its thread has not ended yet
-      const bool goes_on = cycle == 0 || record(now - Dispatch::current()->root_release);
+      const bool goes_on = cycle == 0 || record(now - Dispatch::current()->root_release, now);
       if (++cycle > cycles || !goes_on || stop.load()) executor->cancel();
     });
     timer->cancel();
@@ -177,10 +177,17 @@ void CyclicVariant::mark(Nanoseconds latency) const noexcept {
 
 void CyclicVariant::round(std::uint64_t cycles, const std::atomic<bool>& stop) {
   round_ = Histogram();
+  round_begin_ = Clock::steady().now() - beginning_;
   values_.clear();
   if (options_.keeps_values) values_.reserve(cycles);
   run(cycles, stop);
   if (round_.count() != 0) result_.rounds.add(round_);
+}
+
+void CyclicVariant::expect(TimePoint beginning, Nanoseconds end) {
+  beginning_ = beginning;
+  if (!result_.over_time) result_.over_time.emplace();
+  result_.over_time->make_room(end);
 }
 
 std::unique_ptr<CyclicVariant> bare_loop(const CyclicOptions& options) {

@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <ctime>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "takt/base/realtime_scope.hpp"
+#include "takt/measuring/over_time.hpp"
 #include "takt/measuring/rounds.hpp"
 #include "takt/sched/threads/thread_attributes.hpp"
 
@@ -39,6 +41,7 @@ struct CyclicResult {
 
   std::string name;
   Rounds rounds;
+  std::optional<OverTime> over_time;           // if it is asked for, see CyclicVariant::expect
   std::vector<std::uint64_t> bins;             // exact counts, as cyclictest prints them
   std::uint64_t overflows = 0;                 // above the last bin
   std::vector<std::uint64_t> overflow_cycles;  // the numbers of the first such cycles
@@ -53,8 +56,8 @@ struct CyclicResult {
 
   Nanoseconds mean() const noexcept;
   double cpu_percent() const noexcept;
-  /// Counts a latency in all members except `rounds`. Allocates nothing, for the measured thread.
-  /// Returns false if the test must end.
+  /// Counts a latency in all members except `rounds` and `over_time`. Allocates nothing, for the
+  /// measured thread. Returns false if the test must end.
   bool record(Nanoseconds latency) noexcept;
 
  private:
@@ -68,6 +71,9 @@ class CyclicVariant {
   /// Measures this many cycles, or fewer if `stop` becomes true. Throws Error if required real-time
   /// privileges are refused.
   void round(std::uint64_t cycles, const std::atomic<bool>& stop);
+  /// The next round ends about so long after the beginning of the measurement: from now on, the
+  /// result has latencies by time.
+  void expect(TimePoint beginning, Nanoseconds end);
   const CyclicResult& result() const noexcept { return result_; }
   const CyclicOptions& options() const noexcept { return options_; }
   /// The latencies of the last round, if the options keep them.
@@ -77,7 +83,10 @@ class CyclicVariant {
   CyclicVariant(const CyclicOptions& options, const std::string& name);
   /// Calls record() for each cycle.
   virtual void run(std::uint64_t cycles, const std::atomic<bool>& stop) = 0;
-  bool record(Nanoseconds latency) noexcept {
+  bool record(Nanoseconds latency, TimePoint woken) noexcept {
+    if (round_.count() == 0) first_woken_ = woken;
+    if (result_.over_time)
+      result_.over_time->record(round_begin_ + (woken - first_woken_), latency);
     round_.record(latency);
     if (values_.size() < values_.capacity()) values_.push_back(latency);
     if (result_.record(latency)) return true;
@@ -92,6 +101,8 @@ class CyclicVariant {
 
  private:
   Histogram round_;
+  TimePoint beginning_{}, first_woken_{};  // of the measurement; of the round
+  Nanoseconds round_begin_{0};             // since the beginning of the measurement
   std::vector<Nanoseconds> values_;
 };
 

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "takt/base/clock.hpp"
+
 namespace takt::rt {
 namespace {
 
@@ -25,7 +27,7 @@ class Fake final : public CyclicVariant {
     asked = cycles;
     for (std::uint64_t cycle = 0; cycle < cycles && !stop.load(); ++cycle) {
       if (latency_ < Nanoseconds::zero()) throw std::runtime_error("refused");
-      if (!record(latency_)) return;
+      if (!record(latency_, Clock::steady().now())) return;
       std::this_thread::yield();
     }
   }

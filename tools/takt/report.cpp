@@ -4,6 +4,8 @@
 #include <fstream>
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/measuring/json_text.hpp"
@@ -41,6 +43,7 @@ json graph_of(const std::string& file) {
   Logger::instance().set_level(LogLevel::error);  // an analysis has nodes of these names, too
   json result{{"file", file}};
   try {
+    check_graphviz();  // before components are constructed
     result["svg"] = svg_of(dot_text(system_graph(file)));
   } catch (const std::exception& error) {  // the measurements are worth a page without it
     result["missing"] = error.what();
@@ -52,6 +55,10 @@ json graph_of(const std::string& file) {
 }  // namespace
 
 void check_report(const std::string& path) {
+  if (!path.ends_with(".html")) {
+    throw Error(fmt::format("'{}' is no name of a report, which is an HTML page", path),
+                "end it with .html");
+  }
   if (feed({kPython, "-c", "import matplotlib"}, "") != 0) {
     throw Error("--report needs Python's matplotlib, which is not installed",
                 "run `apt-get install python3-matplotlib`, or omit --report");

@@ -83,6 +83,7 @@ void run(const Options& options) {
     throw Error(fmt::format("'{}' is not a kind of picture", picture),
                 "end its name with .svg, .html or .dot");
   }
+  if (is_kind(picture, ".svg") || is_kind(picture, ".html")) check_graphviz();
   const auto [graph, silent] = graph_of(options);
   if (!picture.empty()) {
     const std::string dot = dot_text(graph);

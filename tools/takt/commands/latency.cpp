@@ -153,15 +153,18 @@ void measure(const Rows& rows, std::uint64_t cycles, const Options& options, Out
   const rt::CyclesOf of = options.loops != 0 ? rt::CyclesOf::each : rt::CyclesOf::first;
   const bool shows_progress = !options.quiet && isatty(STDERR_FILENO) != 0;
   const rt::Observation observation;
+  const TimePoint beginning = Clock::steady().now();
+  const auto turns = static_cast<std::int64_t>(rows.size() / options.threads * a_round);
+  const Nanoseconds all_turns = kGapSearch + turns * cyclic.interval;
   outcome.start = std::time(nullptr);
   if (shows_progress) {
-    const auto turns = static_cast<std::int64_t>(rows.size() / options.threads * a_round);
-    rt::show_line(fmt::format("measuring; the first figures come in {}",
-                              rough(kGapSearch + turns * cyclic.interval)));
+    rt::show_line(fmt::format("measuring; the first figures come in {}", rough(all_turns)));
   }
   for (std::uint64_t done = 0; !stop.load() && (cycles == 0 || done < cycles); done += a_round) {
     rt::find_gaps(cyclic, kGapSearch, outcome.gaps);
     const std::uint64_t now = cycles == 0 ? a_round : std::min(a_round, cycles - done);
+    const Nanoseconds end = Clock::steady().now() - beginning + all_turns;
+    for (const auto& row : rows) row->expect(beginning, end);
     for (std::size_t first = 0; first < rows.size() && !stop.load(); first += options.threads) {
       rt::run_together(std::span(rows).subspan(first, options.threads), now, of, stop);
       if (options.verbose && options.json != "-") print_values(rows, first, options.threads);

@@ -63,6 +63,7 @@ json thread_json(const rt::CyclicVariant& row, const rt::CyclicOptions& cyclic) 
           {"p999_us", rt::us(result.rounds.all.percentile(0.999))},
           {"round_p50_us", result.rounds.p50_us},
           {"round_p99_us", result.rounds.p99_us},
+          {"over_time", result.over_time ? rt::over_time_json(*result.over_time) : json()},
           {"overflows", result.overflows},
           {"early", result.early},
           {"missed", result.missed},

@@ -31,6 +31,26 @@ using nlohmann::json;
 constexpr std::array kColours{"#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#8c6d31"};
 constexpr const char* kRed = "#d00000";
 
+// What graphviz draws, on a dark screen: the same, with colours that are legible there.
+constexpr std::string_view kDark = R"(
+<style>
+@media (prefers-color-scheme: dark) {
+  .graph [fill="white"] { fill: #181818 }
+  .graph [fill="#f0f0f0"] { fill: #282828 }
+  .graph text:not([fill]) { fill: #ddd }
+  .graph [stroke="black"], .graph [stroke="#404040"], .graph [stroke="#c0c0c0"] { stroke: #888 }
+  .graph [stroke="#606060"] { stroke: #aaa }
+  .graph [fill="#606060"] { fill: #aaa }
+  .graph [stroke="#d00000"] { stroke: #ff6b60 }
+  .graph [fill="#d00000"] { fill: #ff6b60 }
+  .graph [stroke="#0072b2"] { stroke: #3d9be0 }
+  .graph [fill="#0072b2"] { fill: #3d9be0 }
+  .graph [stroke="#8c6d31"] { stroke: #b8964f }
+  .graph [fill="#8c6d31"] { fill: #b8964f }
+}
+</style>
+)";
+
 std::string dot_string(std::string_view text) {
   std::string result = "\"";
   for (const char c : printable(text, Lines::keep)) {
@@ -296,6 +316,10 @@ std::string dot_text(const json& graph) {
   return Drawing(graph).text();
 }
 
+void check_graphviz() {
+  svg_of("digraph {}");
+}
+
 std::string svg_of(const std::string& dot) {
   const TemporaryFolder folder;
   const std::string path = folder / "picture.svg";
@@ -305,16 +329,19 @@ std::string svg_of(const std::string& dot) {
                 "run `apt-get install graphviz`, or write a .dot file");
   }
   if (status != 0) throw std::runtime_error("graphviz failed; see the message above");
-  return read_text(path, dot.size() * 100 + 100'000);
+  std::string svg = read_text(path, dot.size() * 100 + 100'000);
+  svg.insert(svg.find('>', svg.find("<svg")) + 1, kDark);
+  return svg;
 }
 
 std::string picture_page(const json& graph, const std::string& svg) {
   const std::string file = html(text(graph, "title"));
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<title>{0}: graph"
-      "</title>\n<style>body {{ font-family: sans-serif; margin: 1em; }} svg {{ max-width: 100%; "
-      "height: auto; background: white; }} @media (prefers-color-scheme: dark) {{ body {{ "
-      "background: #181818; color: #e0e0e0; }} }}</style></head>\n<body>\n<h1>{0}</h1>\n<p>{1:%F "
+      "</title>\n<style>:root {{ color-scheme: light dark; }} body {{ font-family: sans-serif; "
+      "margin: 1em; }} svg {{ max-width: 100%; height: auto; }} @media (prefers-color-scheme: "
+      "dark) {{ body {{ background: #181818; color: #ddd; }} }}</style></head>\n<body>\n"
+      "<h1>{0}</h1>\n<p>{1:%F "
       "%R}. Boxes are processes, executors with their threads, and nodes; arrows are topics with "
       "rate and QoS. Coloured arrows belong to chains; what does not match is red.</p>\n{2}\n"
       "</body>\n</html>\n",

@@ -13,7 +13,9 @@ namespace takt::tools {
 /// are edges with type, rate and QoS; chains have colours, and what does not match is red.
 std::string dot_text(const nlohmann::json& graph);
 
-/// Lays the text out with graphviz, as SVG. Throws Error if graphviz is not installed.
+/// Throws Error if graphviz is not installed.
+void check_graphviz();
+/// Lays the text out with graphviz, as SVG for a light and a dark screen. Throws as check_graphviz.
 std::string svg_of(const std::string& dot);
 
 /// A page with the SVG, without scripts or anything from a network.

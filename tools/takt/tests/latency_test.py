@@ -158,6 +158,14 @@ def check_document():
     check("the resolution is cyclictest's: 0 for µs", document["resolution_in_ns"] == 0)
     check("and how it ended", document["return_code"] == 0)
     check("bare loop and executor", document["num_threads"] == len(document["thread"]) == 2)
+    for thread in document["thread"].values():
+        slices = thread["over_time"]["slices"]
+        begins = [part["begin_s"] for part in slices]
+        check(f"{thread['name']}: the slices of its time have all cycles, in order", begins == sorted(set(begins)) and
+              sum(part["count"] for part in slices) == thread["cycles"], slices)
+        check("and its extremes", max(part["max_us"] for part in slices) // 1 == thread["max"] and
+              min(part["min_us"] for part in slices) // 1 == thread["min"], thread["min"], thread["max"], slices)
+        check("each in its order", all(part["min_us"] <= part["p50_us"] <= part["p99_us"] <= part["max_us"] for part in slices), slices)
 
 
 check_output()

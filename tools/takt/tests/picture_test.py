@@ -101,13 +101,14 @@ if shutil.which("dot"):
     check("graphviz lays it out", done.returncode == 0 and "<svg" in text and "/lidar" in text, done.stderr)
     done, text = picture("hostile.html", hostile)
     check("a page has no foreign elements", done.returncode == 0 and "<b>" not in text and "&lt;b&gt;" in text, text[:600])
+    check("it has colours for a dark screen", "prefers-color-scheme: dark" in text and '.graph [fill="white"]' in text, text[:600])
     check("nor anything of a network",
           not re.search(r'(?:href|src)="http', text) and "<script" not in text, text[:600])
 else:
     print("skipped: the layout, as graphviz is not installed")
 done, text = picture("none.svg", PATH=folder.name)
-check("without graphviz one sentence says what to install",
-      done.returncode == 2 and "apt-get install graphviz" in done.stderr and not text, done.stderr)
+check("without graphviz one sentence says what to install, before components are constructed",
+      done.returncode == 2 and "apt-get install graphviz" in done.stderr and done.stderr.count("\n") == 1 and not text, done.stderr)
 for words, said in (([robot, "-o", "robot.png"], ".svg, .html or .dot"), ([robot, "-o", "/nowhere/robot.dot"], "/nowhere/robot.dot"),
                     (["/nowhere.yaml"], "/nowhere.yaml")):
     done = graph(*words)

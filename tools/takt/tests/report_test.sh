@@ -61,6 +61,17 @@ for text in 'bound: never later' 'observed, p99.9' 'deadline' '>sense<' 'Assumpt
   expect "the page of bounds has: $text" grep -q "$text" "$work/dom.html"
 done
 
+"$takt" latency -D 300ms --report "$work/latency.html" >/dev/null
+"$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
+  "file://$work/latency.html" >"$work/dom.html" 2>/dev/null
+for text in 'time since the beginning (s)' 'cycles per 1 µs' '>clock_nanosleep'; do
+  expect "the page of wake-up latencies has: $text" grep -q "$text" "$work/dom.html"
+done
+status=0
+"$takt" latency -D 300ms --report "$work/latency.pdf" >/dev/null 2>"$work/said" || status=$?
+expect "a report is an HTML page" test "$status" -eq 2 -a ! -e "$work/latency.pdf"
+expect "which one sentence says" grep -q '^takt: .*end it with .html$' "$work/said"
+
 "$takt" compare "$work/robot.yaml" --executors single_threaded,events --duration 100ms --repeat 6 \
   --report "$work/compared.html" >/dev/null
 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
