@@ -55,6 +55,20 @@ function(takt_module)
   endif()
 endfunction()
 
+# takt_man_pages(target): pages for man, of what the program says of itself. Another processor's program
+# takes an emulator.
+function(takt_man_pages target)
+  if(TAKT_SANITIZE OR (CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR))
+    return()
+  endif()
+  add_custom_command(
+    TARGET ${target} POST_BUILD
+    COMMAND ${TAKT_PYTHON} ${PROJECT_SOURCE_DIR}/tools/takt/man_pages.py ${PROJECT_BINARY_DIR}/share/man/man1
+            ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}>
+    VERBATIM)
+  set_property(GLOBAL PROPERTY takt_has_man_pages TRUE)
+endfunction()
+
 # takt_optimise_little(target -O1): for what may be slow, so that it compiles sooner: in release builds as
 # it says, with the address sanitizer not at all.
 function(takt_optimise_little target level)

@@ -29,15 +29,28 @@ RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::mov
     } else if (word == "--rounds" && i + 1 < argc && std::atoi(argv[i + 1]) > 0) {
       rounds_ = std::atoi(argv[++i]);
     } else {
-      const bool asks = word == "--help";
-      fmt::print(asks ? stdout : stderr,
-                 "{}{}\nusage: {} [--rounds N] [--json FILE]\n"
-                 "exit status: 0 as expected, 1 not as expected, 77 privileges are missing\n",
-                 asks ? "" : "unknown option '" + word + "', or its value is missing\n", question_,
-                 argv[0]);
-      std::exit(checked_output(asks ? 0 : kBadUsage));
+      if (word == "--help") print_help(argv[0]);
+      to_stderr("{}: unknown option '{}', or its value is missing; see {} --help\n", argv[0], word,
+                argv[0]);
+      std::exit(kBadUsage);
     }
   }
+}
+
+// In the form of the help of `takt`, of which pages for man are made.
+void RtTest::print_help(std::string_view program) const {
+  fmt::print(
+      "{}\n"
+      "Usage: {} [OPTIONS]\n\n"
+      "Options:\n"
+      "  --help                      Print this help message and exit\n"
+      "  --rounds N                  Rounds, in which the rows of the table take turns\n"
+      "                              (default: TAKT_ROUNDS, else what the question needs)\n"
+      "  --json FILE                 Also write table, expectations and machine as JSON\n\n"
+      "Exit status: 0 if all expectations hold, 1 if one does not, 2 for wrong words,\n"
+      "77 if the machine denies the rights that the question needs.\n",
+      question_, program.substr(program.rfind('/') + 1));
+  std::exit(checked_output(0));
 }
 
 void RtTest::needs_realtime() {

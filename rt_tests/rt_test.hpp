@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -45,6 +46,7 @@ class RtTest {
   int finish();
 
  private:
+  [[noreturn]] void print_help(std::string_view program) const;
   int report();
   struct Row {
     std::string name;

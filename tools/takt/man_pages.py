@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Makes takt.1, takt-run.1, ... of what the command says of itself.
+"""Makes pages for man of what a program says of itself: takt.1, takt-run.1, ..., or rt_loading.1.
 
-usage: man_pages.py FOLDER TAKT...   (the words that start takt: of another processor's, an emulator first)
+usage: man_pages.py FOLDER PROGRAM...   (the words that start it: of another processor's, an emulator first)
 """
 # SPDX-License-Identifier: Apache-2.0
 import pathlib
@@ -60,19 +60,14 @@ def body(help_text, heading):
 
 
 def page(name, what, version, lines):
-    return "\n".join([f'.TH "{name.upper()}" 1 "" "Takt {version}" "Takt"', ".SH NAME",
+    return "\n".join([f'.TH "{name.upper()}" 1 "" "{version}" "Takt"', ".SH NAME",
                       f"{roff(name)} \\- {roff(what)}", *lines, ""])
 
 
-def main(folder, *takt):
-    def said(*words):
-        return subprocess.run([*takt, *words], text=True, capture_output=True, check=True).stdout
-
-    folder = pathlib.Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+def takt_pages(folder, said):
     for old in folder.glob("takt*.1"):
         old.unlink()
-    version = said("--version").strip()
+    version = f"Takt {said('--version').strip()}"
     top = Help(said("--help"))
     commands = [name for name, _ in top.lists["Subcommands"]]
     pages = ",\n".join(f".BR {roff('takt-' + name)} (1)" for name in commands)
@@ -92,6 +87,21 @@ def main(folder, *takt):
                       *([".PP", f".B {roff(each.usage)}"] if each.usage else []), *body(each, ".SS")]
         lines += [".SH SEE ALSO", ".BR takt (1)"]
         (folder / f"takt-{command}.1").write_text(page(f"takt-{command}", own.description, version, lines))
+
+
+def main(folder, *program):
+    def said(*words):
+        return subprocess.run([*program, *words], text=True, capture_output=True, check=True).stdout
+
+    folder = pathlib.Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    name = pathlib.Path(program[-1]).name
+    if name == "takt":
+        takt_pages(folder, said)
+    else:
+        own = Help(said("--help"))
+        (folder / f"{name}.1").write_text(page(name, own.description, "", [
+            ".SH SYNOPSIS", f".B {roff(own.usage)}", *body(own, ".SH"), ".SH SEE ALSO", ".BR takt-latency (1)"]))
 
 
 main(*sys.argv[1:])

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Each command has a page for man, with all its options, which man formats without a warning.
 
-usage: man_pages_test.py TAKT FOLDER
+usage: man_pages_test.py TAKT FOLDER RT_TEST
 """
 # SPDX-License-Identifier: Apache-2.0
 import pathlib
@@ -10,13 +10,13 @@ import shutil
 import subprocess
 import sys
 
-from command import run
+from command import environment, run
 from checks import check, finish
 
 folder = pathlib.Path(sys.argv[2])
 commands = re.findall(r"(?m)^  (\w+)  ", run("--help").stdout.partition("Subcommands:")[2].partition("\n\n")[0])
 check("there are commands", len(commands) > 20, commands)
-pages = {page.name for page in folder.iterdir()}
+pages = {page.name for page in folder.glob("takt*")}
 check("each has a page, and no page is of another", pages == {"takt.1", *(f"takt-{name}.1" for name in commands)}, pages)
 for command in commands:
     page = (folder / f"takt-{command}.1").read_text().replace("\\-", "-")
@@ -25,6 +25,12 @@ for command in commands:
     check(f"takt {command}: its page has its options", options and not missing, missing)
 nested = (folder / "takt-component.1").read_text()
 check("a page has what stands below its command", "--remap".replace("-", "\\-") in nested, nested)
+# A page is as old as its program: of the others, those are there that are built.
+rt_test = pathlib.Path(sys.argv[3])
+said = subprocess.run([rt_test, "--help"], env=environment, text=True, capture_output=True).stdout
+page = (folder / f"{rt_test.name}.1").read_text().replace("\\-", "-")
+check("a real-time test has a page, with its question and options", said.splitlines()[0] in page and
+      all(option in page for option in ("--rounds N", "--json FILE", "--help")), page)
 if shutil.which("man") is None:
     print("skipped: man's warnings; there is no man (package man-db)")
 else:
