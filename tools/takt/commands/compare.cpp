@@ -295,6 +295,15 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
   return words;
 }
 
+/// "events", "events edf", "events per-node".
+std::string what_differs(const Comparison& row) {
+  std::string text = row.executor;
+  for (const std::string& part : {row.scheduler, row.composition}) {
+    if (!part.empty() && part != "file") text += " " + part;
+  }
+  return text;
+}
+
 /// Runs all rows in turn for each repeat. Returns the runs, and why some are missing, if so.
 std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& rows,
                                                     const Options& options) {
@@ -307,8 +316,7 @@ std::pair<json, std::optional<Interrupted>> measure(std::vector<Comparison>& row
     LiveLine line("comparing");
     for (int repeat = 0; repeat < options.repeat; ++repeat) {
       for (Comparison& row : rows) {
-        line.step(fmt::format("{} {} {}", row.executor, row.scheduler, row.composition),
-                  runs.size(), total, asked);
+        line.step(what_differs(row), runs.size(), total, asked);
         json run =
             run_again(words_of(row, options), signals, !program_words().empty()).at("runs").at(0);
         run["repeat"] = repeat;

@@ -32,7 +32,7 @@ std::string output_of(pid_t child, int pipe, const EndSignals& signals, int& sig
     std::array<pollfd, 2> events{{{pipe, POLLIN, 0}, {signals.fd(), POLLIN, 0}}};
     poll(events.data(), events.size(), -1);
     if (const int taken = signals.take(); taken != 0) {
-      kill(child, signal == 0 ? SIGTERM : SIGKILL);
+      kill(child, signal == 0 ? taken : SIGKILL);
       signal = taken;
     }
     if (events[0].revents == 0) continue;

@@ -88,6 +88,7 @@ except subprocess.TimeoutExpired:
 check("its titles say how many runs there were", re.search(r"\(([0-9]+ to )?[0-9]+ of 1000 runs each", shown)
       and not re.search(r"\(1000 runs each", shown), shown)
 check("an interrupted comparison stores nothing", done.returncode == 130 and "cut.compared.json" not in os.listdir(), errors)
+check("and speaks of the signal that came", "SIGINT came" in errors and "SIGTERM" not in errors, errors)
 
 # Stored last, the runs were lost with the report.
 os.symlink("/dev/full", "full.html")
