@@ -147,6 +147,8 @@ class Container {
 
   /// What it has done so far. Thread safety: from any thread.
   GetStatistics::Response statistics() const;
+  /// Of all messages that its callbacks have served so far. Thread safety: from any thread.
+  Histogram message_latencies() const;
   /// The measurements of the run. Call it after stop().
   ProcessResult result() const;
 

@@ -119,6 +119,17 @@ GetStatistics::Response Container::statistics() const {
   return now;
 }
 
+Histogram Container::message_latencies() const {
+  Histogram all;
+  for (const auto& running : executors_) {
+    if (running->is_own) continue;
+    for (const CallbackStatistics& counted : running->executor->statistics()) {
+      if (counted.kind != EntityKind::timer) all.merge(counted.latency);
+    }
+  }
+  return all;
+}
+
 // Those in force, which may change while it runs.
 void Container::add_parameters(std::vector<GetStatistics::Callback>& callbacks) const {
   std::map<std::pair<std::string, std::string>, GetStatistics::Callback*> rows;

@@ -19,6 +19,11 @@ void OverTime::make_room(Nanoseconds until) {
   }
 }
 
+void OverTime::add(Nanoseconds since_beginning, const Histogram& latencies) {
+  make_room(since_beginning + Nanoseconds(1));
+  slices_[static_cast<std::size_t>(since_beginning / length_)].merge(latencies);
+}
+
 nlohmann::json over_time_json(const OverTime& over_time) {
   const double slice_s = us(over_time.slice_length()) / 1e6;
   nlohmann::json slices = nlohmann::json::array();

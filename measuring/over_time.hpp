@@ -23,7 +23,7 @@ class OverTime {
   /// The length of a slice, at first.
   static constexpr Nanoseconds kShortest = std::chrono::milliseconds(1);
 
-  OverTime() : slices_(kSlices) {}
+  explicit OverTime(Nanoseconds length = kShortest) : length_(length), slices_(kSlices) {}
   /// What is later than this counts in the last slice. Not while a writer runs.
   void make_room(Nanoseconds until);
   void record(Nanoseconds since_beginning, Nanoseconds latency) noexcept {
@@ -31,11 +31,14 @@ class OverTime {
     slices_[slice < kSlices ? slice : kSlices - 1].record(latency);
   }
 
+  /// Makes room first: for what was measured elsewhere.
+  void add(Nanoseconds since_beginning, const Histogram& latencies);
+
   Nanoseconds slice_length() const noexcept { return length_; }
   const std::vector<Histogram>& slices() const noexcept { return slices_; }
 
  private:
-  Nanoseconds length_ = kShortest;
+  Nanoseconds length_;
   std::vector<Histogram> slices_;
 };
 

@@ -47,5 +47,18 @@ TEST(OverTime, CountsWhatIsLaterThanExpectedInTheLastSlice) {
   EXPECT_EQ(over_time.slices().back().max(), 7us);
 }
 
+TEST(OverTime, MakesRoomForWhatWasMeasuredElsewhere) {
+  OverTime over_time(1s);
+  Histogram part;
+  part.record(7us);
+  over_time.add(OverTime::kSlices * 1s - 1ns, part);
+  EXPECT_EQ(over_time.slice_length(), 1s);
+  EXPECT_EQ(over_time.slices().back().count(), 1u);
+  over_time.add(OverTime::kSlices * 1s, part);
+  EXPECT_EQ(over_time.slice_length(), 2s);
+  EXPECT_EQ(over_time.slices()[OverTime::kSlices / 2 - 1].count(), 1u);
+  EXPECT_EQ(over_time.slices()[OverTime::kSlices / 2].count(), 1u);
+}
+
 }  // namespace
 }  // namespace takt::rt

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/child.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <exception>
@@ -22,6 +23,7 @@
 #include "run/channel.hpp"
 #include "run/container_json.hpp"
 #include "run/end_signals.hpp"
+#include "run/latencies_over_time.hpp"
 #include "run/progress.hpp"
 #include "run/result_json.hpp"
 
@@ -104,8 +106,10 @@ class Child {
       container_.check_matches();
       check_ = kNever;
     }
-    const timespec time = to_timespec(check_ - now);
-    ppoll(events.data(), events.size(), check_ == kNever ? nullptr : &time, nullptr);
+    if (now >= latencies_.due()) latencies_.look();
+    const TimePoint next = std::min(check_, latencies_.due());
+    const timespec time = to_timespec(next - now);
+    ppoll(events.data(), events.size(), next == kNever ? nullptr : &time, nullptr);
     if (events[1].revents != 0) {
       guard_.ends(0);
       container_.hold();
@@ -124,6 +128,7 @@ class Child {
       container_.start([ended = ended_] { eventfd_write(ended, 1); });
     } else if (word == "release") {
       container_.release();
+      if (command.value("measures", false)) latencies_.begin();  // one that was restarted is late
       guard_.has_begun();
       check_ = later(Clock::steady().now(), kDiscoveryTime);
     } else if (word == "hold") {
@@ -137,7 +142,7 @@ class Child {
       container_.shut_down();
     } else if (word == "stop") {
       container_.stop();
-      answer = {{"result", rt::process_json(container_.result())}};
+      answer = {{"result", rt::process_json(container_.result())}, {"over_time", latencies_.end()}};
     }
     return answer;
   }
@@ -147,6 +152,7 @@ class Child {
   const int ended_ =
       eventfd(0, EFD_CLOEXEC);  // an executor failed, or a component ends the container
   Container container_;
+  LatenciesOverTime latencies_{container_};
   const bool serves_itself_;
   TimePoint check_ = kNever;
 };

@@ -24,6 +24,7 @@
 #include "run/container_json.hpp"
 #include "run/deliveries.hpp"
 #include "run/end_signals.hpp"
+#include "run/latencies_over_time.hpp"
 #include "run/progress.hpp"
 #include "run/result_json.hpp"
 #include "run/shared_memory.hpp"
@@ -40,8 +41,14 @@ constexpr auto kStillLimit = 1s;  // what has not moved for so long is lost
 
 // ---- One process ----
 
+/// A run without is no measurement, but a robot's.
+bool has_end(Nanoseconds duration) {
+  return duration != Nanoseconds::zero();
+}
+
 /// Waits for this time and returns 0, or returns a signal when it arrives.
-int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
+int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container,
+                 LatenciesOverTime& latencies) {
   Progress progress(duration);
   TimePoint check = later(Clock::steady().now(), kDiscoveryTime);
   pollfd events{signals.fd(), POLLIN, 0};
@@ -50,7 +57,9 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
       container.check_matches();
       check = kNever;
     }
-    const timespec time = to_timespec(std::min(progress.show(now), check - now));
+    if (now >= latencies.due()) latencies.look();
+    const Nanoseconds until_due = std::min(check, latencies.due()) - now;
+    const timespec time = to_timespec(std::min(progress.show(now), until_due));
     ppoll(&events, 1, &time, nullptr);
     if (const int signal = signals.take(); signal != 0) return signal;
   }
@@ -78,13 +87,16 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   }
   int end = guard.has_begun();
   container.release();
-  if (end == 0) end = wait_for_end(duration, signals, container);
+  LatenciesOverTime latencies(container);
+  if (has_end(duration)) latencies.begin();
+  if (end == 0) end = wait_for_end(duration, signals, container, latencies);
   signals.let_through();
   guard.ends(end);
   container.hold();
   container.shut_down();
   container.stop();
   json result = rt::process_json(container.result());
+  result["over_time"] = combined_over_time({latencies.end()});
   add_topics(result["topics"] = json::array(), system.name, endpoints_json(container));
   result["signal"] = end == SIGUSR1 ? 0 : end;
   return result;
@@ -145,7 +157,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   begin_work();
   supervisor.ask_to_match(count_matches(made));
   supervisor.ask("start");
-  supervisor.release();
+  supervisor.release(has_end(options.duration));
   std::vector<Attendant> attendants{{"takt", 0}};
   if (roudi != 0) attendants.emplace_back("iox-roudi", roudi);
   supervisor.watch(options.duration);
@@ -165,8 +177,10 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
        {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics", "failed"}) {
     all[list] = json::array();
   }
+  std::vector<json> parts;
   for (std::size_t i = 0; i < answers.size(); ++i) {
     json one = answers[i].at("result");
+    parts.push_back(answers[i].value("over_time", json()));
     complete_callbacks(one.at("callbacks"), states[i].at("endpoints"), sent[i], ends, is_countable);
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
@@ -176,6 +190,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }
   }
+  all["over_time"] = combined_over_time(parts);
   for (json& usage : usages) all.at("processes").push_back(std::move(usage));
   for (const std::string& death : supervisor.deaths()) all.at("notes").push_back(death);
   for (const std::string& failure : supervisor.failures()) all.at("failed").push_back(failure);

@@ -77,7 +77,7 @@ expect "which one sentence says" grep -q '^takt: .*end it with .html$' "$work/sa
 "$browser" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" --dump-dom \
   "file://$work/compared.html" >"$work/dom.html" 2>/dev/null
 for text in '<title>takt compare robot.yaml</title>' 'Chain sense:' 'Callbacks under events' '>imu_timer<' 'wakeups/s' \
-  'graph</h2>' 'samples that were not later' '95 % interval' 'verdict' 'sense p99'; do
+  'graph</h2>' 'samples that were not later' 'time since the beginning (s)' '95 % interval' 'verdict' 'sense p99'; do
   expect "the page of a comparison has: $text" grep -q "$text" "$work/dom.html"
 done
 cat >"$work/two.yaml" <<'YAML'

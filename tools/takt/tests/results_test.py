@@ -79,6 +79,11 @@ with tempfile.TemporaryDirectory() as folder:
     holds("takt run, traced,", document("run", one, "--duration", "200ms", "--histograms",
                                         "--trace", os.path.join(folder, "trace.json")))
     written = holds("takt run of two processes", document("run", two, "--duration", "200ms"))
+    for run in (run, written["runs"][0]):
+        slices = run["over_time"]["slices"]
+        served = sum(callback["latency_us"]["count"] for callback in run["callbacks"] if callback["kind"] != "timer")
+        check("the slices of a run's time have all messages, in order", served > 0 and sum(part["count"] for part in slices) == served and
+              [part["begin_s"] for part in slices] == sorted({part["begin_s"] for part in slices}), served, slices)
     check("that run has topics to look at", written["runs"][0].get("topics"), written["runs"][0])
     model = os.path.join(folder, "model.yaml")
     trace = os.path.join(folder, "trace.json")
