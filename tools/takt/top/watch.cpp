@@ -32,6 +32,8 @@ const char* to_string(Watched::State state) {
       return "does not answer";
     case Watched::State::ended:
       return "ended";
+    case Watched::State::ambiguous:
+      return "several processes have this name";
   }
   return "";
 }
@@ -40,6 +42,7 @@ struct Watch::Asked {
   std::shared_ptr<Client<GetStatistics>> client;
   std::optional<Future<Client<GetStatistics>::Answer>> answer;
   GetStatistics::Response before;
+  bool is_ambiguous = false;  // the next answer might be of another process
 };
 
 Watch::Watch(int domain, const std::vector<std::string>& names) : finds_all_(names.empty()) {
@@ -55,7 +58,8 @@ Watch::Watch(int domain, const std::vector<std::string>& names) : finds_all_(nam
   std::vector<std::string> known;
   std::string missing;
   const auto is_there = [&] {
-    known = found();
+    known.clear();
+    for (const auto& [name, count] : found()) known.push_back(name);
     missing.clear();
     for (const std::string& name : wanted) {
       if (std::find(known.begin(), known.end(), name) == known.end()) missing = name;
@@ -97,14 +101,15 @@ Watch::~Watch() {
   thread_.join();
 }
 
-// Names on the wire may be any; those of services are checked.
-std::vector<std::string> Watch::found() const {
-  std::set<std::string> names;
+// The names, and how many have each.
+std::map<std::string, std::size_t> Watch::found() const {
+  std::map<std::string, std::size_t> names;
   for (const GraphEndpoint& service : participant_->graph().services) {
     if (service.type != kType || !service.name.ends_with(kService)) continue;
-    names.insert(service.name.substr(1, service.name.size() - 1 - kService.size()));
+    if (!is_topic_name(service.name)) continue;
+    ++names[service.name.substr(1, service.name.size() - 1 - kService.size())];
   }
-  return {names.begin(), names.end()};
+  return names;
 }
 
 void Watch::add(const std::string& name) {
@@ -114,16 +119,18 @@ void Watch::add(const std::string& name) {
 }
 
 void Watch::ask() {
-  if (finds_all_) {
-    for (const std::string& name : found()) {
-      const auto is_it = [&](const Watched& known) { return known.name == name; };
-      if (std::none_of(shown_.begin(), shown_.end(), is_it)) add(name);
-    }
+  const std::map<std::string, std::size_t> now = found();
+  for (const auto& entry : now) {
+    const auto is_it = [&](const Watched& known) { return known.name == entry.first; };
+    if (finds_all_ && std::none_of(shown_.begin(), shown_.end(), is_it)) add(entry.first);
   }
-  for (const auto& asked : asked_) {
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const auto& asked = asked_[i];
+    const auto known = now.find(shown_[i].name);
+    asked->is_ambiguous = known != now.end() && known->second > 1;
     if (asked->answer && !asked->answer->ready() && asked->client->service_is_ready()) continue;
     asked->answer.reset();
-    if (!asked->client->service_is_ready()) continue;
+    if (asked->is_ambiguous || !asked->client->service_is_ready()) continue;
     asked->answer = asked->client->async_send_request({});
   }
 }
@@ -137,7 +144,9 @@ void Watch::take() {
   for (std::size_t i = 0; i < asked_.size(); ++i) {
     Asked& asked = *asked_[i];
     Watched& shown = shown_[i];
-    if (asked.answer && asked.answer->ready()) {
+    if (asked.is_ambiguous) {
+      shown.state = Watched::State::ambiguous;
+    } else if (asked.answer && asked.answer->ready()) {
       const auto answer = asked.answer->get();
       asked.answer.reset();
       if (!answer) {

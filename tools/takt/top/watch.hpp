@@ -3,6 +3,8 @@
 #ifndef TAKT_TOOLS_TAKT_TOP_WATCH_HPP_
 #define TAKT_TOOLS_TAKT_TOP_WATCH_HPP_
 
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,14 +20,14 @@ namespace takt::tools::top {
 
 /// A container, as it was when it last answered.
 struct Watched {
-  enum class State { running, silent, ended };
+  enum class State { running, silent, ended, ambiguous };
   std::string name;
   State state = State::silent;
   int pid = 0;
   StatisticsInterval last;
 };
 
-/// "running", "does not answer", "ended".
+/// "running", "does not answer", "ended", "several processes have this name".
 const char* to_string(Watched::State state);
 
 /// The containers on a domain that are watched.
@@ -49,7 +51,7 @@ class Watch {
 
  private:
   struct Asked;
-  std::vector<std::string> found() const;
+  std::map<std::string, std::size_t> found() const;
   void add(const std::string& name);
 
   const bool finds_all_;
