@@ -48,6 +48,13 @@ std::string chosen(const std::string& line) {
   return open == line.npos || close == line.npos ? line : line.substr(open + 1, close - open - 1);
 }
 
+// As Debian calls the processor that this program is for.
+#if defined(__aarch64__)
+constexpr const char* kRealTimeKernel = "apt-get install linux-image-rt-arm64";
+#else
+constexpr const char* kRealTimeKernel = "apt-get install linux-image-rt-amd64";
+#endif
+
 Finding preemption() {
   const std::string model = rt::preemption_model();
   const bool realtime = model == "PREEMPT_RT";
@@ -57,7 +64,7 @@ Finding preemption() {
           realtime ? Verdict::good : Verdict::note,
           "without PREEMPT_RT an interrupt handler or a kernel lock can delay a thread for "
           "milliseconds",
-          {"apt-get install linux-image-rt-amd64", "; reboot into it"}};
+          {kRealTimeKernel, "; reboot into it"}};
 }
 
 Finding throttling() {

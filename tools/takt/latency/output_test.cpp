@@ -17,7 +17,7 @@ class Late final : public rt::CyclicVariant {
 
  private:
   void run(std::uint64_t cycles, const std::atomic<bool>&) override {
-    for (std::uint64_t cycle = 0; cycle < cycles; ++cycle) record(188'743'680ns);
+    for (std::uint64_t cycle = 0; cycle < cycles; ++cycle) record(188'743'680ns, TimePoint());
   }
 };
 
