@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -71,8 +72,33 @@ GraphReader::~GraphReader() {
   if (reader_ != 0) dds_delete(reader_);
 }
 
-template <class ParticipantEntitiesInfo>
+// Processes announce their nodes anew to a reader that they have seen, which takes them a moment.
+void GraphReader::await_announced() {
+  // Limit: the time for which the first look at the graph waits for the nodes of the processes that
+  // are known. At it: those that came are shown. Seen: nodes that only a later look shows.
+  constexpr auto kMostWait = std::chrono::milliseconds(1000);
+  const dds_time_t end = dds_time() + std::chrono::nanoseconds(kMostWait).count();
+  const dds_entity_t unread = dds_create_readcondition(reader_, DDS_ANY_STATE);
+  const dds_entity_t waitset = dds_create_waitset(participant_);
+  dds_waitset_attach(waitset, unread, 0);
+  const auto have_all_announced = [this] {
+    const dds_return_t known = dds_get_matched_publications(reader_, nullptr, 0);
+    return known < 0 || processes_.size() >= static_cast<std::size_t>(known);
+  };
+  for (take_discovered(); !have_all_announced(); take_discovered()) {
+    if (dds_waitset_wait_until(waitset, nullptr, 0, end) <= 0) break;
+  }
+  dds_delete(waitset);
+  dds_delete(unread);
+}
+
 void GraphReader::take_discovered() {
+  form_ == RosGraph::humble ? take_discovered_as<humble::ParticipantEntitiesInfo>()
+                            : take_discovered_as<ParticipantEntitiesInfo>();
+}
+
+template <class ParticipantEntitiesInfo>
+void GraphReader::take_discovered_as() {
   ParticipantEntitiesInfo info;
   ddsi_serdata* sample = nullptr;
   dds_sample_info_t about;
@@ -159,10 +185,9 @@ void GraphReader::read_endpoints(Graph& graph, SentHashes& sent, bool writers) c
 
 Graph GraphReader::read() {
   const std::lock_guard lock(mutex_);
-  if (form_ == RosGraph::humble) {
-    take_discovered<humble::ParticipantEntitiesInfo>();
-  } else if (form_ == RosGraph::jazzy) {
-    take_discovered<ParticipantEntitiesInfo>();
+  if (form_ != RosGraph::off) {
+    if (!std::exchange(has_awaited_, true)) await_announced();
+    take_discovered();
   }
   std::set<Gid> alive;
   for_each<dds_builtintopic_participant_t>(DDS_BUILTIN_TOPIC_DCPSPARTICIPANT,

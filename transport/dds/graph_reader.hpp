@@ -21,6 +21,7 @@ class GraphReader {
   GraphReader(const GraphReader&) = delete;
   GraphReader& operator=(const GraphReader&) = delete;
 
+  /// The first one waits until the processes that are known have announced their nodes.
   Graph read();
 
  private:
@@ -30,8 +31,10 @@ class GraphReader {
     std::vector<std::string> nodes;
     std::map<Gid, std::string> owners;
   };
-  template <class ParticipantEntitiesInfo>
+  void await_announced();
   void take_discovered();
+  template <class ParticipantEntitiesInfo>
+  void take_discovered_as();
   template <class Sample, class Use>
   void for_each(dds_entity_t builtin_topic, Use&& use) const;
   /// The type hashes of what services and clients send, by their ids.
@@ -44,6 +47,7 @@ class GraphReader {
   const std::unique_ptr<const Topic> topic_;
   const dds_entity_t reader_;
   std::map<Gid, Process> processes_;
+  bool has_awaited_ = false;
 };
 
 }  // namespace takt
