@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
+#include <unistd.h>
+
 #include "takt/messages/example_interfaces/action/fibonacci.hpp"
 #include "takt/messages/lifecycle_msgs/msg/transition.hpp"
 #include "takt/messages/rcl_interfaces/srv/get_logger_levels.hpp"
@@ -159,6 +161,21 @@ TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   own.add_node(node);
   EXPECT_TRUE(spin_until(own, [&] { return !heard.empty(); }));
   EXPECT_EQ(heard, std::vector<double>{0.75});
+}
+
+// ROS 2 lists what is called and what is served; it was only the latter.
+TEST_F(Nodes, AServiceWithClientsOnlyIsListed) {
+  const auto node = std::make_shared<Node>("caller");
+  const auto client = node->create_client<rcl_interfaces::srv::GetLoggerLevels>(
+      "asked_by_" + std::to_string(getpid()));
+  const std::string name = client->get_service_name();
+  const std::vector<std::string> type = {"rcl_interfaces/srv/GetLoggerLevels"};
+  ASSERT_TRUE(
+      takt::eventually([&] { return node->get_service_names_and_types().count(name) == 1; }));
+  EXPECT_EQ(node->get_service_names_and_types()[name], type);
+  const auto graph = node->get_node_graph_interface();
+  EXPECT_EQ(graph->get_client_names_and_types_by_node("caller", "/")[name], type);
+  EXPECT_EQ(graph->get_service_names_and_types_by_node("caller", "/").count(name), 0);
 }
 
 TEST_F(Nodes, LevelsOfLoggersAreReadAndSetByServices) {

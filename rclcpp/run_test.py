@@ -81,6 +81,19 @@ def is_run(folder):
           and is_served(document, "single_threaded"), document)
 
 
+def is_seen(folder):
+    talker = subprocess.Popen([program], env=environment, text=True, stdout=subprocess.PIPE)
+    talker.stdout.readline()
+    done = subprocess.run([program, "looks"], env=environment, text=True, capture_output=True, timeout=60)
+    talker.terminate()
+    talker.communicate(timeout=60)
+    check("who looks once sees the nodes of others", "sees /talker\n" in done.stdout and "sees /listener\n" in done.stdout,
+          done.stdout, done.stderr)
+    # RIHS01_df66…, as ROS 2 Jazzy announces std_msgs/msg/String
+    check("whose a publisher is, and the hash of its type", f"of talker, hash {0xdf}\n" in done.stdout, done.stdout)
+    check("the lines of /rosout last as long as in ROS 2", "lines last 10 s\n" in done.stdout, done.stdout)
+
+
 def is_measured(folder):
     trace, model = folder / "trace.json", folder / "robot.model.yaml"
     run("run", "--duration", "400ms", "--trace", str(trace), "--", program)
@@ -174,6 +187,6 @@ def is_refused(folder):
 
 
 with tempfile.TemporaryDirectory() as place:
-    for part in (is_run, is_measured, is_analysed, ends, is_refused):
+    for part in (is_run, is_seen, is_measured, is_analysed, ends, is_refused):
         part(pathlib.Path(place))
 finish()

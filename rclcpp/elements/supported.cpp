@@ -113,7 +113,8 @@ std::size_t graph(const Node& node) {
   std::size_t count = node.count_publishers("topic") + node.count_subscribers("topic");
   count += node.count_clients("service") + node.count_services("service");
   for (const TopicEndpointInfo& info : node.get_publishers_info_by_topic("topic")) {
-    count += info.qos_profile().depth() + info.node_name().size() + info.topic_type().size();
+    count += info.qos_profile().depth() + info.node_name().size() + info.topic_type().size() +
+             info.topic_type_hash().version;
   }
   return count;
 }

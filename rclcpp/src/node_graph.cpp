@@ -35,6 +35,18 @@ std::pair<std::string, std::string> split(const std::string& full_name) {
   if (slash == std::string::npos) return {full_name, ""};
   return {full_name.substr(slash + 1), slash == 0 ? "/" : full_name.substr(0, slash)};
 }
+/// Of "RIHS01_3f…"; unset if it is not known.
+rosidl_type_hash_t type_hash(const std::string& text) {
+  rosidl_type_hash_t hash{};
+  const auto digits = text.find('_') + 1;
+  if (digits == 0) return hash;
+  hash.version = 1;
+  for (std::size_t i = 0; i < ROSIDL_TYPE_HASH_SIZE; ++i) {
+    hash.value[i] =
+        static_cast<std::uint8_t>(std::stoul(text.substr(digits + 2 * i, 2), nullptr, 16));
+  }
+  return hash;
+}
 std::vector<TopicEndpointInfo> infos(const Endpoints& endpoints, const std::string& topic,
                                      EndpointType kind) {
   std::vector<TopicEndpointInfo> result;
@@ -48,7 +60,7 @@ std::vector<TopicEndpointInfo> infos(const Endpoints& endpoints, const std::stri
     }
     auto [name, name_space] = split(endpoint.node);
     result.emplace_back(std::move(name), std::move(name_space), endpoint.type, kind, gid,
-                        QoS::from_takt(endpoint.qos));
+                        QoS::from_takt(endpoint.qos), type_hash(endpoint.type_hash));
   }
   return result;
 }
@@ -67,13 +79,19 @@ Names NodeGraphInterface::get_topic_names_and_types(bool) const {
   return names;
 }
 Names NodeGraphInterface::get_service_names_and_types() const {
+  const takt::Graph now = graph();
   Names names;
-  add(names, graph().services);
+  add(names, now.services);
+  add(names, now.clients);
   return names;
 }
 Names NodeGraphInterface::get_service_names_and_types_by_node(const std::string& node,
                                                               const std::string& name_space) const {
   return of_node(graph().services, node, name_space);
+}
+Names NodeGraphInterface::get_client_names_and_types_by_node(const std::string& node,
+                                                             const std::string& name_space) const {
+  return of_node(graph().clients, node, name_space);
 }
 Names NodeGraphInterface::get_publisher_names_and_types_by_node(const std::string& node,
                                                                 const std::string& name_space,

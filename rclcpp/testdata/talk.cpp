@@ -1,6 +1,7 @@
 // A program written for rclcpp, which run_test.py runs. Its words say how it ends: nothing, at a
 // signal; "calls N STATUS": after so many calls, with this status; "hangs": never, once it spins.
-// "own": what listens has an executor of its own.
+// "own": what listens has an executor of its own. "looks": once, at the nodes, when it has found a
+// publisher.
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <cstdlib>
@@ -52,8 +53,28 @@ class Listener : public rclcpp::Node {
   rclcpp::Subscription<std_msgs::msg::String>::SharedPtr subscription_;
 };
 
+void look() {
+  const auto node = std::make_shared<rclcpp::Node>("observer");
+  const auto subscription = node->create_subscription<std_msgs::msg::String>(
+      "chatter", 10, [](const std_msgs::msg::String&) {});
+  while (subscription->get_publisher_count() == 0) std::this_thread::sleep_for(1ms);
+  for (const std::string& name : node->get_node_names()) std::cout << "sees " << name << std::endl;
+  for (const auto& info : node->get_publishers_info_by_topic("chatter")) {
+    std::cout << "of " << info.node_name() << ", hash " << int{info.topic_type_hash().value[0]}
+              << std::endl;
+  }
+  for (const auto& info : node->get_publishers_info_by_topic("rosout")) {
+    std::cout << "lines last " << info.qos_profile().lifespan().seconds() << " s" << std::endl;
+  }
+}
+
 int main(int argc, char** argv) {
   const auto words = rclcpp::init_and_remove_ros_arguments(argc, argv);
+  if (words.size() > 1 && words[1] == "looks") {
+    look();
+    rclcpp::shutdown();
+    return 0;
+  }
   const bool has_own_group = words.size() > 1 && words[1] == "own";
   const bool hangs = words.size() > 1 && words[1] == "hangs";
   const int most = words.size() > 3 ? std::atoi(words[2].c_str()) : 0;

@@ -11,6 +11,7 @@
 
 #include "rclcpp/node_interfaces/node_base_interface.hpp"
 #include "rclcpp/qos.hpp"
+#include "rosidl_runtime_c/type_hash.h"
 
 namespace rclcpp {
 
@@ -21,13 +22,15 @@ enum class EndpointType { Invalid, Publisher, Subscription };
 class TopicEndpointInfo {
  public:
   TopicEndpointInfo(std::string node, std::string name_space, std::string type, EndpointType kind,
-                    std::array<std::uint8_t, RMW_GID_STORAGE_SIZE> gid, QoS qos)
+                    std::array<std::uint8_t, RMW_GID_STORAGE_SIZE> gid, QoS qos,
+                    const rosidl_type_hash_t& type_hash)
       : node_(std::move(node)),
         name_space_(std::move(name_space)),
         type_(std::move(type)),
         kind_(kind),
         gid_(gid),
-        qos_(std::move(qos)) {}
+        qos_(std::move(qos)),
+        type_hash_(type_hash) {}
 
   const std::string& node_name() const { return node_; }
   const std::string& node_namespace() const { return name_space_; }
@@ -35,12 +38,15 @@ class TopicEndpointInfo {
   EndpointType endpoint_type() const { return kind_; }
   const std::array<std::uint8_t, RMW_GID_STORAGE_SIZE>& endpoint_gid() const { return gid_; }
   const QoS& qos_profile() const { return qos_; }
+  /// Its version is ROSIDL_TYPE_HASH_VERSION_UNSET where it is not known.
+  const rosidl_type_hash_t& topic_type_hash() const { return type_hash_; }
 
  private:
   std::string node_, name_space_, type_;
   EndpointType kind_;
   std::array<std::uint8_t, RMW_GID_STORAGE_SIZE> gid_;
   QoS qos_;
+  rosidl_type_hash_t type_hash_;
 };
 
 namespace node_interfaces {
@@ -56,6 +62,8 @@ class NodeGraphInterface {
   NamesAndTypes get_service_names_and_types() const;
   NamesAndTypes get_service_names_and_types_by_node(const std::string& node,
                                                     const std::string& name_space) const;
+  NamesAndTypes get_client_names_and_types_by_node(const std::string& node,
+                                                   const std::string& name_space) const;
   NamesAndTypes get_publisher_names_and_types_by_node(const std::string& node,
                                                       const std::string& name_space,
                                                       bool no_demangle = false) const;
