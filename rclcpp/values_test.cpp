@@ -61,6 +61,18 @@ TEST_F(Values, ACallbackIsKeptByItsHandle) {
   EXPECT_FALSE(node->set_parameter(Parameter("count", "ten")).successful);
 }
 
+// As rclcpp 28.1.6 printed them.
+TEST_F(Values, ParametersArePrintedAsInRclcpp) {
+  const auto text = [](auto value) { return Parameter("name", value).value_to_string(); };
+  EXPECT_EQ(text(std::vector<std::uint8_t>{1, 2, 255}), "[0x1, 0x2, 0xff]");
+  EXPECT_EQ(text(std::vector<std::string>{"x", "y z"}), "[x, y z]");
+  EXPECT_EQ(text(std::vector<double>{0.5}), "[0.5]");
+  EXPECT_EQ(text(std::vector<bool>{true, false}), "[true, false]");
+  EXPECT_EQ(text(std::vector<std::int64_t>{-1, 1}), "[-1, 1]");
+  EXPECT_EQ(text(std::vector<std::int64_t>{}), "[]");
+  EXPECT_EQ(text(2.5), "2.500000");
+}
+
 TEST_F(Values, UnknownArgumentsAreRefused) {
   EXPECT_THROW(Node("node", NodeOptions().arguments({"--ros-args", "--what"})),
                exceptions::UnknownROSArgsError);

@@ -2,7 +2,8 @@
 #include "rclcpp/parameter.hpp"
 
 #include <array>
-#include <ostream>
+#include <sstream>
+#include <utility>
 
 #include "takt/ros2/parameter_services.hpp"
 
@@ -35,21 +36,19 @@ struct Text {
   std::string operator()(const std::string& item) const { return item; }
   template <class Item>
   std::string operator()(const std::vector<Item>& items) const {
-    std::string text = "[";
+    constexpr bool kIsBytes = std::is_same_v<Item, std::uint8_t>;
+    std::ostringstream text;
+    text << std::boolalpha << std::showbase << (kIsBytes ? std::hex : std::dec);
+    const char* separator = "[";
     for (const auto& item : items) {
-      if (text.size() > 1) text += ", ";
-      if constexpr (std::is_same_v<Item, std::uint8_t>) {
-        constexpr char kDigits[] = "0123456789abcdef";
-        text += std::string("0x") + kDigits[item / 16] + kDigits[item % 16];
-      } else if constexpr (std::is_same_v<Item, bool>) {
-        text += (*this)(static_cast<bool>(item));
-      } else if constexpr (std::is_same_v<Item, std::string>) {
-        text += '"' + item + '"';
+      text << std::exchange(separator, ", ");
+      if constexpr (kIsBytes) {
+        text << int{item};
       } else {
-        text += (*this)(item);
+        text << item;
       }
     }
-    return text + "]";
+    return items.empty() ? "[]" : text.str() + "]";
   }
 };
 
