@@ -142,5 +142,15 @@ void late_future(Executor& executor, std::shared_future<void> future) {
 void lifecycle(const rclcpp_lifecycle::LifecycleNode& node) {
   node.get_current_state().label();
 }
+// Row: the reason why a parameter is not set | Takt's own sentence, which says what to do
+std::string reason(Node& node) {
+  return node.set_parameter(Parameter("name", 1)).reason;
+}
+// Row: the service `get_type_description` of each node, and the parameters
+// `start_type_description_service` and `qos_overrides./parameter_events.publisher.…` | are not
+// there
+bool describes_types(const Node& node) {
+  return node.has_parameter("start_type_description_service");
+}
 
 }  // namespace rclcpp::elements::differs
