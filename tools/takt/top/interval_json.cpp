@@ -8,17 +8,17 @@ namespace {
 
 using nlohmann::json;
 
-json us(const std::optional<Nanoseconds>& time) {
+json us_or_null(const std::optional<Nanoseconds>& time) {
   return time ? json(static_cast<double>(time->count()) / 1e3) : json();
 }
 
 // 0: there is none.
 json limit_us(Nanoseconds limit) {
-  return limit == Nanoseconds::zero() ? json() : us(limit);
+  return limit == Nanoseconds::zero() ? json() : us_or_null(limit);
 }
 
 json times_json(const StatisticsInterval::Times& times) {
-  return {{"p50", us(times.p50)}, {"p99", us(times.p99)}, {"max", us(times.max)}};
+  return {{"p50", us_or_null(times.p50)}, {"p99", us_or_null(times.p99)}, {"max", us_or_null(times.max)}};
 }
 
 json thread_json(const StatisticsInterval::Thread& thread) {
