@@ -108,14 +108,35 @@ std::string text_of(const std::exception& error) {
   return text;
 }
 
-// In a group of `requests`: what looks may hold the last pointer to a node, whose destructor is
-// code of a user.
+// Needs no code of a user: on the thread `container`.
+std::shared_ptr<Entity> list_service(Node& node, const Container& container) {
+  return node.create_service<ci::ListNodes>(
+      "~/_container/list_nodes",
+      [&container](const auto&, auto& response) {
+        for (const LoadedComponent& component : container.components()) {
+          response.full_node_names.push_back(component.name);
+          response.unique_ids.push_back(component.id);
+        }
+      },
+      nullptr, rare_service());
+}
+
+// These two in groups of `requests`: what looks may hold the last pointer to a node, whose
+// destructor is code of a user.
 std::shared_ptr<Entity> structure_service(Node& node, const Container& container,
                                           const std::shared_ptr<CallbackGroup>& group) {
   return node.create_service<GetStructure>(
       "~/_container/get_structure",
       [&container](const auto&, auto& response) { response.structure = structure_of(container); },
       group, rare_service());
+}
+
+std::shared_ptr<Entity> statistics_service(Node& node, const Container& container,
+                                           const std::shared_ptr<CallbackGroup>& group) {
+  return node.create_service<GetStatistics>(
+      "~/get_statistics",
+      [&container](const auto&, auto& response) { response = container.statistics(); }, group,
+      rare_service());
 }
 
 }  // namespace
@@ -164,7 +185,9 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       loading, rare_service()));
+  services_.push_back(list_service(*node, container));
   services_.push_back(structure_service(*node, container, make_group("get_structure")));
+  services_.push_back(statistics_service(*node, container, make_group("get_statistics")));
   services_.push_back(node->create_service<SetCallbackParameters>(
       "~/set_callback_parameters",
       [&container](const auto& request, auto& response) {
@@ -178,25 +201,7 @@ ComponentManager::ComponentManager(Container& container, const std::shared_ptr<N
         }
       },
       make_group("set_callback_parameters"), rare_service()));
-  tell(container);
   own_ = serve(node);
-}
-
-// What needs no code of a user: on the thread `container`.
-void ComponentManager::tell(Container& container) {
-  services_.push_back(node_->create_service<ci::ListNodes>(
-      "~/_container/list_nodes",
-      [&container](const auto&, auto& response) {
-        for (const LoadedComponent& component : container.components()) {
-          response.full_node_names.push_back(component.name);
-          response.unique_ids.push_back(component.id);
-        }
-      },
-      nullptr, rare_service()));
-  services_.push_back(node_->create_service<GetStatistics>(
-      "~/get_statistics",
-      [&container](const auto&, auto& response) { response = container.statistics(); }, nullptr,
-      rare_service()));
 }
 
 std::shared_ptr<CallbackGroup> ComponentManager::make_group(std::string name) {

@@ -36,8 +36,8 @@ class Container;
 /// A request that needs no code of a user is answered at once, on the thread `container`. All
 /// others are served by the threads of the executor `requests`: setting parameters and changing the
 /// state, one after another for each node; loading and unloading, one after another; changing
-/// parameters of callbacks. So a callback that does not return delays requests to its own node; as
-/// many as there are threads delay all those.
+/// parameters of callbacks; statistics and structure. So a callback that does not return delays
+/// requests to its own node; as many as there are threads delay all those.
 ///
 /// Thread safety: only the container uses it; `serve` from any thread.
 /// Real-time: no; components run on other threads.
@@ -52,8 +52,6 @@ class ComponentManager {
   std::shared_ptr<CallbackGroup> make_group(std::string name);
 
  private:
-  void tell(Container& container);
-
   const std::shared_ptr<Node> node_;
   Executor& requests_;
   const bool serves_parameters_;
