@@ -18,7 +18,9 @@ json limit_us(Nanoseconds limit) {
 }
 
 json times_json(const StatisticsInterval::Times& times) {
-  return {{"p50", us_or_null(times.p50)}, {"p99", us_or_null(times.p99)}, {"max", us_or_null(times.max)}};
+  return {{"p50", us_or_null(times.p50)},
+          {"p99", us_or_null(times.p99)},
+          {"max", us_or_null(times.max)}};
 }
 
 json thread_json(const StatisticsInterval::Thread& thread) {
