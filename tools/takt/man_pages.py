@@ -80,7 +80,10 @@ def takt_pages(folder, said):
         own = Help(said(command, "--help"))
         lines = [".SH SYNOPSIS", f".B {roff(own.usage)}", *body(own, ".SH")]
         for name, _ in own.lists.get("Subcommands", []):
-            each = Help(said(command, name, "--help"))
+            try:
+                each = Help(said(command, name, "--help"))
+            except subprocess.CalledProcessError:  # of another program, which is not built
+                continue
             if each.rest == own.rest:  # the examples stand above
                 each.rest = []
             lines += [f".SH {roff(f'takt {command} {name}'.upper())}", roff(each.description),
