@@ -210,14 +210,14 @@ void Container::make_manager() {
   service_node_ = std::make_shared<Node>(own_name(""), NodeOptions{.clock = overrides_.clock,
                                                                    .time_source = time_source_,
                                                                    .participant = participant_});
+  const bool tells_all = participant_ != nullptr && !description_.is_split_off;
   manager_ = std::make_unique<ComponentManager>(
       *this, service_node_, make_own_executor(kRequestThreads, kMostRequests),
-      load_policy(description_),
-      description_.dds && description_.dds->parameter_services && !description_.is_split_off);
-  const bool tells_all = participant_ != nullptr && !description_.is_split_off;
+      load_policy(description_), tells_all && description_.dds->parameter_services);
   if (tells_all && description_.dds->rosout) rosout_ = std::make_unique<Rosout>(*service_node_);
   if (tells_all && description_.dds->diagnostics)
-    diagnostics_ = std::make_unique<Diagnostics>(*this, *service_node_);
+    diagnostics_ =
+        std::make_unique<Diagnostics>(*this, *service_node_, manager_->make_group("diagnostics"));
   failed_ = service_node_->create_guard_condition(
       "failed", [this] { displace_failed(); }, manager_->make_group("failed"));
   make_own_executor(kServiceThread).add_node(service_node_);

@@ -2,6 +2,7 @@
 #include "takt/containers/diagnostics.hpp"
 
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -104,11 +105,13 @@ DiagnosticArray diagnostics_of(const std::string& host, const GetStatistics::Res
   return array;
 }
 
-Diagnostics::Diagnostics(const Container& container, Node& host)
+Diagnostics::Diagnostics(const Container& container, Node& host,
+                         std::shared_ptr<CallbackGroup> group)
     : container_(container),
       host_(host),
       publisher_(host.create_publisher<DiagnosticArray>(kDiagnosticsTopic, 10)),
-      timer_(host.create_wall_timer("diagnostics", 1s, [this] { look(); })) {
+      timer_(host.create_wall_timer(
+          "diagnostics", 1s, [this] { look(); }, std::move(group))) {
   timer_->cancel();
   publisher_->events()->set_listener(EndpointEvent::matched, this);
   happened();  // somebody may have come before

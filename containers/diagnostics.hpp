@@ -18,13 +18,13 @@ class Container;
 inline constexpr const char* kDiagnosticsTopic = "/diagnostics";
 
 /// A status for the container, each executor, each callback and each chain, once a second while
-/// somebody subscribes, as a publisher of the host, on the host's executor. WARN: deadlines were
-/// missed or messages dropped in the last second. While nobody subscribes, nothing runs or wakes
-/// up.
-/// Thread safety: as Node. Real-time: no.
+/// somebody subscribes, as a publisher of the host, in a group that may run code of users: the
+/// destructor of a node whose last pointer it holds. WARN: deadlines were missed or messages
+/// dropped in the last second. While nobody subscribes, nothing runs or wakes up. Thread safety: as
+/// Node. Real-time: no.
 class Diagnostics final : private EndpointEvents::Listener {
  public:
-  Diagnostics(const Container& container, Node& host);
+  Diagnostics(const Container& container, Node& host, std::shared_ptr<CallbackGroup> group);
   ~Diagnostics();
   Diagnostics(const Diagnostics&) = delete;
   Diagnostics& operator=(const Diagnostics&) = delete;
