@@ -61,7 +61,7 @@ class ConformanceWorkers : public Conformance {
 };
 
 /// A guard condition that is taken for as long as the test wants, as one that decodes a message.
-class SlowToTake final : public GuardCondition {
+class SlowGuard final : public GuardCondition {
  public:
   using GuardCondition::GuardCondition;
   std::atomic<bool> is_being_taken{false}, may_be_taken{false}, was_taken_in_time{false};
@@ -98,8 +98,8 @@ class NodeOfSlow final : public Node {
     return adopt<SlowTimer>(
         std::make_shared<SlowTimer>("timer", group, clock().real(), 5ms, std::move(callback)));
   }
-  std::shared_ptr<SlowToTake> make(const std::shared_ptr<CallbackGroup>& group) {
-    return adopt<SlowToTake>(std::make_shared<SlowToTake>("slow", group, clock().real(), [] {}));
+  std::shared_ptr<SlowGuard> make(const std::shared_ptr<CallbackGroup>& group) {
+    return adopt<SlowGuard>(std::make_shared<SlowGuard>("slow", group, clock().real(), [] {}));
   }
 };
 

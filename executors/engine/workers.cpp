@@ -98,14 +98,13 @@ void Workers::notify(Search what) noexcept {
     if (state == Search::called && what == Search::called) break;  // it has not come: preempted?
     if (state >= what || search_.compare_exchange_weak(state, what)) return;
   }
-  if (wake_sleeper()) return;
+  if (sleepers_.wake([this] { backend_->post(); })) return;
   if (Wakeable* observer = observer_.load()) observer->wake();
 }
 
 void Workers::wake_all() noexcept {
   wake();
-  while (wake_sleeper()) {
-  }
+  sleepers_.wake_all([this] { backend_->post(); });
 }
 
 // ---- What a worker does that waits ----

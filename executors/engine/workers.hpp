@@ -120,9 +120,6 @@ class Workers final : public Wakeable {
     bool timers_were_held;  // when it looked when they are due
   };
 
-  bool wake_sleeper() noexcept {
-    return sleepers_.wake([this] { backend_->post(); });
-  }
   /// Something for which a sleeper wakes up.
   bool must_look(const Expected& expected) const noexcept {
     return ready_.has_announcements() || updates_.is_pending() || stops_.load() ||

@@ -20,7 +20,8 @@ namespace detail {
 /// 2. A thread writes what there is to do, and then wakes: if fewer are woken than sleep, it counts
 ///    one more as woken, and posts. In between it may be preempted, so it counts as posting.
 /// 3. A thread that finds all woken posts nothing; but while another one is posting, it does so for
-///    that one.
+///    that one, and says afterwards that this was done. That holds until a thread ends its sleep:
+///    the number of ends tells a late word from one in time.
 /// 4. Whether a post is still coming means nothing to a thread that ends. A post too many ends a
 ///    later sleep in vain.
 /// So a thread returns from `wake` only when a sleeper has been posted to that will look after it.
@@ -37,7 +38,8 @@ class Sleepers {
     do {
       const std::uint64_t sleeping = word % kWoken - 1, woken = word / kWoken % kWoken;
       const std::uint64_t left = has_taken && woken != 0 ? woken - 1 : woken;
-      ended = word / kPosting * kPosting + std::min(left, sleeping) * kWoken + sleeping;
+      ended = (word & ~kHelped) / kPosting * kPosting + kEnd + std::min(left, sleeping) * kWoken +
+              sleeping;
     } while (!word_.compare_exchange_weak(word, ended));
   }
 
@@ -45,14 +47,25 @@ class Sleepers {
   template <class Post>
   bool wake(Post&& post) noexcept {
     std::uint64_t word = word_.load();
-    while (idle_in(word) != 0) {
-      if (!word_.compare_exchange_weak(word, word + kPosting + kWoken)) continue;
+    if (claim(word)) {
       post();
       word_.fetch_sub(kPosting);
       return true;
     }
-    if (must_help(word)) post();
-    return false;
+    if (!must_help(word)) return false;
+    post();
+    word_.compare_exchange_strong(word, word + kHelped);
+    return true;
+  }
+  template <class Post>
+  void wake_all(Post&& post) noexcept {
+    std::uint64_t word = word_.load();
+    while (claim(word)) {
+      post();
+      word = word_.fetch_sub(kPosting) - kPosting;
+    }
+    if (word / kPosting % kWoken == 0) return;
+    for (std::uint64_t woken = word / kWoken % kWoken; woken != 0; --woken) post();
   }
   /// Whether it would post.
   bool would_wake() const noexcept {
@@ -64,15 +77,24 @@ class Sleepers {
   std::size_t idle() const noexcept { return idle_in(word_.load()); }
 
  private:
+  // One more is woken, and this thread is posting. False: all were.
+  bool claim(std::uint64_t& word) noexcept {
+    while (idle_in(word) != 0) {
+      if (word_.compare_exchange_weak(word, word + kPosting + kWoken)) return true;
+    }
+    return false;
+  }
   static std::size_t idle_in(std::uint64_t word) noexcept {
     return word % kWoken - word / kWoken % kWoken;
   }
   // All are woken, and a thread is posting for one.
   static bool must_help(std::uint64_t word) noexcept {
-    return word / kPosting != 0 && word % kWoken != 0;
+    return word / kPosting % kWoken != 0 && word % kWoken != 0 && (word & kHelped) == 0;
   }
-  // The word counts threads that sleep, those of them that were woken, and those that are posting.
-  static constexpr std::uint64_t kSleeping = 1, kWoken = 1 << 16, kPosting = kWoken << 16;
+  // The word counts threads that sleep, those of them that were woken, and those that are posting,
+  // in 16 bits each; then whether one was posted for; then ends of sleeps.
+  static constexpr std::uint64_t kSleeping = 1, kWoken = 1 << 16, kPosting = kWoken << 16,
+                                 kHelped = kPosting << 16, kEnd = kHelped << 1;
   alignas(64) std::atomic<std::uint64_t> word_{0};
 };
 

@@ -78,12 +78,56 @@ TEST(Sleepers, PostsForAThreadThatIsPreemptedBeforeItsPost) {
   sleepers.begin();
   sleepers.wake([&] {
     EXPECT_TRUE(sleepers.would_wake());
-    EXPECT_FALSE(sleepers.wake([&] { ++posts; }));
+    EXPECT_TRUE(sleepers.wake([&] { ++posts; }));
   });
   EXPECT_EQ(posts, 1);
   sleepers.wake([&] { ++posts; });
   EXPECT_EQ(posts, 1) << "it has posted";
   EXPECT_FALSE(sleepers.would_wake());
+}
+
+TEST(Sleepers, PostsOnceForAThreadThatIsPreempted) {
+  Sleepers sleepers;
+  int posts = 0;
+  sleepers.begin();
+  sleepers.wake([&] {
+    for (int sleep = 1; sleep <= 3; ++sleep) {
+      for (int i = 0; i < 1000; ++i) sleepers.wake([&] { ++posts; });
+      EXPECT_LE(posts, 2 * sleep);
+      sleepers.end(true);
+      sleepers.begin();
+    }
+  });
+}
+
+TEST(Sleepers, SaysTooLateThatItHasPostedForAnother) {
+  Sleepers sleepers;
+  int posts = 0;
+  sleepers.begin();
+  sleepers.wake([&] {
+    // Meanwhile the thread wakes up, sleeps again, and is woken by another that is preempted.
+    sleepers.wake([&] {
+      sleepers.end(true);
+      sleepers.begin();
+      sleepers.wake([&] {});
+    });
+    EXPECT_TRUE(sleepers.would_wake());
+    sleepers.wake([&] { ++posts; });
+  });
+  EXPECT_EQ(posts, 1);
+}
+
+TEST(Sleepers, WakesAllForThreadsThatArePreempted) {
+  Sleepers sleepers;
+  int posts = 0;
+  sleepers.begin();
+  sleepers.begin();
+  sleepers.begin();
+  sleepers.wake([&] { sleepers.wake([&] { sleepers.wake_all([&] { ++posts; }); }); });
+  EXPECT_GE(posts, 3);
+  posts = 0;
+  sleepers.wake_all([&] { ++posts; });
+  EXPECT_EQ(posts, 0) << "all have posted";
 }
 
 // ---- Threads ----
