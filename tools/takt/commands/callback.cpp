@@ -1,12 +1,15 @@
 // takt callback: changes callbacks of running containers.
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <cctype>
+#include <charconv>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
@@ -29,31 +32,49 @@ struct Options {
   std::vector<std::string> changes;
 };
 
-/// As the file writes it: "priority: 9, deadline: 2ms". The container checks the values; here they
-/// only must be one word each.
-std::string changes_of(const std::vector<std::string>& words) {
-  static const std::vector<std::string> kKeys{"priority", "deadline", "budget"};
-  std::string text;
-  for (const std::string& word : words) {
-    const std::size_t middle = std::min(word.find('='), word.size());
-    const std::string key = word.substr(0, middle);
-    if (middle == word.size()) {
-      throw UsageError(fmt::format("'{}' is not a change", word), "write KEY=VALUE: priority=9");
-    }
-    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
-      throw UsageError(fmt::format("'{}' cannot be changed", key), suggest(key, kKeys));
-    }
-    const std::string value = word.substr(middle + 1);
-    const auto is_plain = [](unsigned char character) {
-      return std::isalnum(character) != 0 || character == '.' || character == '-';
-    };
-    if (value.empty() || !std::all_of(value.begin(), value.end(), is_plain)) {
-      throw UsageError(fmt::format("'{}' is not a value of '{}'", value, key),
-                       "write a number, or a time with its unit: deadline=2ms");
-    }
-    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", key, value);
+std::optional<int> priority_of(std::string_view text) {
+  int value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// Of a word KEY=VALUE.
+void read_change(const std::string& word, CallbackParameters& parameters) {
+  const std::map<std::string, std::optional<Nanoseconds>*> times{{"deadline", &parameters.deadline},
+                                                                 {"budget", &parameters.budget}};
+  const std::size_t middle = word.find('=');
+  if (middle == std::string::npos) {
+    throw UsageError(fmt::format("'{}' is not a change", word), "write KEY=VALUE: priority=9");
   }
-  return text;
+  const std::string key = word.substr(0, middle), value = word.substr(middle + 1);
+  const auto time = times.find(key);
+  if (key != "priority" && time == times.end()) {
+    throw UsageError(fmt::format("'{}' cannot be changed", key),
+                     suggest(key, std::vector<std::string>{"priority", "deadline", "budget"}));
+  }
+  if (time == times.end() ? parameters.priority.has_value() : time->second->has_value()) {
+    throw UsageError(fmt::format("'{}' is there twice", key), "write it once");
+  }
+  if (time != times.end()) {
+    *time->second = as_usage([&] { return parse_run_time(value); });
+  } else if (!(parameters.priority = priority_of(value))) {
+    throw UsageError(fmt::format("'{}' is not a whole number", value), "write priority=9");
+  }
+}
+
+/// As the file writes them: "priority: 9, deadline: 2ms".
+std::string changes_of(const std::vector<std::string>& words) {
+  CallbackParameters parameters;
+  for (const std::string& word : words) read_change(word, parameters);
+  as_usage([&] { parameters.check(); });
+  std::vector<std::string> changes;
+  if (parameters.priority) changes.push_back(fmt::format("priority: {}", *parameters.priority));
+  if (parameters.deadline) {
+    changes.push_back("deadline: " + takt::to_string(*parameters.deadline));
+  }
+  if (parameters.budget) changes.push_back("budget: " + takt::to_string(*parameters.budget));
+  return fmt::format("{}", fmt::join(changes, ", "));
 }
 
 std::string name_of(const GetStatistics::Callback& callback) {

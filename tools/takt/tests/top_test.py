@@ -97,8 +97,13 @@ check("takt top shows it", (hearer["priority"], hearer["deadline_us"], hearer["b
 for words, status, remedy in ((["hearer/beet", "priority=1"], 1, "did you mean '/hearer/beat'?"),
                               (["hearer/beat", "priorty=1"], 2, "did you mean 'priority'?"),
                               (["hearer/beat", "priority"], 2, "write KEY=VALUE"),
-                              (["hearer/beat", "priority={a: b}"], 2, "write a number"),
-                              (["hearer/beat", "deadline=7"], 1, "7")):
+                              (["hearer/beat", "priority={a: b}"], 2, "'{a: b}' is not a whole number"),
+                              (["hearer/beat", "priority=99999999999"], 2, "'99999999999' is not a whole number"),
+                              (["hearer/beat", "deadline="], 2, "such as 20ms"),
+                              (["hearer/beat", "budget=0ms"], 2, "0ms"),
+                              (["hearer/beat", "deadline=1ms", "budget=2ms"], 2, "budget"),
+                              (["hearer/beat", "priority=1", "priority=2"], 2, "'priority' is there twice"),
+                              (["hearer/beat", "deadline=7"], 2, "'7'")):
     said = run("callback", "set", "robot", *words, status=status).stderr
     check(f"{words[-1]} on {words[0]} is refused: {remedy}", remedy in said, said)
 
