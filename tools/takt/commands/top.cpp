@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -111,7 +112,8 @@ class Session {
  public:
   Session(const EndSignals& signals, Display& display) : signals_(signals), display_(display) {}
 
-  /// Until the time, or until `is_enough`. Returns false if the user wants to end.
+  /// Until the time, or until `is_enough`. Returns false if the user wants to end, or the terminal
+  /// is lost, also where SIGHUP is ignored.
   template <class Condition>
   bool wait_until(TimePoint limit, Condition&& is_enough) {
     for (TimePoint now = Clock::steady().now(); now < limit && !is_enough();
@@ -121,6 +123,9 @@ class Session {
       const timespec time{most / 1s, (most % 1s).count()};
       ppoll(events.data(), events.size(), &time, nullptr);
       signal_ = signals_.take();
+      if (signal_ == 0 && (events[1].revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) {
+        signal_ = SIGHUP;
+      }
       if (signal_ != 0 || !display_.look()) return false;
     }
     return true;
