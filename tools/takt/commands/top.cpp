@@ -143,7 +143,8 @@ class Session {
 // The first answers are only what the next ones are compared with.
 void run(const Options& options) {
   const EndSignals signals;  // before any thread
-  top::Watch watch(options.domain.number(), options.containers);
+  top::Watch watch(options.domain.number(), options.containers,
+                   std::max<Nanoseconds>(2 * options.interval, 3s));
   const bool is_json = options.is_json || isatty(STDOUT_FILENO) == 0 || isatty(STDIN_FILENO) == 0;
   std::unique_ptr<Display> display;
   if (is_json) {
@@ -155,13 +156,15 @@ void run(const Options& options) {
   const auto never = [] { return false; };
   const auto answered = [&] { return watch.has_answers(); };
   TimePoint next = Clock::steady().now();
-  for (std::uint64_t shown = 0, round = 0;; ++round) {
+  bool has_begun = false;
+  for (std::uint64_t shown = 0;;) {
     watch.ask();
     next = later(next, options.interval);
     if (!session.wait_until(next, answered)) break;
     watch.take();
-    if (round != 0 || !is_json) display->show(watch.containers());
-    if (round != 0 && ++shown == options.count) return;
+    if (has_begun || !is_json) display->show(watch.containers());
+    if (has_begun && ++shown == options.count) return;
+    has_begun = has_begun || watch.has_begun();
     if (!session.wait_until(next, never)) break;
     const TimePoint now = Clock::steady().now();
     if (later(next, options.interval) < now) next = now;  // it was stopped

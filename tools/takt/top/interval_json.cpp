@@ -87,10 +87,25 @@ json topic_json(const StatisticsInterval::Topic& topic) {
           {"dropped", topic.lately_dropped}};
 }
 
+// The first answer of a container is since its start.
+void take_interval_away(json& row) {
+  for (const char* key : {"cpu_percent", "wakeups_per_s", "preemptions_per_s", "rate_hz",
+                          "deadline_misses", "overruns", "misses", "aborted", "dropped"}) {
+    if (row.contains(key)) row[key] = json();
+  }
+  for (const char* key : {"latency_us", "execution_us"}) {
+    if (row.contains(key)) row[key] = times_json({});
+  }
+}
+
 template <class Rows, class Make>
-json list_of(const Rows& rows, Make make) {
+json list_of(const StatisticsInterval& last, const Rows& rows, Make make) {
   json list = json::array();
-  for (const auto& row : rows) list.push_back(make(row));
+  for (const auto& each : rows) {
+    json row = make(each);
+    if (last.seconds == 0) take_interval_away(row);
+    list.push_back(std::move(row));
+  }
   return list;
 }
 
@@ -102,15 +117,16 @@ json interval_json(const std::vector<Watched>& containers) {
     json row{{"name", container.name},
              {"state", to_string(container.state)},
              {"pid", container.pid == 0 ? json() : json(container.pid)}};
-    if (container.state == Watched::State::running) {
+    if (container.is_new) {
       const StatisticsInterval& last = container.last;
-      row["interval_s"] = last.seconds;
-      row["cpu_percent"] = last.cpu_percent;
-      row["threads"] = list_of(last.threads, thread_json);
-      row["executors"] = list_of(last.executors, executor_json);
-      row["callbacks"] = list_of(last.callbacks, callback_json);
-      row["chains"] = list_of(last.chains, chain_json);
-      row["topics"] = list_of(last.topics, topic_json);
+      const bool has_interval = last.seconds > 0;
+      row["interval_s"] = has_interval ? json(last.seconds) : json();
+      row["cpu_percent"] = has_interval ? json(last.cpu_percent) : json();
+      row["threads"] = list_of(last, last.threads, thread_json);
+      row["executors"] = list_of(last, last.executors, executor_json);
+      row["callbacks"] = list_of(last, last.callbacks, callback_json);
+      row["chains"] = list_of(last, last.chains, chain_json);
+      row["topics"] = list_of(last, last.topics, topic_json);
     }
     list.push_back(std::move(row));
   }

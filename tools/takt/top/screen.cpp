@@ -26,7 +26,7 @@ chtype attribute_of(Line::Kind kind) {
       return A_UNDERLINE;
     case Line::Kind::selected:
       return A_REVERSE;
-    case Line::Kind::ended:
+    case Line::Kind::old:
       return A_DIM;
   }
   return A_NORMAL;

@@ -16,14 +16,15 @@ Cell whole(T number) {
   return {fmt::format("{}", number), static_cast<double>(number)};
 }
 Cell decimal(double number) {
-  return {fmt::format("{:.1f}", number), number};
+  return {fmt::format("{:.1f}", number), number, true};
 }
 Cell us(const std::optional<Nanoseconds>& time) {
   if (!time) return {"-", -1};
-  return {microseconds(*time), static_cast<double>(time->count())};
+  return {microseconds(*time), static_cast<double>(time->count()), true};
 }
 Cell limit(Nanoseconds time) {
-  return time == Nanoseconds::zero() ? Cell{"-", -1} : us(time);
+  if (time == Nanoseconds::zero()) return {"-", -1};
+  return {microseconds(time), static_cast<double>(time.count())};
 }
 
 // "0-3,6".
@@ -87,11 +88,35 @@ Row row_of(const std::string& container, const StatisticsInterval::Topic& topic)
       topic.lately_dropped != 0};
 }
 
+std::string mark_of(Watched::State state) {
+  switch (state) {
+    case Watched::State::running:
+      return "";
+    case Watched::State::ended:
+    case Watched::State::gone:
+      return fmt::format(" ({})", to_string(state));
+    case Watched::State::silent:
+    case Watched::State::ambiguous:
+      break;
+  }
+  return " (old)";
+}
+
+// The first answer of a container is since its start.
+void take_interval_away(Row& row) {
+  row.is_bad = false;
+  for (Cell& cell : row.cells) {
+    if (cell.is_of_interval) cell = {"-", -1};
+  }
+}
+
 template <class Rows>
 void add(Table& table, const Watched& container, const Rows& rows) {
   for (const auto& each : rows) {
     Row row = row_of(container.name, each);
-    row.has_ended = container.state == Watched::State::ended;
+    if (container.last.seconds == 0) take_interval_away(row);
+    row.is_new = container.is_new && container.last.seconds > 0;
+    row.mark = mark_of(container.state);
     table.rows.push_back(std::move(row));
   }
 }

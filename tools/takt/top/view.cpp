@@ -20,7 +20,6 @@ constexpr std::size_t kMostHistory = 200;
 constexpr std::size_t kMostFilter = 60;
 constexpr std::size_t kFixedLines = 6;  // besides the rows
 constexpr std::size_t kLeastName = 24;
-constexpr std::string_view kEnded = " (ended)";
 
 // Characters on the screen of UTF-8.
 std::size_t width_of(const std::string& text) {
@@ -86,7 +85,7 @@ void View::remember() {
       auto& columns = now[row.key] = std::move(histories_[i][row.key]);
       columns.resize(row.cells.size());
       for (std::size_t c = newest_[i].first_number; c < row.cells.size(); ++c) {
-        if (row.has_ended) continue;
+        if (!row.is_new) continue;
         columns[c].push_back(row.cells[c].value);
         if (columns[c].size() > kMostHistory) columns[c].pop_front();
       }
@@ -205,6 +204,7 @@ std::vector<const Row*> View::rows() const {
   const std::size_t column = chosen.column;
   const bool is_number = column >= table().first_number;
   std::stable_sort(rows.begin(), rows.end(), [&](const Row* a, const Row* b) {
+    if (a->mark.empty() != b->mark.empty()) return a->mark.empty();  // old ones come last
     if (chosen.is_reversed) std::swap(a, b);
     return is_number ? a->cells[column].value > b->cells[column].value
                      : a->cells[column].text < b->cells[column].text;
@@ -219,7 +219,7 @@ std::vector<std::size_t> View::widths(const std::vector<const Row*>& rows, std::
   for (std::size_t c = 0; c < table().columns.size(); ++c) {
     widths.push_back(table().columns[c].title.size() + 1);  // and a mark
     for (const Row* row : rows) {
-      const std::size_t ending = c == 0 && row->has_ended ? kEnded.size() : 0;
+      const std::size_t ending = c == 0 ? row->mark.size() : 0;
       widths.back() = std::max(widths.back(), width_of(printable(row->cells[c].text)) + ending);
     }
     if (is_shown(c)) all += widths.back() + 1;
@@ -244,7 +244,7 @@ std::string View::text_of(const Row& row, const std::vector<std::size_t>& widths
   for (std::size_t c = 0; c < widths.size(); ++c) {
     if (!is_shown(c)) continue;
     std::string cell = printable(row.cells[c].text);
-    if (c == 0 && row.has_ended) cell = cut(cell, widths[0] - kEnded.size()) + std::string(kEnded);
+    if (c == 0) cell = cut(std::move(cell), widths[0] - row.mark.size()) + row.mark;
     line += padded(cell, widths[c], c >= table().first_number) + " ";
   }
   return line;
@@ -278,7 +278,9 @@ std::string View::states() const {
     line += line.empty() ? "" : "   ";
     line += printable(container.name);
     if (container.state == Watched::State::running) {
-      line += fmt::format(" (pid {}, CPU {:.1f} %)", container.pid, container.last.cpu_percent);
+      const StatisticsInterval& last = container.last;
+      line += fmt::format(" (pid {}, CPU {})", container.pid,
+                          last.seconds == 0 ? "-" : fmt::format("{:.1f} %", last.cpu_percent));
     } else {
       line += fmt::format(" ({})", to_string(container.state));
     }
@@ -303,10 +305,10 @@ void View::add_rows(std::vector<Line>& lines, std::size_t width) {
   lines.push_back({header(columns), Line::Kind::header});
   for (std::size_t i = first; i < std::min(all.size(), first + page_); ++i) {
     const Row& row = *all[i];
-    lines.push_back({text_of(row, columns), i == at         ? Line::Kind::selected
-                                            : row.has_ended ? Line::Kind::ended
-                                            : row.is_bad    ? Line::Kind::bad
-                                                            : Line::Kind::plain});
+    lines.push_back({text_of(row, columns), i == at             ? Line::Kind::selected
+                                            : !row.mark.empty() ? Line::Kind::old
+                                            : row.is_bad        ? Line::Kind::bad
+                                                                : Line::Kind::plain});
   }
   if (all.empty()) lines.push_back({filter_.empty() ? " (none)" : " (none that has the filter)"});
   lines.resize(end);

@@ -16,6 +16,7 @@ namespace takt::tools::top {
 struct Cell {
   std::string text;  // of a stranger, perhaps: it is made printable where it is shown
   double value = 0;  // by which a column of numbers is sorted
+  bool is_of_interval = false;
 };
 
 struct Column {
@@ -29,7 +30,8 @@ struct Row {
   std::string key;          // tells it from all others of its table
   std::vector<Cell> cells;  // the first one is the row's name, the second its container
   bool is_bad = false;      // deadlines were missed, or messages dropped, in the last interval
-  bool has_ended = false;   // its container has; the cells are the last ones
+  bool is_new = true;       // its container answered in this interval
+  std::string mark = {};    // why the cells are old: its container does not run
 };
 
 struct Table {
@@ -61,7 +63,7 @@ enum Key : int {
 };
 
 struct Line {
-  enum class Kind { plain, title, header, selected, bad, ended, help };
+  enum class Kind { plain, title, header, selected, bad, old, help };
   std::string text;
   Kind kind = Kind::plain;
 };

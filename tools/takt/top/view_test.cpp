@@ -28,7 +28,8 @@ StatisticsInterval::Callback callback(const std::string& name, double rate,
 }
 
 std::vector<Watched> robot(std::vector<StatisticsInterval::Callback> callbacks) {
-  Watched container{.name = "robot", .state = Watched::State::running, .pid = 7};
+  Watched container{.name = "robot", .state = Watched::State::running, .pid = 7, .is_new = true};
+  container.last.seconds = 1;
   container.last.callbacks = std::move(callbacks);
   return {container};
 }
@@ -149,6 +150,36 @@ TEST(View, RowsSayThatTheirContainerHasEndedAndWhatIsBad) {
   view.show(containers);
   EXPECT_THAT(all_text(view), HasSubstr("robot (ended)"));
   EXPECT_THAT(all_text(view), HasSubstr("/node/c (ended)"));
+}
+
+TEST(View, OldRowsComeLastAndAddNothingToTheHistory) {
+  View view(true);
+  std::vector<Watched> containers = {robot({callback("fast", 100)})[0],
+                                     robot({callback("slow", 1)})[0]};
+  containers[1].name = "second";
+  view.show(containers);
+  for (int i = 0; i < 4; ++i) view.press(kRight);
+  view.press(kHome);
+  EXPECT_THAT(names(view), ElementsAre("*/node/fast", "/node/slow"));
+  for (const auto state : {Watched::State::ended, Watched::State::gone, Watched::State::silent,
+                           Watched::State::ambiguous}) {
+    containers[0].state = state;
+    containers[0].is_new = false;
+    view.show(containers);
+    EXPECT_THAT(names(view), ElementsAre("/node/slow", "*/node/fast"));
+    EXPECT_THAT(all_text(view), testing::ContainsRegex("/node/fast .(ended|gone|old)."));
+    EXPECT_THAT(all_text(view), HasSubstr("calls/s of /node/fast: ▁\n"));
+  }
+}
+
+TEST(View, TheFirstAnswerOfAContainerHasNoRates) {
+  View view(true);
+  std::vector<Watched> containers = three();
+  containers[0].last.seconds = 0;
+  containers[0].last.callbacks[0].misses = 1;
+  view.show(containers);
+  EXPECT_THAT(all_text(view), HasSubstr("robot (pid 7, CPU -)"));
+  EXPECT_THAT(all_text(view), testing::ContainsRegex("\n /node/b +fast +0 +- +- "));
 }
 
 TEST(View, EachKeyShowsItsTable) {

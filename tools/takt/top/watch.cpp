@@ -2,7 +2,9 @@
 #include "top/watch.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <set>
 
 #include <fmt/format.h>
@@ -22,6 +24,11 @@ using namespace std::chrono_literals;
 constexpr std::string_view kService = "/get_statistics";
 constexpr std::string_view kType = "takt_interfaces/srv/GetStatistics";
 
+// Also if it is somebody else's.
+bool lives(int pid) {
+  return kill(pid, 0) == 0 || errno == EPERM;
+}
+
 }  // namespace
 
 const char* to_string(Watched::State state) {
@@ -32,6 +39,8 @@ const char* to_string(Watched::State state) {
       return "does not answer";
     case Watched::State::ended:
       return "ended";
+    case Watched::State::gone:
+      return "gone";
     case Watched::State::ambiguous:
       return "several processes have this name";
   }
@@ -42,10 +51,13 @@ struct Watch::Asked {
   std::shared_ptr<Client<GetStatistics>> client;
   std::optional<Future<Client<GetStatistics>::Answer>> answer;
   GetStatistics::Response before;
-  bool is_ambiguous = false;  // the next answer might be of another process
+  bool is_ambiguous = false;                // the next answer might be of another process
+  bool is_here = false;                     // its process lived on this host when it last answered
+  TimePoint heard = Clock::steady().now();  // its last answer; before that, when it was found
 };
 
-Watch::Watch(int domain, const std::vector<std::string>& names) : finds_all_(names.empty()) {
+Watch::Watch(int domain, const std::vector<std::string>& names, Nanoseconds patience)
+    : finds_all_(names.empty()), patience_(patience) {
   DdsOptions options{.domain = domain};
   options.shared_memory = SharedMemory::off;
   participant_ = Participant::create(options);
@@ -140,28 +152,47 @@ bool Watch::has_answers() const {
                      [](const auto& asked) { return !asked->answer || asked->answer->ready(); });
 }
 
+bool Watch::has_begun() const {
+  const TimePoint now = Clock::steady().now();
+  return std::all_of(asked_.begin(), asked_.end(), [&](const auto& asked) {
+    return asked->before.pid != 0 || asked->is_ambiguous || now >= later(asked->heard, patience_);
+  });
+}
+
+// One that is stopped leaves the graph as one that has ended does.
+Watched::State Watch::state_without_answer(const Asked& asked, const Watched& shown) const {
+  const bool has_left = asked.before.pid != 0 && !asked.client->service_is_ready();
+  if (has_left && !asked.is_here) return Watched::State::gone;
+  if (has_left && !lives(shown.pid)) return Watched::State::ended;
+  const bool is_late = Clock::steady().now() < later(asked.heard, patience_);
+  return is_late && !has_left ? shown.state : Watched::State::silent;
+}
+
 void Watch::take() {
   for (std::size_t i = 0; i < asked_.size(); ++i) {
     Asked& asked = *asked_[i];
     Watched& shown = shown_[i];
+    shown.is_new = false;
     if (asked.is_ambiguous) {
       shown.state = Watched::State::ambiguous;
-    } else if (asked.answer && asked.answer->ready()) {
-      const auto answer = asked.answer->get();
-      asked.answer.reset();
-      if (!answer) {
-        shown.state = Watched::State::silent;
-        continue;
-      }
-      shown.state = Watched::State::running;
-      shown.pid = answer->pid;
-      shown.last = interval(asked.before, *answer);
-      asked.before = *answer;
-    } else {
-      const bool is_there = asked.client->service_is_ready();
-      const bool has_answered = asked.before.pid != 0;
-      shown.state = is_there || !has_answered ? Watched::State::silent : Watched::State::ended;
+      continue;
     }
+    Client<GetStatistics>::Answer answer;
+    if (asked.answer && asked.answer->ready()) {
+      answer = asked.answer->get();
+      asked.answer.reset();
+    }
+    if (!answer) {
+      shown.state = state_without_answer(asked, shown);
+      continue;
+    }
+    shown.is_new = true;
+    shown.state = Watched::State::running;
+    shown.pid = answer->pid;
+    shown.last = interval(asked.before, *answer);
+    asked.heard = Clock::steady().now();
+    asked.is_here = lives(answer->pid);
+    asked.before = std::move(*answer);
   }
 }
 

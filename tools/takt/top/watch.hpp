@@ -20,14 +20,16 @@ namespace takt::tools::top {
 
 /// A container, as it was when it last answered.
 struct Watched {
-  enum class State { running, silent, ended, ambiguous };
+  /// gone: its service has, and whether it has ended is not known here.
+  enum class State { running, silent, ended, gone, ambiguous };
   std::string name;
   State state = State::silent;
   int pid = 0;
   StatisticsInterval last;
+  bool is_new = false;  // `last` is of this interval
 };
 
-/// "running", "does not answer", "ended", "several processes have this name".
+/// "running", "does not answer", "ended", "gone", "several processes have this name".
 const char* to_string(Watched::State state);
 
 /// The containers on a domain that are watched.
@@ -37,7 +39,8 @@ class Watch {
  public:
   /// All containers, also those that come later, where `names` is empty. Waits for discovery.
   /// Throws Error if one of the names, or any container at all, is not found.
-  Watch(int domain, const std::vector<std::string>& names);
+  /// An answer may be late by `patience` before its container is said not to answer.
+  Watch(int domain, const std::vector<std::string>& names, Nanoseconds patience);
   ~Watch();
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;
@@ -47,14 +50,18 @@ class Watch {
   bool has_answers() const;
   /// What they have done since they answered before.
   void take();
+  /// All have answered once, or had time to.
+  bool has_begun() const;
   const std::vector<Watched>& containers() const noexcept { return shown_; }
 
  private:
   struct Asked;
   std::map<std::string, std::size_t> found() const;
   void add(const std::string& name);
+  Watched::State state_without_answer(const Asked& asked, const Watched& shown) const;
 
   const bool finds_all_;
+  const Nanoseconds patience_;
   std::shared_ptr<Participant> participant_;
   std::shared_ptr<Node> node_;
   std::unique_ptr<Executor> executor_;
