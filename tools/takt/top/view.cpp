@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "takt/base/printable.hpp"
 
@@ -272,20 +273,29 @@ std::string View::titles() const {
   return line;
 }
 
-std::string View::states() const {
-  std::string line;
+// First those that do not run; where not all fit, how many more there are.
+std::string View::states(std::size_t width) const {
+  std::vector<std::string> parts;
+  std::size_t not_running = 0;
   for (const Watched& container : containers_) {
-    line += line.empty() ? "" : "   ";
-    line += printable(container.name);
+    const StatisticsInterval& last = container.last;
+    const std::string name = printable(container.name);
     if (container.state == Watched::State::running) {
-      const StatisticsInterval& last = container.last;
-      line += fmt::format(" (pid {}, CPU {})", container.pid,
-                          last.seconds == 0 ? "-" : fmt::format("{:.1f} %", last.cpu_percent));
+      parts.push_back(
+          fmt::format("{} (pid {}, CPU {})", name, container.pid,
+                      last.seconds == 0 ? "-" : fmt::format("{:.1f} %", last.cpu_percent)));
     } else {
-      line += fmt::format(" ({})", to_string(container.state));
+      parts.insert(parts.begin() + static_cast<std::ptrdiff_t>(not_running++),
+                   fmt::format("{} ({})", name, to_string(container.state)));
     }
   }
-  return line;
+  for (std::size_t shown = parts.size(); shown > 0; --shown) {
+    const auto end = parts.begin() + static_cast<std::ptrdiff_t>(shown);
+    std::string line = fmt::format("{}", fmt::join(parts.begin(), end, "   "));
+    if (shown < parts.size()) line += fmt::format("   and {} more", parts.size() - shown);
+    if (width_of(line) <= width || shown == 1) return line;
+  }
+  return "";
 }
 
 std::string View::help() const {
@@ -317,10 +327,12 @@ void View::add_rows(std::vector<Line>& lines, std::size_t width) {
 
 std::vector<Line> View::lines(std::size_t width, std::size_t height) {
   page_ = height > kFixedLines ? height - kFixedLines : 1;
-  std::vector<Line> lines{{titles(), Line::Kind::title}, {states()}, {}};
+  std::vector<Line> lines{{titles(), Line::Kind::title}, {states(width)}, {}};
   add_rows(lines, width);
   lines.push_back({help(), Line::Kind::help});
-  if (lines.size() > height) lines.erase(lines.begin() + 1, lines.begin() + 3);  // a low screen
+  const auto too_many = static_cast<std::ptrdiff_t>(lines.size() - std::min(lines.size(), height));
+  const auto rows = lines.begin() + 3;
+  lines.erase(rows - std::min<std::ptrdiff_t>(too_many, 2), rows);  // a low screen
   lines.resize(height);
   for (Line& line : lines) line.text = cut(std::move(line.text), width);
   return lines;

@@ -107,7 +107,7 @@ class View {
   void add_rows(std::vector<Line>& lines, std::size_t width);
   std::string history_of(const Row& row, std::size_t width) const;
   std::string titles() const;
-  std::string states() const;
+  std::string states(std::size_t width) const;
   std::string help() const;
 
   const bool has_blocks_;

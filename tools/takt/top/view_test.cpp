@@ -172,6 +172,21 @@ TEST(View, OldRowsComeLastAndAddNothingToTheHistory) {
   }
 }
 
+TEST(View, WhereNotAllStatesFitThoseThatDoNotRunAreFirst) {
+  View view(true);
+  std::vector<Watched> containers;
+  for (int i = 0; i < 9; ++i) {
+    containers.push_back(three()[0]);
+    containers.back().name = "c" + std::to_string(i);
+  }
+  containers[8].state = Watched::State::ended;
+  view.show(containers);
+  EXPECT_EQ(view.lines(60, 24)[1].text, "c8 (ended)   c0 (pid 7, CPU 0.0 %)   and 7 more");
+  EXPECT_THAT(view.lines(400, 24)[1].text, Not(HasSubstr("more")));
+  EXPECT_THAT(view.lines(60, 6)[1].text, StartsWith("c8 (ended)"));
+  EXPECT_THAT(view.lines(60, 6).back().text, StartsWith("q quit"));
+}
+
 TEST(View, TheFirstAnswerOfAContainerHasNoRates) {
   View view(true);
   std::vector<Watched> containers = three();
