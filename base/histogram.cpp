@@ -6,10 +6,23 @@
 
 namespace takt {
 
+namespace {
+
+// What another process has counted may be any number: the sum stays at its largest.
+std::int64_t with(std::int64_t sum_ns, std::int64_t ns, std::uint64_t count) noexcept {
+  std::int64_t more_ns = 0;
+  if (__builtin_mul_overflow(ns, count, &more_ns) ||
+      __builtin_add_overflow(sum_ns, more_ns, &sum_ns))
+    return INT64_MAX;
+  return sum_ns;
+}
+
+}  // namespace
+
 void Histogram::merge(const Histogram& other) noexcept {
   for (std::size_t i = 0; i < kBuckets; ++i) add(i, other.counts_[i]);
   count_ += other.count_;
-  sum_ns_ += other.sum_ns_;
+  sum_ns_ = with(sum_ns_.own(), other.sum_ns_, 1);
   min_ns_ = std::min(min_ns_.own(), other.min_ns_.load());
   max_ns_ = std::max(max_ns_.own(), other.max_ns_.load());
 }
@@ -19,7 +32,7 @@ void Histogram::add_bucket(std::size_t bucket, std::uint64_t count) noexcept {
   const std::int64_t ns = upper_limit(bucket).count();
   add(bucket, count);
   count_ += count;
-  sum_ns_ += ns * static_cast<std::int64_t>(count);
+  sum_ns_ = with(sum_ns_.own(), ns, count);
   min_ns_ = std::min(min_ns_.own(), ns);
   max_ns_ = std::max(max_ns_.own(), ns);
 }

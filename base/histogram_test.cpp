@@ -192,6 +192,14 @@ TEST(Histogram, MergedOrReadBackSaturatesInsteadOfBeginningAtZeroAgain) {
   EXPECT_EQ(read_back.mean(), other.mean());
 }
 
+TEST(Histogram, KeepsTheLargestSumOfNumbersThatAreTooLarge) {
+  Histogram histogram;
+  histogram.add_bucket(Histogram::kBuckets - 1, UINT64_MAX);
+  EXPECT_EQ(histogram.sum(), Nanoseconds::max());
+  histogram.merge(Histogram(histogram));
+  EXPECT_EQ(histogram.sum(), Nanoseconds::max());
+}
+
 TEST(Histogram, RecordsWithoutAllocating) {
   if (!allocations_are_counted()) GTEST_SKIP() << "a sanitizer has taken malloc over";
   const std::vector<Nanoseconds> values = random_durations(100);

@@ -21,8 +21,9 @@ using Response = GetStatistics::Response;
 std::vector<GetStatistics::Thread> threads_now(const std::map<int, std::string>& executor_of) {
   std::vector<GetStatistics::Thread> threads;
   std::error_code ended;
-  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", ended)) {
-    const int tid = std::atoi(task.path().filename().c_str());
+  for (std::filesystem::directory_iterator task("/proc/self/task", ended), end; task != end;
+       task.increment(ended)) {
+    const int tid = std::atoi(task->path().filename().c_str());
     const auto used = thread_usage(tid);
     if (!used) continue;  // it has ended
     const ThreadState state = thread_state(tid);
@@ -69,6 +70,7 @@ std::vector<GetStatistics::Topic> topics_of(const Response& response,
     topic.dropped += callback.dropped;
   }
   for (const EndpointState& endpoint : endpoints) {
+    if (!endpoint.topic.starts_with('/')) continue;  // of a service
     GetStatistics::Topic& topic = topics[endpoint.topic];
     topic.type = endpoint.type;
     topic.publishers += endpoint.is_writer ? 1 : 0;

@@ -41,7 +41,8 @@ class Difference {
   Difference(const GetStatistics::Response& before, const GetStatistics::Response& now)
       : before_(before), now_(now) {
     if (before.pid == now.pid && now.time_ns > before.time_ns) {
-      result_.seconds = static_cast<double>(now.time_ns - before.time_ns) / kNsPerSecond;
+      result_.seconds =
+          (static_cast<double>(now.time_ns) - static_cast<double>(before.time_ns)) / kNsPerSecond;
     }
     result_.cpu_percent = percent(before.cpu_time_ns, now.cpu_time_ns);
   }
@@ -61,7 +62,8 @@ class Difference {
   }
   double percent(std::int64_t before_ns, std::int64_t now_ns) const noexcept {
     if (result_.seconds == 0 || now_ns < before_ns) return 0;
-    return 100 * static_cast<double>(now_ns - before_ns) / kNsPerSecond / result_.seconds;
+    return 100 * (static_cast<double>(now_ns) - static_cast<double>(before_ns)) / kNsPerSecond /
+           result_.seconds;
   }
 
   void threads() {

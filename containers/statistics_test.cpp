@@ -146,6 +146,7 @@ TEST(GetStatistics, TellsWhatARunningContainerHasDone) {
   EXPECT_GE(ear.execution.count + 1, ear.received);
   EXPECT_GE(row(now.topics, "/beat").messages, ear.received);
   EXPECT_EQ(row(now.topics, "/beat").subscriptions, 1u);
+  for (const auto& topic : now.topics) EXPECT_TRUE(topic.name.starts_with('/')) << topic.name;
   EXPECT_EQ(now.callbacks.size(), 2u);  // none of the container's own
 }
 

@@ -32,7 +32,7 @@ std::string ranges(const std::vector<std::int32_t>& cpus) {
   std::string text;
   for (std::size_t i = 0; i < cpus.size(); ++i) {
     std::size_t last = i;
-    while (last + 1 < cpus.size() && cpus[last + 1] - cpus[last] == 1) ++last;
+    while (last + 1 < cpus.size() && cpus[last + 1] == std::int64_t{cpus[last]} + 1) ++last;
     text += fmt::format("{}{}", i == 0 ? "" : ",", cpus[i]);
     if (last != i) text += fmt::format("-{}", cpus[last]);
     i = last;
@@ -46,7 +46,7 @@ std::string key(std::initializer_list<std::string_view> parts) {
 
 Row row_of(const std::string& container, const StatisticsInterval::Thread& thread) {
   const Cell nice{thread.nice == 0 ? "-" : fmt::format("nice {}", thread.nice),
-                  static_cast<double>(-thread.nice)};
+                  -static_cast<double>(thread.nice)};
   return {key({container, std::to_string(thread.tid), thread.name}),
           {text(thread.name), text(container), text(thread.executor), text(thread.policy),
            text(ranges(thread.affinity)), whole(thread.tid),
