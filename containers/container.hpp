@@ -217,7 +217,7 @@ class Container {
   void begin_counting();
   void end_counting();
   void set_counted(ThreadStatistics& thread) const;
-  void add_parameters(std::vector<GetStatistics::Callback>& callbacks) const;
+  void complete_living(std::vector<GetStatistics::Callback>& callbacks) const;
 
   SystemDescription description_;  // completed with what Takt assigns
   const ContainerOverrides overrides_;

@@ -107,7 +107,7 @@ GetStatistics::Response Container::statistics() const {
     }
   }
   now.threads = threads_now(executor_of);
-  add_parameters(now.callbacks);
+  complete_living(now.callbacks);
   for (const auto& chain : chains_) {
     const ChainStatistics counted = chain->statistics();
     now.chains.push_back({.name = chain->options().name,
@@ -132,21 +132,27 @@ Histogram Container::message_latencies() const {
   return all;
 }
 
-// Those in force, which may change while it runs.
-void Container::add_parameters(std::vector<GetStatistics::Callback>& callbacks) const {
-  std::map<std::pair<std::string, std::string>, GetStatistics::Callback*> rows;
-  for (GetStatistics::Callback& row : callbacks) rows[{row.node, row.callback}] = &row;
+// The parameters in force, which may change while it runs; and what executors keep for their
+// results of callbacks that are gone does not run any more.
+void Container::complete_living(std::vector<GetStatistics::Callback>& callbacks) const {
+  std::multimap<std::pair<std::string, std::string>, std::size_t> rows;
+  for (std::size_t i = 0; i < callbacks.size(); ++i)
+    rows.emplace(std::pair{callbacks[i].node, callbacks[i].callback}, i);
+  std::vector<GetStatistics::Callback> living;
   for (const auto& loaded : loaded_components()) {
     const Node& node = *loaded->node();
     for (const auto& entity : node.entities()) {
       const auto row = rows.find({node.fully_qualified_name(), entity->name()});
       if (row == rows.end()) continue;
       const CallbackInfo info = callback_info(node, *entity);
-      row->second->priority = info.priority;
-      row->second->deadline_ns = info.deadline.count();
-      row->second->budget_ns = info.budget.count();
+      living.push_back(std::move(callbacks[row->second]));
+      living.back().priority = info.priority;
+      living.back().deadline_ns = info.deadline.count();
+      living.back().budget_ns = info.budget.count();
+      rows.erase(row);
     }
   }
+  callbacks = std::move(living);
 }
 
 }  // namespace takt

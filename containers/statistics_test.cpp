@@ -150,6 +150,15 @@ TEST(GetStatistics, TellsWhatARunningContainerHasDone) {
   EXPECT_EQ(now.callbacks.size(), 2u);  // none of the container's own
 }
 
+TEST(GetStatistics, HasNoRowsOfWhatWasUnloaded) {
+  Running running(hearts());
+  ASSERT_TRUE(running.goes_on(3));
+  running.container.unload(running.container.components().front().id);
+  const GetStatistics::Response now = running.container.statistics();
+  EXPECT_TRUE(now.callbacks.empty());
+  for (const auto& topic : now.topics) EXPECT_EQ(topic.subscriptions, 0u) << topic.name;
+}
+
 TEST(GetStatistics, TheIntervalIsTheDifferenceOfTwoAnswers) {
   const Running running(hearts());
   ASSERT_TRUE(running.goes_on(20));
