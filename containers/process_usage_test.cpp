@@ -11,7 +11,7 @@
 
 #include "takt/base/clock.hpp"
 
-namespace takt {
+namespace takt::process_usage_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -25,7 +25,7 @@ class Child {
     if (pid_ != 0) return;
     close(ends_[1]);
     std::byte nothing{};
-    [[maybe_unused]] const ssize_t ended = read(ends_[0], &nothing, 1);
+    [[maybe_unused]] const ssize_t ended = ::read(ends_[0], &nothing, 1);
     _exit(0);
   }
   ~Child() {
@@ -60,4 +60,4 @@ TEST(ProcessUsage, KnowsWhatAThreadHasUsed) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::process_usage_test

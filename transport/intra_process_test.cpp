@@ -18,7 +18,7 @@
 #include "takt/base/realtime_scope.hpp"
 #include "takt/testing/eventually.hpp"
 
-namespace takt {
+namespace takt::intra_process_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -454,4 +454,4 @@ TEST(Messages, MayOwnReadersWhenTheyAreNotKeptAnyMore) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::intra_process_test

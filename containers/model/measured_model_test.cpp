@@ -9,7 +9,7 @@
 
 #include "takt/containers/configuration/configuration_file_test.hpp"
 
-namespace takt {
+namespace takt::measured_model_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -192,4 +192,4 @@ TEST(MeasuredModel, EndsSoonWhateverTheFile) {
 }
 
 }  // namespace
-}  // namespace takt
+}  // namespace takt::measured_model_test

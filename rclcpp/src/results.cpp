@@ -23,7 +23,7 @@
 namespace rclcpp::detail {
 namespace {
 
-[[noreturn]] void refuse(const std::string& path) {
+[[noreturn]] void refuse_path(const std::string& path) {
   throw takt::Error("cannot be written: " + takt::errno_message(errno),
                     "choose a writable file on a disk with free space", "TAKT_RESULTS=" + path);
 }
@@ -62,7 +62,7 @@ Results::Results(const std::string& path, std::size_t trace_events)
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     throw takt::Error("this is not a regular file", "choose another one", "TAKT_RESULTS=" + path_);
   }
-  if (!std::ofstream(path_, std::ios::app)) refuse(path_);
+  if (!std::ofstream(path_, std::ios::app)) refuse_path(path_);
   sum_.name = program_invocation_short_name;
 }
 
@@ -188,7 +188,7 @@ void Results::write(const std::string& executor, const std::string& scheduler) {
   file << takt::rt::json_text(takt::rt::result_document(nlohmann::json::array({std::move(run)})), 2)
        << '\n';
   file.close();
-  if (!file) refuse(path_);
+  if (!file) refuse_path(path_);
 }
 
 bool is_parameter_service(const std::string& node, takt::EntityKind kind, const std::string& name) {

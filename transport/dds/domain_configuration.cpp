@@ -15,13 +15,14 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/regular_file.hpp"
+#include "takt/transport/dds/ports.hpp"
 #include "takt/transport/shared_memory/iceoryx.hpp"
 
 namespace takt {
 namespace {
 
-// RTPS 2.5, 9.6.2.3: the ports of a domain, and of a participant in it.
-constexpr int kFirstPort = 7400, kPortsOfDomain = 250, kFirstUnicastPort = 10;
+// RTPS 2.5, 9.6.2.3: from where in its domain the ports of a participant are.
+constexpr int kFirstUnicastPort = 10;
 // The ports of higher ones are the next domain's.
 constexpr int kIndices = 119;
 // rmw_cyclonedds announces a process to the indices 0 to 31, and takes none above 32.

@@ -10,11 +10,10 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "takt/transport/dds/ports.hpp"
+
 namespace takt {
 namespace {
-
-// RTPS gives each domain so many ports, from this one on.
-constexpr int kFirstPort = 7400, kPortsOfDomain = 250;
 
 // Cyclone does not expose its descriptors, but its ports are known.
 bool receives_from_everywhere(int fd, int domain) {

@@ -19,7 +19,7 @@ namespace takt::tools {
 namespace {
 
 using Process = GraphParts::Process;
-using Ends = std::vector<GraphEndpoint>;
+using Endpoints = std::vector<GraphEndpoint>;
 
 constexpr const char* kStructure = "/_container/get_structure";
 
@@ -43,7 +43,7 @@ class Processes {
   }
 
   GraphParts all() {
-    for (const Ends* ends : {&graph_.services, &graph_.clients}) {
+    for (const Endpoints* ends : {&graph_.services, &graph_.clients}) {
       for (const GraphEndpoint& end : *ends) {
         if (!is_container(end) && !is_hidden(node_of(end))) process(end);
       }
@@ -60,12 +60,12 @@ class Processes {
              std::find(containers.begin(), containers.end(), found->second.structure.name) !=
                  containers.end();
     };
-    for (const Ends* ends : {&graph_.publishers, &graph_.subscriptions}) {
+    for (const Endpoints* ends : {&graph_.publishers, &graph_.subscriptions}) {
       for (const GraphEndpoint& end : *ends) {
         if (is_drawn(end) && is_meant(process_of(end))) topics.insert(end.name);
       }
     }
-    for (const Ends* ends : {&graph_.publishers, &graph_.subscriptions}) {
+    for (const Endpoints* ends : {&graph_.publishers, &graph_.subscriptions}) {
       for (const GraphEndpoint& end : *ends) {
         if (topics.contains(end.name)) drawn.insert(process_of(end));
       }
@@ -80,7 +80,7 @@ class Processes {
   template <class IsMeant>
   GraphParts parts(const IsMeant& is_meant) {
     GraphParts parts;
-    const auto add = [&](const Ends& ends, std::vector<GraphParts::End>& to) {
+    const auto add = [&](const Endpoints& ends, std::vector<GraphParts::End>& to) {
       for (const GraphEndpoint& end : ends) {
         if (!is_drawn(end) || is_spare(end) || !is_meant(end)) continue;
         to.push_back({process(end).name, node_of(end), end.name, end.type, end.qos});

@@ -36,7 +36,7 @@ using nlohmann::json;
 constexpr std::size_t kMostBytes = std::size_t{4} << 30;
 
 /// The program may change its folder.
-std::string absolute(const std::string& file) {
+std::string absolute_path(const std::string& file) {
   return file.empty() ? "" : std::filesystem::absolute(file).string();
 }
 
@@ -184,7 +184,7 @@ json run_program(const ProgramRun& run) {
   const pid_t child =
       begin({run.words,
              {{"TAKT_RESULTS", results},
-              {"TAKT_CONFIG", absolute(run.file)},
+              {"TAKT_CONFIG", absolute_path(run.file)},
               {"TAKT_EXECUTOR", run.executor},
               {"TAKT_SCHEDULER", run.scheduler},
               {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
@@ -207,7 +207,7 @@ json nodes_of_program(const std::vector<std::string>& words, const std::string& 
   const TemporaryFolder folder;
   const std::string nodes = folder / "nodes.json";
   const pid_t child =
-      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute(file)}}, false}, signals);
+      begin({words, {{"TAKT_NODES", nodes}, {"TAKT_CONFIG", absolute_path(file)}}, false}, signals);
   const Ended ended = wait_for_end(child, kEndLimit, signals);
   check_complete(ended.signal, true);
   return read_written(nodes, "nodes", ended, words.front(), "not spun the nodes of the file");
