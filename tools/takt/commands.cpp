@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,10 +15,13 @@
 #include "takt/base/error.hpp"
 #include "takt/base/version.hpp"
 #include "takt/containers/configuration/removed.hpp"
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/measuring/output.hpp"
 
 #include "exit_status.hpp"
 #include "prompt/mistakes.hpp"
 #include "prompt/values.hpp"
+#include "run_takt.hpp"
 
 namespace takt::tools {
 namespace {
@@ -107,6 +112,39 @@ void set_up(CLI::App& app) {
     }
   }
   finish_values(app);
+}
+
+int run_takt(int argc, char** argv) {
+  CLI::App app("Takt: real-time executors with swappable schedulers", "takt");
+  std::vector<std::string> words;
+  try {
+    set_up(app);
+    const int count = split_program(argc, argv);
+    words.assign(argv + std::min(count, 1), argv + count);
+    app.parse(count, argv);
+    return 0;
+  } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
+    return error.get_exit_code();
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+    rt::to_stderr("takt: {}\n", mistake(app, error, words));
+    return kBadUsage;
+  } catch (const ConfigurationError& error) {
+    for (const std::string& line : error.errors()) rt::to_stderr("{}\n", line);
+    return kBadUsage;
+  } catch (const Error& error) {
+    rt::to_stderr("takt: {}\n", error.what());
+    const bool is_usage = dynamic_cast<const UsageError*>(&error) != nullptr;
+    return is_usage ? kBadUsage : status_of_error();
+  } catch (const Interrupted& interruption) {
+    rt::to_stderr("takt: {}\n", interruption.what());
+    return 128 + interruption.signal;
+  } catch (const std::bad_alloc&) {
+    throw;  // to where nothing is allocated
+  } catch (const std::exception& error) {
+    rt::to_stderr("takt: {}\n", message_of(error));
+    return kFailed;
+  }
 }
 
 }  // namespace takt::tools

@@ -10,10 +10,6 @@
 
 namespace takt::tools {
 
-/// Message for an exception that has no what().
-inline constexpr const char* kNoStdException =
-    "a callback threw an object that is not a std::exception";
-
 /// Registers a subcommand, at namespace scope of its file. `set_up` adds the options, a footer with
 /// an example, and the callback.
 class Command {

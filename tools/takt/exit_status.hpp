@@ -36,6 +36,10 @@ int status_of_error() noexcept;
 /// Its text, with what to do where that says it only in the kernel's words.
 std::string message_of(const std::exception& error);
 
+/// Message for an exception that has no what().
+inline constexpr const char* kNoStdException =
+    "a callback threw an object that is not a std::exception";
+
 /// A signal has ended something before it was complete. main() returns 128 and the signal.
 class Interrupted : public std::runtime_error {
  public:

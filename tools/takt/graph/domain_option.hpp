@@ -5,9 +5,11 @@
 
 #include <optional>
 
-#include <CLI/CLI.hpp>
-
 #include "takt/transport/dds/participant.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace takt::tools {
 
@@ -15,9 +17,7 @@ namespace takt::tools {
 /// commands are set up: a bad one must not end a command that joins no domain.
 class DomainOption {
  public:
-  void add_to(CLI::App& command) {
-    command.add_option("--domain", given_, "The DDS domain (default: ROS_DOMAIN_ID, else 0)");
-  }
+  void add_to(CLI::App& command);
   /// Throws an Error when it is not given, and ROS_DOMAIN_ID is no domain.
   int number() const { return given_ ? *given_ : default_domain(); }
 

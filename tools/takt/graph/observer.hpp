@@ -8,8 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "takt/executors/wait_set.hpp"
 #include "takt/nodes/node.hpp"
 

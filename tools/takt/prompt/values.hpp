@@ -7,9 +7,12 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "takt/base/time.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}
 
 namespace takt::tools {
 

@@ -18,7 +18,6 @@
 
 #include "takt/measuring/process_json.hpp"
 
-#include "commands.hpp"
 #include "exit_status.hpp"
 #include "run/channel.hpp"
 #include "run/container_json.hpp"
