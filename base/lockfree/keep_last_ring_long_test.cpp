@@ -3,6 +3,7 @@
 #include <atomic>
 #include <barrier>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <random>
 #include <thread>
@@ -198,7 +199,8 @@ TEST(KeepLastRingStress, LosesNothingWhenAThreadIsAwayForTensOfThousandsOfTicket
 // 3. the item of the last ticket is never given back, so of at least one publisher the last item
 //    was taken or is still there at the end.
 TEST(KeepLastRingStress, KeepsItsPromisesInManyTinyRuns) {
-  constexpr int kRounds = 20'000;
+  const char* const given = std::getenv("TAKT_STRESS_ROUNDS");  // by ./dev stress
+  const int rounds = given != nullptr ? std::atoi(given) : 4'000;
   constexpr int kPublishers = 2, kTakers = 2, kOperations = 3;
   std::unique_ptr<KeepLastRing<Item>> ring;
   std::unique_ptr<Ledger> ledger;
@@ -215,7 +217,7 @@ TEST(KeepLastRingStress, KeepsItsPromisesInManyTinyRuns) {
     ledger->expect_one_end_each(kPublishers);
     EXPECT_TRUE(ledger->was_taken(0, kOperations - 1) || ledger->was_taken(1, kOperations - 1))
         << "round " << round;
-    if (++round < kRounds) begin_round();
+    if (++round < rounds) begin_round();
   };
   begin_round();
   std::barrier step(kPublishers + kTakers, check_round);
@@ -223,7 +225,7 @@ TEST(KeepLastRingStress, KeepsItsPromisesInManyTinyRuns) {
   for (int thread = 0; thread < kPublishers + kTakers; ++thread) {
     threads.emplace_back([&, thread] {
       std::mt19937 random(static_cast<unsigned>(thread));
-      for (int i = 0; i < kRounds; ++i) {
+      for (int i = 0; i < rounds; ++i) {
         Watcher watcher(kPublishers);
         for (int operation = 0; operation < kOperations; ++operation) {
           const unsigned pause = random() % 64;
@@ -240,7 +242,7 @@ TEST(KeepLastRingStress, KeepsItsPromisesInManyTinyRuns) {
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(round, kRounds);
+  EXPECT_EQ(round, rounds);
 }
 
 }  // namespace
