@@ -15,7 +15,7 @@ mkdir -p "$work"
 cd "$work"
 echo 'extern "C" int LLVMFuzzerTestOneInput(const char*, unsigned long) { return 0; }' >probe.cpp
 if ! "${compile[@]}" probe.cpp -o probe 2>probe.log; then
-  echo "skipped: no clang++ with libFuzzer"
+  echo "skipped: no clang++ with libFuzzer (apt-get install clang libclang-rt-dev)"
   exit 77
 fi
 "${compile[@]}" "$here/cdr_fuzzer.cpp" "$here/cdr.cpp" "$here/message_type.cpp" -o cdr_fuzzer

@@ -76,7 +76,8 @@ case $way in
     # Compiles the whole library again, unoptimised and several files as one, as other projects may;
     # later only what has changed since.
     cmake -S "$consumer" -B "$build/consumer" -D TAKT_SOURCE="$consumer/../.." \
-      -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS_DEBUG= -D CMAKE_UNITY_BUILD=ON -D BUILD_TESTING=ON
+      -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS_DEBUG= -D CMAKE_UNITY_BUILD=ON -D CMAKE_UNITY_BUILD_BATCH_SIZE=0 \
+      -D BUILD_TESTING=ON
     # Without the conformance suite, which FindPackage compiles.
     cmake --build "$build/consumer" --target hello component $(command -v idlc >/dev/null && echo messages)
     run "$build/consumer"

@@ -28,7 +28,7 @@ for name in ["keys.sh", "governance.xml", "permissions.xml", "talker.yaml"]:
     check(f"{name} stands in {os.path.basename(document)}",
           open(os.path.join(here, name)).read() in text)
 if shutil.which("openssl") is None:
-    skip("no openssl")
+    skip("there is no openssl (apt-get install openssl)")
 if len(glob.glob("/usr/lib/*/libddsc*/libdds_security_*.so")) < 3:
     skip("Cyclone's plug-ins for DDS Security are not installed")
 

@@ -329,7 +329,7 @@ def test_exceptions():
 
 
 if not shutil.which("clang-format"):
-    skip("needs clang-format")
+    skip("there is no clang-format (apt-get install clang-format)")
 test_rules()
 test_class_size()
 test_engine()

@@ -57,7 +57,7 @@ def modules(folder):
 def main():
     clang = shutil.which("clang++")
     if clang is None:
-        print("skipped: there is no clang++")
+        print("skipped: there is no clang++ (apt-get install clang)")
         sys.exit(SKIPPED)
     folder = pathlib.Path(sys.argv[1]).resolve()
     running = []

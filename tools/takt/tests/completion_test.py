@@ -21,7 +21,7 @@ from checks import check, environment, eventually, finish, skip
 
 shell = sys.argv[2]
 if shutil.which(shell) is None:
-    skip(f"there is no {shell}")
+    skip(f"there is no {shell} (apt-get install {shell})")
 COMPLETIONS = pathlib.Path(__file__).resolve().parents[1] / "completions"
 LIMIT = 60
 folder = pathlib.Path(tempfile.mkdtemp())

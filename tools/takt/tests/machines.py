@@ -25,7 +25,7 @@ def make_machines():
     machines = [f"takt_{side}_{os.getpid()}" for side in ("left", "right")]
     left, right = machines
     if shutil.which("ip") is None:
-        skip("no ip (package iproute2)")
+        skip("there is no ip (apt-get install iproute2)")
     for machine in machines:
         atexit.register(ip, "netns", "delete", machine)
         if ip("netns", "add", machine).returncode != 0:

@@ -32,7 +32,7 @@ page = (folder / f"{rt_test.name}.1").read_text().replace("\\-", "-")
 check("a real-time test has a page, with its question and options", said.splitlines()[0] in page and
       all(option in page for option in ("--rounds N", "--json FILE", "--help")), page)
 if shutil.which("man") is None:
-    print("skipped: man's warnings; there is no man (package man-db)")
+    print("skipped: man's warnings; there is no man (apt-get install man-db)")
 else:
     for page in sorted(folder.iterdir()):
         said = subprocess.run(["man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", "-Z", str(page)], text=True,

@@ -105,7 +105,7 @@ if shutil.which("dot"):
     check("nor anything of a network",
           not re.search(r'(?:href|src)="http', text) and "<script" not in text, text[:600])
 else:
-    print("skipped: the layout, as graphviz is not installed")
+    print("skipped: the layout, as there is no dot (apt-get install graphviz)")
 done, text = picture("none.svg", PATH=folder.name)
 check("without graphviz one sentence says what to install, before components are constructed",
       done.returncode == 2 and "apt-get install graphviz" in done.stderr and done.stderr.count("\n") == 1 and not text, done.stderr)

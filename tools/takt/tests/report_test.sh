@@ -5,7 +5,7 @@ set -euo pipefail
 takt=$1
 browser=$(command -v chromium || command -v chromium-browser || true)
 if [ -z "$browser" ] || ! /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
-  echo "skipped: needs chromium and python3-matplotlib"
+  echo "skipped: a report (apt-get install chromium python3-matplotlib)"
   exit 77
 fi
 work=$(mktemp -d)
