@@ -6,13 +6,14 @@ SPDX-License-Identifier: Apache-2.0
 """
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../cmake"))
-from checks import check, finish, skip  # noqa: E402
+from checks import check, eventually, finish, skip  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 SPDX = "// SPDX-License-Identifier: Apache-2.0\n"
@@ -328,6 +329,41 @@ def test_exceptions():
           "file-length: 10 found, and the exceptions allow 9" in said, said, now)
 
 
+# The completion of zsh and fish was tried on no fresh machine.
+def test_skipped_for_a_package():
+    text = (HERE.parents[1] / "dev").read_text(encoding="utf-8")
+    installed = set(" ".join(re.findall(r'(?m)^(?:clang_|test_)?packages="([^"]*)"', text)).split())
+    listed = subprocess.run(["git", "ls-files", "*.py", "*.sh", "*.cpp"], cwd=HERE.parents[1], text=True, check=True,
+                            stdout=subprocess.PIPE).stdout.split()
+    asked = {}
+    for path in set(listed) - {"tools/check/check_test.py"}:
+        for found in re.finditer(r"skip.*\(apt-get install ([^)]+)\)", (HERE.parents[1] / path).read_text(encoding="utf-8")):
+            asked |= {package: path for package in found[1].replace("{shell}", "bash zsh fish").split()}
+    check("some tests are skipped without a package", {"zsh", "tmux", "iceoryx"} <= set(asked), asked)
+    without = {package: path for package, path in asked.items() if package not in installed | {"bash"}}
+    check("./dev test installs what a test would be skipped without", not without, without)
+
+
+# It went on for minutes, and the next run waited for it.
+def test_ci_ends_what_it_began():
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        (root / ".ci").mkdir()
+        shutil.copy(HERE.parents[1] / ".ci/run", root / ".ci/run")
+        for name, text in (("cmake", 'mkdir -p "$4/bin"; ln -s /bin/true "$4/bin/takt"'), ("dev", """case $1 in
+  build) echo $$ >new; mv new builds; sleep 300 ;;
+  test) while [ ! -e builds ]; do sleep 0.01; done; exit 3 ;;
+esac""")):
+            (root / name).write_text(f"#!/bin/sh\n{text}\n", encoding="utf-8")
+            (root / name).chmod(0o755)
+        done = subprocess.run(["bash", root / ".ci/run"], env=os.environ | {"PATH": f"{root}:{os.environ['PATH']}"}, check=False,
+                              timeout=60)
+        group = (root / "builds").read_text().strip()
+        check("CI fails as its test does", done.returncode == 3, done.returncode)
+        check("its build in the background ends with it",
+              eventually(lambda: not os.path.exists(f"/proc/{group}")), group)
+
+
 if not shutil.which("clang-format"):
     skip("there is no clang-format (apt-get install clang-format)")
 test_rules()
@@ -346,4 +382,6 @@ test_limits()
 test_format()
 test_subjects()
 test_exceptions()
+test_skipped_for_a_package()
+test_ci_ends_what_it_began()
 finish()
