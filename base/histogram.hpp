@@ -40,7 +40,7 @@ class Histogram {
     if (ns > max_ns_.own()) max_ns_ = ns;
     sum_ns_ += ns;
     ++count_;
-    Counter<std::uint32_t>& bucket = counts_[bucket_of(static_cast<std::uint64_t>(ns))];
+    Counter<std::uint32_t>& bucket = counts_[bucket_of(Nanoseconds(ns))];
     if (bucket.own() != kFull) [[likely]]
       bucket.publish(bucket.own() + 1);  // last, and copied first
   }
@@ -78,17 +78,17 @@ class Histogram {
     }
   }
 
-  /// The largest value that falls into the bucket.
-  static Nanoseconds upper_limit(std::size_t bucket) noexcept;
-
- private:
-  static std::size_t bucket_of(std::uint64_t ns) noexcept {
-    ns = std::min(ns, (std::uint64_t{1} << kMaxBits) - 1);
+  static std::size_t bucket_of(Nanoseconds value) noexcept {
+    const auto ns = static_cast<std::uint64_t>(
+        std::clamp<std::int64_t>(value.count(), 0, (std::int64_t{1} << kMaxBits) - 1));
     if (ns < (std::uint64_t{1} << kSubBits)) return ns;
     const unsigned shift = static_cast<unsigned>(std::bit_width(ns)) - 1 - kSubBits;
     return (std::size_t{shift + 1} << kSubBits) + ((ns >> shift) - (std::uint64_t{1} << kSubBits));
   }
+  /// The largest value that falls into the bucket.
+  static Nanoseconds upper_limit(std::size_t bucket) noexcept;
 
+ private:
   void add(std::size_t bucket, std::uint64_t count) noexcept {
     const std::uint64_t room = kFull - counts_[bucket];
     counts_[bucket] += static_cast<std::uint32_t>(std::min(count, room));

@@ -10,6 +10,7 @@
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/diagnostics.hpp"
 #include "takt/containers/unloading_threads.hpp"
+#include "takt/executors/latency_slices.hpp"
 #include "takt/sched/threads/memory_lock.hpp"
 
 namespace takt {
@@ -28,7 +29,10 @@ constexpr auto kShutDownLimit = std::chrono::seconds(10);
 }  // namespace
 
 Container::Container(const SystemDescription& description, const ContainerOverrides& overrides)
-    : description_(description), overrides_(overrides) {
+    : description_(description),
+      overrides_(overrides),
+      executors_(std::make_unique<RunningExecutors>()),
+      first_callbacks_(std::make_unique<FirstCallbacks>(*this)) {
   shared_.lock()->notes = description.notes;
   if (description_.dds) {
     DdsOptions options = *description_.dds;
@@ -67,10 +71,10 @@ Container::Container(const SystemDescription& description, const ContainerOverri
 
 Container::~Container() {
   end_components();
-  for (const auto& running : executors_) {
-    if (!running->thread.joinable()) continue;
-    running->executor->cancel();
-    running->thread.join();
+  cancel();
+  executors_->join();
+  for (const auto& loaded : loaded_components()) {
+    loaded->node()->remove_listener(*first_callbacks_);
   }
   unloading_threads_.reset();
   // Destroy components before their executors, in reverse order of construction.
@@ -92,84 +96,6 @@ ThreadAttributes Container::thread(const std::string& name) const {
   return found != description_.threads.end() ? found->attributes : ThreadAttributes{.name = name};
 }
 
-void Container::make_executor(const ExecutorDescription& executor) {
-  ExecutorDescription made = executor;
-  if (!overrides_.scheduler.empty()) made.scheduler = overrides_.scheduler;
-  ExecutorOptions options = options_of(made);
-  options.realtime = description_.realtime;
-  options.statistics = overrides_.statistics;
-  options.trace_events = overrides_.trace_events;
-  options.watchdog = watchdog_;
-  options.clock = overrides_.clock;
-  const std::size_t most = executors().traits(executor.type).max_threads;
-  for (const std::string& name : executor.threads) {
-    if (options.threads.size() < most) options.threads.push_back(thread(name));
-  }
-  add(executor.name, executors().make(executor.type, options)).description = std::move(made);
-}
-
-// Whether a component or a group needs the executor `default`, and the file does not describe it.
-bool Container::needs_default_executor() const {
-  if (std::any_of(description_.executors.begin(), description_.executors.end(),
-                  [](const auto& executor) { return executor.name == kDefaultExecutor; })) {
-    return false;
-  }
-  const auto uses_default = [](const ComponentDescription& component) {
-    return component.executor.empty() || component.executor == kDefaultExecutor ||
-           std::any_of(component.callback_groups.begin(), component.callback_groups.end(),
-                       [](const auto& group) { return group.second.executor == kDefaultExecutor; });
-  };
-  return std::any_of(description_.components.begin(), description_.components.end(), uses_default);
-}
-
-void Container::make_executors() {
-  if (overrides_.executor.empty()) {
-    for (const ExecutorDescription& executor : description_.executors) make_executor(executor);
-    if (needs_default_executor()) make_executor({.name = kDefaultExecutor});
-    return;
-  }
-  // One executor for all components. It uses the threads of the file in their order, then assigned
-  // ones.
-  ExecutorDescription all{.name = overrides_.executor, .type = overrides_.executor};
-  for (const ExecutorDescription& executor : description_.executors) {
-    all.threads.insert(all.threads.end(), executor.threads.begin(), executor.threads.end());
-  }
-  make_executor(all);
-}
-
-Container::RunningExecutor& Container::add(const std::string& name,
-                                           std::unique_ptr<Executor> executor) {
-  executors_.push_back(std::make_unique<RunningExecutor>());
-  executors_.back()->name = name;
-  executors_.back()->executor = std::move(executor);
-  return *executors_.back();
-}
-
-Executor& Container::executor_for(const std::string& name) {
-  if (!overrides_.executor.empty()) return *executors_.front()->executor;
-  const std::string& wanted = name.empty() ? kDefaultExecutor : name;
-  const auto found = std::find_if(executors_.begin(), executors_.end(),
-                                  [&](const auto& running) { return running->name == wanted; });
-  return *(*found)->executor;  // the reader or load() has checked the name
-}
-
-std::vector<std::string> Container::executor_names() const {
-  std::vector<std::string> names;
-  for (const auto& running : executors_) {
-    if (!running->is_own) names.push_back(running->name);
-  }
-  return names;
-}
-
-void Container::place_components() {
-  for (const auto& loaded : loaded_components()) place(*loaded);
-  if (!overrides_.executor.empty()) return;
-  for (std::string& error : too_much_for_executors(*shared_.lock())) {
-    errors_.push_back(std::move(error));
-  }
-  check_listed_callbacks();
-}
-
 // Process names may contain characters that are invalid in node names.
 std::string Container::own_name(const char* ending) const {
   std::string name = description_.name + ending;
@@ -178,20 +104,6 @@ std::string Container::own_name(const char* ending) const {
       [](unsigned char character) { return std::isalnum(character) == 0; }, '_');
   if (std::isdigit(static_cast<unsigned char>(name.front())) != 0) name.insert(0, "_");
   return name;
-}
-
-// The container's own callbacks allocate memory, so they run apart from the components.
-Executor& Container::make_own_executor(const char* name, std::size_t threads) {
-  std::vector<ThreadAttributes> attributes(threads, thread(name));
-  for (std::size_t i = 1; i < threads; ++i) attributes[i].name = fmt::format("{}-{}", name, i);
-  RunningExecutor& running =
-      add(name, executors().make("events", {.name = name,
-                                            .threads = std::move(attributes),
-                                            .realtime = description_.realtime,
-                                            .statistics = StatisticsLevel::off,
-                                            .clock = overrides_.clock}));
-  running.is_own = true;
-  return *running.executor;
 }
 
 // What requests, failed components and simulated time need: a node, and a thread.
@@ -317,25 +229,14 @@ void Container::start(std::function<void()> on_failure) {
     });
   }
   if (has_thread("main")) note(apply(thread("main"), description_.realtime).refused);
-  for (const auto& running : executors_) {
-    running->executor->release_timers(false);
-    running->thread = std::thread([this, &executor = *running, on_failure] {
-      try {
-        // Start from default attributes, not from those of this thread.
-        apply({.name = executor.name}, std::min(description_.realtime, Realtime::prefer));
-        executor.executor->spin([this](const FailedCallback& failed) { return handle(failed); });
-      } catch (...) {
-        executor.exception = std::current_exception();
-        executor.failed.store(true);
-        if (on_failure) on_failure();
-      }
-    });
+  for (const auto& running : *executors_) running->executor->release_timers(false);
+  executors_->start(
+      description_.realtime, [this](const FailedCallback& failed) { return handle(failed); },
+      std::move(on_failure));
+  for (const auto& running : *executors_) {
+    if (running->is_own) executors_->begin(*running);
   }
-  for (const auto& running : executors_) {
-    while (!running->executor->is_spinning() && !running->failed.load()) {
-      std::this_thread::sleep_for(std::chrono::microseconds(100));
-    }
-  }
+  for (const auto& loaded : loaded_components()) first_callbacks_->begin(*loaded);
 }
 
 void Container::release() {
@@ -345,7 +246,8 @@ void Container::release() {
       if (auto* timer = dynamic_cast<Timer*>(entity.get())) timer->begin_phase();
     }
   }
-  for (const auto& running : executors_) running->executor->release_timers(true);
+  if (overrides_.slices != nullptr) overrides_.slices->begin(Clock::steady().now());
+  for (const auto& running : *executors_) running->executor->release_timers(true);
   if (lifecycle_ != nullptr) lifecycle_->bring_up();
   if (lifecycle_ == nullptr && participant_ == nullptr && !overrides_.find_node) {
     for (const std::string& name : unconfigured()) {
@@ -362,9 +264,9 @@ void Container::note(std::string text) {
 
 std::size_t Container::pending() const noexcept {
   std::size_t count = 0;
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
     // Exclude the container's own executors: heartbeats keep them busy.
-    if (!running->failed.load() && !running->is_own) count += running->executor->pending();
+    if (!running->has_ended.load() && !running->is_own) count += running->executor->pending();
   }
   return count;
 }
@@ -423,7 +325,7 @@ void Container::require_matches(const std::vector<OneSidedTopic>& topics) {
 }
 
 void Container::hold() {
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
     if (!running->is_own) running->executor->release_timers(false);
   }
   end_counting();
@@ -472,29 +374,19 @@ void Container::stop() {
   bring_down_rest();
   end_components();
   cancel();
-  const std::exception_ptr failure = end_of_executors();
+  const std::exception_ptr failure = executors_->join();
   // One that is being unloaded may complete and leave the list meanwhile.
   for (const auto& loaded : loaded_components()) complete(*loaded);
   if (failure != nullptr) std::rethrow_exception(failure);
 }
 
 void Container::cancel() noexcept {
-  for (const auto& running : executors_) running->executor->cancel();
+  executors_->cancel();
 }
 
 void Container::join() {
   if (held_ == TimePoint{}) end_counting();
-  if (const auto failure = end_of_executors()) std::rethrow_exception(failure);
-}
-
-// Waits for it; returns what a callback threw.
-std::exception_ptr Container::end_of_executors() {
-  std::exception_ptr failure;
-  for (const auto& running : executors_) {
-    if (running->thread.joinable()) running->thread.join();
-    if (failure == nullptr) failure = running->exception;
-  }
-  return failure;
+  if (const auto failure = executors_->join()) std::rethrow_exception(failure);
 }
 
 }  // namespace takt

@@ -33,15 +33,26 @@
 namespace TAKT_PUBLIC takt {
 
 class Diagnostics;
+struct RunningExecutor;
+class RunningExecutors;
 class UnloadingThreads;
+
+/// Where components run under an executor type that overrides the file's.
+enum class Placement {
+  file,    // each on its executor of the file, which keeps its name, threads and scheduler
+  merged,  // all on one executor, with the threads of all executors of the file
+};
 
 /// Settings of the command line that override the file.
 struct ContainerOverrides {
-  std::string executor;   // one executor of this type runs all components; empty: as in the file
-  std::string scheduler;  // of every executor; empty: as in the file
+  std::string executor;  // the type of every executor of components; empty: as in the file
+  Placement placement = Placement::file;  // if `executor` is given
+  std::string scheduler;                  // of every executor; empty: as in the file
   StatisticsLevel statistics = StatisticsLevel::full;
-  std::size_t trace_events = 0;  // see ExecutorOptions
+  std::size_t trace_events = 0;           // see ExecutorOptions
+  std::shared_ptr<LatencySlices> slices;  // of all executors; they begin with release()
   Clock* clock = &Clock::steady();
+  bool is_merged() const noexcept { return !executor.empty() && placement == Placement::merged; }
   /// Used instead of the participant that `dds` of the description configures: `takt check` and
   /// `takt plan` must not appear on the network.
   std::shared_ptr<Participant> participant;
@@ -67,7 +78,8 @@ struct ContainerOverrides {
 ///
 /// A component that is part of a chain and names no executor goes to the executor that Takt assigns
 /// to the chain. A thread or an executor in the file with the name of a chain replaces the assigned
-/// one.
+/// one. An executor begins to run with its first callback: at the start, or when one is created or
+/// loaded later.
 ///
 /// Phases: construct (throws ConfigurationError with file and line) → start → release → hold →
 /// shut_down → stop → result. The containers of a system enter each phase together: all spin before
@@ -83,9 +95,9 @@ class Container {
   Container(const Container&) = delete;
   Container& operator=(const Container&) = delete;
 
-  /// Starts the executors, without releasing timers yet. If an exception ends an executor, it calls
-  /// `on_failure` on the executor's thread. Throws Error if the system refuses privileges that the
-  /// file requires.
+  /// Starts the executors that have callbacks, without releasing timers yet. If an exception ends
+  /// an executor, it calls `on_failure` on the executor's thread. Throws Error if the system
+  /// refuses privileges that the file requires.
   void start(std::function<void()> on_failure = {});
   /// Releases the timers, and starts the measurement that result() returns.
   void release();
@@ -147,14 +159,12 @@ class Container {
 
   /// What it has done so far. Thread safety: from any thread.
   GetStatistics::Response statistics() const;
-  /// Of all messages that its callbacks have served so far. Thread safety: from any thread.
-  Histogram message_latencies() const;
   /// The measurements of the run. Call it after stop().
   ProcessResult result() const;
 
  private:
-  struct RunningExecutor;
   struct Loaded;
+  class FirstCallbacks;
   using Errors = std::vector<std::string>;
   /// State that requests and other threads change, also during and after stop().
   struct Shared {
@@ -206,14 +216,12 @@ class Container {
   void complete(Loaded& loaded);
   void note(std::string text);
   void displace_failed();
-  RunningExecutor& add(const std::string& name, std::unique_ptr<Executor> executor);
-  Executor& executor_for(const std::string& name);
+  RunningExecutor& executor_for(const std::string& name) const;
   bool has_thread(const std::string& name) const;
   ThreadAttributes thread(const std::string& name) const;
   double capacity_of(const ExecutorDescription& executor) const;
   bool handle(const FailedCallback& failed);
   bool drain();
-  std::exception_ptr end_of_executors();
   void begin_counting();
   void end_counting();
   void set_counted(ThreadStatistics& thread) const;
@@ -227,7 +235,8 @@ class Container {
   std::vector<ThreadStatistics> dds_threads_;
   std::map<int, ThreadStatistics> counted_;  // what the kernel has counted, by thread
   std::shared_ptr<Watchdog> watchdog_;
-  std::vector<std::unique_ptr<RunningExecutor>> executors_;
+  const std::unique_ptr<RunningExecutors> executors_;
+  const std::unique_ptr<FirstCallbacks> first_callbacks_;
   detail::Guarded<Shared> shared_;
   std::unique_ptr<UnloadingThreads> unloading_threads_;
   std::shared_ptr<Node> service_node_;

@@ -73,7 +73,7 @@ void set_parameters(const ComponentDescription& component, Node& node,
 
 // Where one executor runs all, groups come to it with their node, if they may.
 bool is_placed_alone(const ContainerOverrides& overrides, const CallbackGroup& group) {
-  return overrides.executor.empty() || !group.automatically_add_to_executor();
+  return !overrides.is_merged() || !group.automatically_add_to_executor();
 }
 
 }  // namespace
@@ -267,6 +267,7 @@ LoadedComponent Container::load(ComponentDescription component) {
     place(*loaded);
     serve(*loaded);
   } catch (...) {
+    node->remove_listener(*first_callbacks_);
     const auto gone = shared_.lock()->forget(*loaded);
     throw;
   }
@@ -332,11 +333,11 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
 // The executors would refuse as well, but only after its node was brought down.
 void Container::check_removable(const Loaded& loaded) const {
   std::vector<std::string> used{overrides_.executor};
-  if (overrides_.executor.empty()) {
+  if (!overrides_.is_merged()) {
     used = {loaded.description.executor.empty() ? kDefaultExecutor : loaded.description.executor};
     for (const auto& group : loaded.node()->groups()) used.push_back(loaded.own_executor(*group));
   }
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
     if (running->is_own || std::find(used.begin(), used.end(), running->name) == used.end() ||
         !executors().traits(running->description.type).frozen) {
       continue;
@@ -413,14 +414,17 @@ void Container::place(const Loaded& loaded) {
   for (const auto& group : node->groups()) {
     const std::string own = loaded.own_executor(*group);
     if (own.empty()) continue;
-    if (is_placed_alone(overrides_, *group)) executor_for(own).add_callback_group(group, node);
-    if (overrides_.executor.empty()) continue;
+    if (is_placed_alone(overrides_, *group))
+      executor_for(own).executor->add_callback_group(group, node);
+    if (!overrides_.is_merged()) continue;
     const SourceLine& where = loaded.description.callback_groups.at(group->name()).where;
     if (where.empty()) continue;  // assigned, not asked for
-    note(fmt::format("{}: callback group '{}' of '{}' is under --executor {}, not under '{}'",
+    note(fmt::format("{}: callback group '{}' of '{}' is on the one executor {}, not on '{}'",
                      where, group->name(), node->name(), overrides_.executor, own));
   }
-  executor_for(loaded.description.executor).add_node(node);
+  executor_for(loaded.description.executor).executor->add_node(node);
+  node->add_listener(*first_callbacks_);  // after the executor, which has what is new before this
+  first_callbacks_->begin(loaded);
 }
 
 // What place has done, undone; waits for running callbacks.
@@ -428,19 +432,21 @@ void Container::displace(Loaded& loaded) {
   const std::lock_guard once(loaded.displacing);
   if (loaded.is_displaced) return;
   const std::shared_ptr<Node>& node = loaded.node();
+  node->remove_listener(*first_callbacks_);
   std::vector<std::shared_ptr<CallbackGroup>> removed;
   try {
     for (const auto& group : node->groups()) {
       const std::string own = loaded.own_executor(*group);
       if (own.empty() || !is_placed_alone(overrides_, *group)) continue;
-      executor_for(own).remove_callback_group(group, node);
+      executor_for(own).executor->remove_callback_group(group, node);
       removed.push_back(group);
     }
-    executor_for(loaded.description.executor).remove_node(node);
+    executor_for(loaded.description.executor).executor->remove_node(node);
   } catch (...) {  // one of them refuses: it stays as it was
     for (const auto& group : removed) {
-      executor_for(loaded.own_executor(*group)).add_callback_group(group, node);
+      executor_for(loaded.own_executor(*group)).executor->add_callback_group(group, node);
     }
+    node->add_listener(*first_callbacks_);
     throw;
   }
   loaded.is_displaced = true;

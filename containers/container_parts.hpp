@@ -11,21 +11,12 @@
 #include <thread>
 
 #include "takt/containers/container.hpp"
+#include "takt/containers/running_executors.hpp"
 #include "takt/containers/set_callback_parameters.hpp"
 
 namespace takt {
 
 inline constexpr const char* kDefaultExecutor = "default";
-
-struct Container::RunningExecutor {
-  std::string name;
-  ExecutorDescription description;  // what it was made from, with the overrides
-  std::unique_ptr<Executor> executor;
-  bool is_own = false;  // serves the container itself: requests or lifecycle
-  std::thread thread;
-  std::exception_ptr exception;  // read when `failed`
-  std::atomic<bool> failed{false};
-};
 
 struct Container::Loaded {
   std::uint64_t id = 0;
@@ -49,6 +40,24 @@ struct Container::Loaded {
     const auto found = description.callback_groups.find(group.name());
     return found != description.callback_groups.end() ? found->second.executor : "";
   }
+};
+
+/// Begins executors with the first callbacks of components.
+/// Thread safety: from any thread. Real-time: no.
+class Container::FirstCallbacks final : public NodeListener {
+ public:
+  explicit FirstCallbacks(Container& container) : container_(container) {}
+  /// Those of the callbacks that it has.
+  void begin(const Loaded& loaded);
+  void entity_added(Node& node, const std::shared_ptr<Entity>& entity) override;
+  void group_added(Node& /*node*/, const std::shared_ptr<CallbackGroup>& /*group*/) override {}
+  void parameters_changed(Node& /*node*/) override {}
+
+ private:
+  void begin_for(const Loaded& loaded, const CallbackGroup& group);
+  void begin(RunningExecutor& running);
+
+  Container& container_;
 };
 
 }  // namespace takt

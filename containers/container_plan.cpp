@@ -15,7 +15,19 @@ void Container::make_chains() {
   if (!errors_.empty()) return;
   std::vector<std::shared_ptr<Node>> nodes;
   for (const auto& loaded : loaded_components()) nodes.push_back(loaded->node());
-  Plan plan = make_plan(find_chains(description_, nodes, errors_), nodes);
+  // What the file places, it places without chains, too; and so does an overriding type, so that
+  // chains change no comparison.
+  const bool is_overridden = !overrides_.executor.empty() && !overrides_.is_merged();
+  std::vector<const CallbackGroup*> placed;
+  for (const auto& loaded : loaded_components()) {
+    for (const auto& group : loaded->node()->groups()) {
+      if (is_overridden || !loaded->description.executor.empty() ||
+          !loaded->own_executor(*group).empty()) {
+        placed.push_back(group.get());
+      }
+    }
+  }
+  Plan plan = make_plan(find_chains(description_, nodes, errors_), nodes, placed);
   for (const PlannedChain& chain : plan.chains) {
     try {
       chains_.push_back(Chain::create(chain.options, chain.path));
@@ -84,7 +96,7 @@ std::string Container::executor_of(const Node& node, const CallbackGroup& group)
 
 std::string Container::executor_of(const Shared& shared, const Node& node,
                                    const CallbackGroup& group) const {
-  if (!overrides_.executor.empty()) return overrides_.executor;
+  if (overrides_.is_merged()) return overrides_.executor;
   for (const auto& loaded : shared.components) {
     if (loaded->node().get() != &node) continue;
     const std::string own = loaded->own_executor(group);
@@ -138,7 +150,7 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
       described.waits = group->second.waits;
     }
     process.callbacks.push_back({loaded.node(), entity,
-                                 !overrides_.executor.empty()  ? overrides_.executor
+                                 overrides_.is_merged()        ? overrides_.executor
                                  : !own.empty()                ? own
                                  : !component.executor.empty() ? component.executor
                                                                : kDefaultExecutor,
@@ -148,7 +160,7 @@ void Container::add_callbacks(const Loaded& loaded, ModelledProcess& process) co
 
 ModelledProcess Container::modelled() const {
   ModelledProcess process{.name = description_.name};
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
     if (!running->is_own) process.executors.push_back(running->description);
   }
   for (const ThreadDescription& entry : description_.threads) {

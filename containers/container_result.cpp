@@ -89,13 +89,17 @@ ProcessResult Container::result() const {
                        static_cast<double>(std::max<std::int64_t>(wall.count(), 1));
   result.pss_kb = pss_kb_;
   result.allocations_counted = allocations_are_counted();
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
+    if (!running->has_begun.load()) continue;
     std::vector<CallbackStatistics> callbacks = running->executor->statistics();
-    if (callbacks.empty()) continue;  // the default executor, unused
-    if (running->is_own) callbacks.clear();
     const ExecutorDescription& made = running->description;
     const std::string scheduler =
         made.scheduler.empty() ? executors().traits(made.type).scheduler : made.scheduler;
+    if (running->is_own) {
+      callbacks.clear();
+    } else {
+      result.executors.push_back({running->name, made.type, scheduler, made.threads.size()});
+    }
     result.callbacks.reserve(result.callbacks.size() + callbacks.size());
     for (auto& callback : callbacks) {
       result.callbacks.push_back({running->name, std::move(callback)});

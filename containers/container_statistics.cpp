@@ -92,7 +92,8 @@ GetStatistics::Response Container::statistics() const {
                .time_ns = Clock::steady().now().time_since_epoch().count(),
                .cpu_time_ns = process_cpu_time().count()};
   std::map<int, std::string> executor_of;
-  for (const auto& running : executors_) {
+  for (const auto& running : *executors_) {
+    if (!running->has_begun.load()) continue;
     for (const int tid : running->executor->running_threads()) executor_of[tid] = running->name;
     if (running->is_own) continue;
     const ExecutorDescription& made = running->description;
@@ -119,17 +120,6 @@ GetStatistics::Response Container::statistics() const {
   }
   now.topics = topics_of(now, endpoints());
   return now;
-}
-
-Histogram Container::message_latencies() const {
-  Histogram all;
-  for (const auto& running : executors_) {
-    if (running->is_own) continue;
-    for (const CallbackStatistics& counted : running->executor->statistics()) {
-      if (counted.kind != EntityKind::timer) all.merge(counted.latency);
-    }
-  }
-  return all;
 }
 
 // The parameters in force, which may change while it runs; and what executors keep for their

@@ -215,21 +215,6 @@ TEST(Container, DeliversEverythingUnderEveryExecutorAndAllocatesNothing) {
   }
 }
 
-TEST(Container, PutsAGroupUnderTheExecutorThatTheFileNames) {
-  SystemDescription system = one_ticker();
-  system.executors = {{.name = "fast", .type = "events"},
-                      {.name = "slow", .type = "single_threaded"}};
-  system.components[0].executor = "fast";
-  system.components[0].callback_groups["apart"] = {.executor = "slow", .where = "test.yaml:5"};
-  for (const auto& callback : run(system).callbacks) {
-    EXPECT_EQ(callback.executor, callback.statistics.group == "apart" ? "slow" : "fast");
-  }
-  // Under one executor for all there is nothing to choose, and the result says so.
-  const ProcessResult overridden = run(system, {.executor = "events"});
-  ASSERT_EQ(overridden.notes.size(), 1u);
-  EXPECT_THAT(overridden.notes[0], HasSubstr("test.yaml:5"));
-}
-
 /// Exits with 0 when the threads of this process are called so, each once.
 [[noreturn]] void run_and_check_thread_names(const SystemDescription& system,
                                              const std::set<std::string>& expected) {

@@ -222,11 +222,14 @@ TEST_F(Loading, NeedsAnExecutorAndForRemovalAThread) {
   EXPECT_EQ(board.alive, 0);
 }
 
-TEST_F(Loading, IsRefusedByAStaticExecutor) {
+TEST_F(Loading, IsRefusedByAStaticExecutorThatSpins) {
   start("static_single_threaded");
-  EXPECT_THAT(error_of([&] { container_->load(guest_); }),
+  container_->load(guest_);  // from here on
+  ComponentDescription other = guest_;
+  other.name = "other";
+  EXPECT_THAT(error_of([&] { container_->load(other); }),
               HasSubstr("is static: nothing can be added after its first spin"));
-  EXPECT_EQ(board.alive, 0);
+  EXPECT_EQ(board.alive, 1);
 }
 
 TEST_F(Loading, AComponentThatCannotBeUnloadedKeepsItsServicesAndItsExecutors) {

@@ -33,6 +33,12 @@ struct ProcessResult {
     std::string executor_type = {}, scheduler = {};  // empty: of Cyclone DDS
   };
 
+  /// An executor of components that ran.
+  struct UsedExecutor {
+    std::string name, type, scheduler;
+    std::size_t threads_given = 0;  // by the file; 0: the type decides
+  };
+
   struct ChainResult {
     std::string name;
     Nanoseconds deadline;
@@ -42,6 +48,7 @@ struct ProcessResult {
   std::string name;
   std::vector<Callback> callbacks;
   std::vector<ChainResult> chains;
+  std::vector<UsedExecutor> executors;
   std::vector<Thread> threads;
   double duration_s = 0;
   double cpu_percent = 0;  // of one CPU

@@ -91,9 +91,8 @@ ContainerStructure structure_of(const Container& container) {
   }
   const ModelledProcess made = container.modelled();
   for (const ExecutorDescription& executor : made.executors) {
-    const bool is_spare = executor.name == kDefaultExecutor && executor.where.empty() &&
-                          !used.contains(executor.name) && made.executors.size() > 1;
-    if (!is_spare) result.executors.push_back(executor_of(executor, made.threads));
+    if (used.contains(executor.name))
+      result.executors.push_back(executor_of(executor, made.threads));
   }
   result.rates = rates_of(plan, result.nodes);
   for (const PlannedChain& chain : plan.chains) {

@@ -25,6 +25,7 @@
 
 namespace TAKT_PUBLIC takt {
 
+class LatencySlices;
 class Watchdog;
 
 /// What an executor records of every callback. Where it is not `full`, the executor does not read
@@ -112,6 +113,8 @@ struct ExecutorOptions {
   /// How many of its last executions each thread records for a timeline; 0: none. Each then costs
   /// two system calls more, which read the thread's CPU time.
   std::size_t trace_events = 0;
+  /// Also counts the latencies of messages there, at the level `full`; executors may share it.
+  std::shared_ptr<LatencySlices> slices;
   /// Reports missed deadlines when they are missed; without it, they are reported when callbacks
   /// return.
   std::shared_ptr<Watchdog> watchdog;

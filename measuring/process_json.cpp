@@ -151,6 +151,14 @@ json process_json(const ProcessResult& process) {
       trace.push_back(trace_json(process.name, thread));
     }
   }
+  json executors = json::array();
+  for (const auto& executor : process.executors) {
+    executors.push_back({{"process", process.name},
+                         {"name", executor.name},
+                         {"type", executor.type},
+                         {"scheduler", executor.scheduler},
+                         {"threads_given", executor.threads_given}});
+  }
   const auto counted = [&](std::uint64_t count) {
     return process.allocations_counted ? json(count) : json();
   };
@@ -158,6 +166,7 @@ json process_json(const ProcessResult& process) {
       {"duration_s", process.duration_s},
       {"callbacks", callbacks_json(process)},
       {"chains", chains_json(process)},
+      {"executors", std::move(executors)},
       {"threads", std::move(threads)},
       {"processes",
        json::array({{{"name", process.name},

@@ -37,7 +37,7 @@ Assignment assign(const std::vector<Callback>& callbacks, const std::vector<Chai
     bool has_executor = false;
     for (const std::size_t callback : chains[chain].callbacks) {
       std::size_t& executor = result.executor_of_unit[callbacks[callback].unit];
-      if (executor != kNone) continue;
+      if (executor != kNone || callbacks[callback].is_placed) continue;
       if (!std::exchange(has_executor, true)) {
         const int rank = static_cast<int>(result.executors.size());
         result.executors.push_back({chain, std::max(highest - rank, 1), 0, 0});

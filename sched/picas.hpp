@@ -16,6 +16,7 @@ namespace TAKT_PUBLIC picas {
 struct Callback {
   std::size_t unit = 0;
   double utilisation = 0;  // of one CPU; 0: not known
+  bool is_placed = false;  // its unit has an executor already
 };
 struct Chain {
   int priority = 0;                    // larger is more critical; equal ones: the first in the list
@@ -43,7 +44,8 @@ struct Assignment {
 /// II.  Every callback of a more critical chain is more urgent than every one of a less critical
 ///      chain. A callback of several chains belongs to the most critical.
 /// III. Each chain has an executor of its own, which gets the units of the chain that no more
-///      critical chain has.
+///      critical chain has. Units that are placed already are left out; a chain without others has
+///      none.
 /// IV.  The executor of the more critical chain has the larger thread priority.
 /// V.   An executor stays on one CPU, for which the least used one is taken, the most critical
 /// chain

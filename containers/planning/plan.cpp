@@ -153,6 +153,15 @@ std::vector<PlannedChain> found_chains(const SystemDescription& description,
   return chains;
 }
 
+Plan::Executor executor_of(const picas::Assignment::Executor& assigned, const std::string& name) {
+  return {name,
+          {.name = name,
+           .policy = ThreadPolicy::fifo,
+           .priority = assigned.thread_priority,
+           .affinity = {assigned.cpu}},
+          assigned.utilisation};
+}
+
 }  // namespace
 
 std::string to_string(const Chain::Step& step) {
@@ -196,7 +205,8 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
   return chains;
 }
 
-Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes) {
+Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
+               const std::vector<const CallbackGroup*>& placed) {
   Plan plan;
   std::vector<picas::Callback> callbacks;
   std::vector<const CallbackGroup*> units;
@@ -204,7 +214,8 @@ Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_p
     for (const auto& entity : node->entities()) {
       const CallbackGroup* group = entity->group().get();
       const auto unit = std::find(units.begin(), units.end(), group);
-      callbacks.push_back({static_cast<std::size_t>(unit - units.begin()), 0});
+      const bool is_placed = std::find(placed.begin(), placed.end(), group) != placed.end();
+      callbacks.push_back({static_cast<std::size_t>(unit - units.begin()), 0, is_placed});
       if (unit == units.end()) units.push_back(group);
       plan.callbacks.push_back({node, entity, entity->period(), 0, {}, {}});
     }
@@ -234,13 +245,7 @@ Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_p
   const picas::Assignment assigned =
       picas::assign(callbacks, paths, available_cpus(), kHighestPriority);
   for (const auto& executor : assigned.executors) {
-    const std::string& name = chains[executor.chain].options.name;
-    plan.executors.push_back({name,
-                              {.name = name,
-                               .policy = ThreadPolicy::fifo,
-                               .priority = executor.thread_priority,
-                               .affinity = {executor.cpu}},
-                              executor.utilisation});
+    plan.executors.push_back(executor_of(executor, chains[executor.chain].options.name));
   }
   for (std::size_t i = 0; i < callbacks.size(); ++i) {
     Plan::Callback& callback = plan.callbacks[i];

@@ -53,8 +53,10 @@ std::vector<PlannedChain> find_chains(const SystemDescription& description,
                                       const std::vector<std::shared_ptr<Node>>& nodes,
                                       std::vector<std::string>& errors);
 
-/// Makes the plan with picas::assign. Thread priorities start at 80 and decrease.
-Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes);
+/// Makes the plan with picas::assign. Thread priorities start at 80 and decrease. `placed`: groups
+/// that have an executor already; a chain gets one only for others.
+Plan make_plan(std::vector<PlannedChain> chains, const std::vector<std::shared_ptr<Node>>& nodes,
+               const std::vector<const CallbackGroup*>& placed = {});
 
 }  // namespace takt
 

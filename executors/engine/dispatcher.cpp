@@ -193,7 +193,7 @@ void Dispatcher::finish(Worker& worker, Execution& execution, ExecutionTimes tim
     times.picked = std::max(times.picked, execution.slot.ready_time);
     times.start = std::max(times.start, times.picked);
     if (is_taken && observation_.records_times())
-      Observation::record_times(record, execution.slot, times);
+      observation_.record_times(record, execution.slot, times);
     if (is_taken && worker.trace != nullptr)
       Observation::trace(worker, record, execution.slot, times);
     ready_.report_execution(record, execution.as_picked, times.end - times.start);

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include "takt/base/logger.hpp"
+#include "takt/executors/latency_slices.hpp"
 #include "takt/nodes/chain.hpp"
 #include "takt/nodes/chain_join.hpp"
 
@@ -39,6 +40,7 @@ void Observation::record_times(CallbackRecord& record, const Slot& slot,
   if (MessageTimes* const parts = record.message_times.get(); parts != nullptr) {
     parts->waiting.record(at.picked - slot.ready_time);
     parts->take.record(at.start - at.picked);
+    if (options_.slices != nullptr) options_.slices->record(at.start, latency);
   }
   const Nanoseconds period = slot.expected_period;
   if (period == Nanoseconds::zero() || record.is_timer()) return;

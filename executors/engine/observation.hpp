@@ -58,8 +58,7 @@ class Observation {
                                                  Execution& execution, const Dispatch& dispatch,
                                                  const ExecutionTimes& times);
   /// With the dispatch lock held.
-  static void record_times(CallbackRecord& record, const Slot& slot,
-                           const ExecutionTimes& times) noexcept;
+  void record_times(CallbackRecord& record, const Slot& slot, const ExecutionTimes& times) noexcept;
   [[gnu::cold, gnu::noinline]] static void trace(Worker& worker, CallbackRecord& record,
                                                  const Slot& slot,
                                                  const ExecutionTimes& times) noexcept;

@@ -41,8 +41,9 @@ std::terminate_handler other_handler = nullptr;  // the program's, or the langua
 }
 
 void catch_errors() {
-  constexpr const char* kVariables[] = {"TAKT_EXECUTOR",        "TAKT_SCHEDULER", "TAKT_CONFIG",
-                                        "TAKT_CONFIG_TEMPLATE", "TAKT_RESULTS",   "TAKT_NODES"};
+  constexpr const char* kVariables[] = {"TAKT_EXECUTOR",       "TAKT_PLACEMENT", "TAKT_SCHEDULER",
+                                        "TAKT_CONFIG",         "TAKT_RESULTS",   "TAKT_NODES",
+                                        "TAKT_CONFIG_TEMPLATE"};
   const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
   if (std::any_of(std::begin(kVariables), std::end(kVariables), is_set)) {
     other_handler = std::set_terminate(end_with_error);
@@ -96,6 +97,7 @@ Program& Program::instance() {
 Program::Program() {
   catch_errors();
   variables_.executor = variable("TAKT_EXECUTOR");
+  variables_.placement = variable("TAKT_PLACEMENT");
   variables_.scheduler = variable("TAKT_SCHEDULER");
   if (const std::string path = variable("TAKT_CONFIG"); !path.empty()) {
     file_ = takt::read_system(path);
@@ -125,6 +127,11 @@ Program::Program() {
   // The file may have loaded them.
   check(takt::executors(), variables_.executor, "TAKT_EXECUTOR");
   check(takt::schedulers(), variables_.scheduler, "TAKT_SCHEDULER");
+  if (const std::string& placement = variables_.placement;
+      !placement.empty() && placement != "file" && placement != "merged") {
+    throw takt::Error("there is no placement '" + takt::printable(placement) + "'",
+                      "choose file or merged", "TAKT_PLACEMENT");
+  }
   if (!file_ && !template_ && !results_) return;
   on_exit(  // nothing throws any more
       [](int status, void* /*unused*/) {
@@ -276,6 +283,7 @@ void Program::start() {
   if (container_ != nullptr || is_ending_ || !has_any) return;
   takt::ContainerOverrides overrides;
   overrides.executor = variables_.executor;
+  if (variables_.placement == "merged") overrides.placement = takt::Placement::merged;
   overrides.scheduler = variables_.scheduler;
   overrides.trace_events = variables_.trace_events;
   overrides.find_node = [this](const takt::ComponentDescription& wanted) {
@@ -407,7 +415,8 @@ int Program::at_exit() noexcept {
   } catch (const takt::Error&) {  // it spins: a callback has called exit
     results_->note_spinning("of the file");
   }
-  report([this] { results_->write(variables_.executor, variables_.scheduler); });
+  report(
+      [this] { results_->write(variables_.executor, variables_.placement, variables_.scheduler); });
   return status;
 }
 

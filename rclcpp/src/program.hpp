@@ -82,7 +82,7 @@ class Program {
   int at_exit() noexcept;  // the status of what is wrong, or 0
 
   struct Variables {
-    std::string executor, scheduler, nodes;
+    std::string executor, placement, scheduler, nodes;
     std::size_t trace_events = 0;
   };
   Variables variables_;

@@ -103,6 +103,8 @@ void Results::ends(const takt::Executor& executor) {
     part.callbacks.push_back({kind.mapped().executor, std::move(callback)});
   }
   if (part.callbacks.empty()) return;
+  part.executors.push_back(
+      {kind.mapped().executor, kind.mapped().executor, kind.mapped().scheduler});
   for (takt::ThreadStatistics& thread : executor.thread_statistics()) {
     if (!thread.in_force.refused.empty()) part.notes.push_back(thread.in_force.refused);
     part.threads.push_back({kind.mapped().executor, std::move(thread), kind.mapped().executor,
@@ -120,6 +122,11 @@ void Results::add(const takt::ProcessResult& part) {
       const takt::CallbackStatistics& name = callback.statistics;
       return std::tie(callback.executor, name.node, name.group, name.callback, name.kind);
     });
+  }
+  for (const takt::ProcessResult::UsedExecutor& more : part.executors) {
+    const bool is_known = std::any_of(sum_.executors.begin(), sum_.executors.end(),
+                                      [&](const auto& known) { return known.name == more.name; });
+    if (!is_known) sum_.executors.push_back(more);
   }
   for (const takt::ProcessResult::Thread& more : part.threads) {
     if (more.statistics.in_force.tid == 0) continue;  // its executor has only spun some
@@ -158,7 +165,8 @@ void Results::note(const std::string& text) {
   }
 }
 
-void Results::write(const std::string& executor, const std::string& scheduler) {
+void Results::write(const std::string& executor, const std::string& placement,
+                    const std::string& scheduler) {
   if (sum_.duration_s == 0) has_spun(true);  // a callback has called exit
   while (!executors_.empty()) {
     const Kind kind = executors_.begin()->second;
@@ -179,6 +187,7 @@ void Results::write(const std::string& executor, const std::string& scheduler) {
   run["releases"] = {{"due", releases.due}, {"served", releases.served}};
   run["file"] = program_invocation_name;
   run["executor"] = executor.empty() ? "file" : executor;
+  run["placement"] = placement.empty() ? "file" : placement;
   run["scheduler"] = scheduler.empty() ? "file" : scheduler;
   run["composition"] = "file";
   run["transport"] = "auto";

@@ -36,8 +36,9 @@ class Results {
   void add(const takt::ProcessResult& part);
   /// That it cannot be asked.
   void note_spinning(const std::string& executor);
-  /// `executor`, `scheduler`: of the environment. Throws takt::Error if it cannot be written.
-  void write(const std::string& executor, const std::string& scheduler);
+  /// The names are of the environment. Throws takt::Error if it cannot be written.
+  void write(const std::string& executor, const std::string& placement,
+             const std::string& scheduler);
 
  private:
   struct Kind {

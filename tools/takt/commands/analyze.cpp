@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string file, explained, sweep, report, json, suggest;
+  std::string file, explained, sweep, report, json, suggest, placement = "file";
   bool allows_unbounded = false;
   AnalyzeOptions how;
 };
@@ -67,6 +67,7 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
 
 void run(Options options) {
   check_writable(options.json);
+  if (options.placement == "merged") options.how.overrides.placement = Placement::merged;
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
     read_system(options.file, options.how.settings);  // its errors are not the program's
@@ -111,8 +112,9 @@ void set_up(CLI::App* command) {
   command->add_option("--model", options->how.model,
                       "A file of `takt model`, with measured execution times and arrivals");
   command->add_option("--executor", options->how.overrides.executor,
-                      "As for `takt run`: one executor of this type runs all components (see: takt "
-                      "list executors)");
+                      "As for `takt run`: makes each executor of the file one of this type (see: "
+                      "takt list executors)");
+  placement_option(command, options->placement);
   command->add_option("--scheduler", options->how.overrides.scheduler,
                       "As for `takt run` (see: takt list schedulers)");
   command->add_option("--explain", options->explained,

@@ -21,6 +21,7 @@
 #include "exit_status.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
+#include "run/comparison.hpp"
 #include "run/live_line.hpp"
 #include "run/result_files.hpp"
 #include "run/result_json.hpp"
@@ -35,31 +36,10 @@ using nlohmann::json;
 
 struct Options {
   std::vector<std::string> files;
-  std::string executors = "all", schedulers, compositions = "file", duration = "5s", against, save,
-              report;
+  std::string executors = "all", placement = "file", schedulers, compositions = "file",
+              duration = "5s", against, save, report;
   ResultFiles results;
   int repeat = 1;
-};
-
-/// All repeats of one chain, in all processes that it passes through.
-struct ChainComparison {
-  std::uint64_t instances = 0, misses = 0, aborted = 0;
-  Histogram latency;
-};
-
-/// All repeats of one file under one executor and scheduler.
-struct Comparison {
-  std::string file, executor, scheduler, composition = "file";
-  Histogram latency;        // of all subscriptions, over all repeats
-  Histogram timer_latency;  // due → start
-  std::uint64_t received = 0, lost = 0, dropped = 0, overruns = 0, deadline_misses = 0;
-  rt::Releases releases;                          // of timers
-  double seconds = 0;                             // of all repeats
-  bool is_long = false;                           // one took longer than was asked for
-  std::optional<std::uint64_t> late, too_late;    // of publishers whose periods are known
-  std::map<std::string, ChainComparison> chains;  // by name
-  // One value for each repeat; tables show the median.
-  std::vector<double> cpu_percent, wakeups_per_s, pss_mb;
 };
 
 /// The word for the executor or scheduler given in the file.
@@ -75,61 +55,6 @@ std::vector<std::string> selection(const std::string& text, const AnyRegistry& r
     names.push_back(name);
   }
   return names;
-}
-
-void add_callbacks(Comparison& row, const json& run) {
-  for (const json& callback : run.at("callbacks")) {
-    const Histogram histogram = read_histogram(callback.at("latency_us"));
-    const auto sum = [&callback](const char* key, std::uint64_t& into) {
-      into += callback.at(key).get<std::uint64_t>();
-    };
-    sum("overruns", row.overruns);
-    if (callback.at("kind") == "timer") {
-      row.timer_latency.merge(histogram);
-      continue;
-    }
-    row.latency.merge(histogram);
-    sum("received", row.received);
-    sum("lost", row.lost);
-    sum("dropped", row.dropped);
-    const auto sum_known = [&callback](const char* key, std::optional<std::uint64_t>& into) {
-      const json& count = callback.at(key);
-      if (!count.is_null()) into = into.value_or(0) + count.get<std::uint64_t>();
-    };
-    sum_known("late", row.late);
-    sum_known("too_late", row.too_late);
-    sum("deadline_misses", row.deadline_misses);
-  }
-}
-
-/// Longer than a run that was asked for may take: its counts are no longer those of the others.
-bool is_long(double seconds, Nanoseconds asked) {
-  return seconds > 1.05 * rt::us(asked) / 1e6 + 0.05;
-}
-
-void add_run(Comparison& row, const json& run, Nanoseconds asked) {
-  add_callbacks(row, run);
-  const double seconds = run.at("duration_s");
-  row.seconds += seconds;
-  row.is_long = row.is_long || is_long(seconds, asked);
-  row.releases.due += run.at("releases").at("due").get<std::uint64_t>();
-  row.releases.served += run.at("releases").at("served").get<std::uint64_t>();
-  for (const json& chain : run.at("chains")) {
-    ChainComparison& sum = row.chains[chain.at("name")];
-    sum.instances += chain.at("instances").get<std::uint64_t>();
-    sum.misses += chain.at("misses").get<std::uint64_t>();
-    sum.aborted += chain.at("aborted").get<std::uint64_t>();
-    sum.latency.merge(read_histogram(chain.at("latency_us")));
-  }
-  double cpu_percent = 0, pss_kb = 0, wakeups = 0;
-  for (const json& thread : run.at("threads")) wakeups += thread.at("wakeups").get<double>();
-  for (const json& process : run.at("processes")) {
-    cpu_percent += process.at("cpu_percent").get<double>();
-    pss_kb += process.at("pss_kb").get<double>();
-  }
-  row.cpu_percent.push_back(cpu_percent);
-  row.wakeups_per_s.push_back(seconds == 0 ? 0 : wakeups / seconds);
-  row.pss_mb.push_back(pss_kb / 1024);
 }
 
 /// The cells that identify a row.
@@ -163,6 +88,7 @@ class Names {
 
 std::string other_names(const Comparison& row) {
   std::string text;
+  if (row.placement != kFile) text += " " + row.placement;
   if (!row.scheduler.empty()) text += " " + row.scheduler;
   if (row.composition != kFile) text += " " + row.composition;
   return text;
@@ -188,7 +114,8 @@ std::string per_second(std::uint64_t count, const Comparison& row) {
 }
 
 std::vector<std::string> cells_of(const Comparison& row) {
-  std::vector<std::string> cells{fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
+  std::vector<std::string> cells{row.setup.threads_text(),
+                                 fmt::format("{:.2f}{}", row.seconds, row.is_long ? "!" : ""),
                                  std::to_string(row.received), per_second(row.received, row)};
   for (const std::optional<std::uint64_t> count :
        {std::optional(row.lost), std::optional(row.dropped), std::optional(row.overruns), row.late,
@@ -217,13 +144,21 @@ std::string served_text(std::span<const Comparison> rows) {
   return text.empty() ? "" : fmt::format("releases of timers that were served: {}\n", text);
 }
 
+/// What else than its word a row differs in.
+void print_differences(std::span<const Comparison> rows) {
+  std::vector<std::pair<std::string, Setup>> setups;
+  for (const Comparison& row : rows)
+    setups.emplace_back(row.executor + other_names(row), row.setup);
+  for (const std::string& line : differences(setups)) rt::print("rows differ in {}\n", line);
+}
+
 /// Rows of one file.
 void print(std::span<const Comparison> rows, const std::string& runs) {
   const std::string title = with_program(rows.front().file);
   const Names names(rows);
-  Table table(names.header({"seconds", "received", "received/s", "lost", "dropped", "overruns",
-                            "late", "too_late", "misses", "p50", "p90", "p99", "p99.9", "max",
-                            "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
+  Table table(names.header({"threads", "seconds", "received", "received/s", "lost", "dropped",
+                            "overruns", "late", "too_late", "misses", "p50", "p90", "p99", "p99.9",
+                            "max", "timer_p99", "cpu_%", "wakeups/s", "pss_MB"}));
   // Sort by chain, so that compared rows are next to each other.
   std::map<std::string, std::vector<std::vector<std::string>>> by_chain;
   for (const Comparison& row : rows) {
@@ -239,6 +174,7 @@ void print(std::span<const Comparison> rows, const std::string& runs) {
       by_chain[name].push_back(names.row(row, cells));
     }
   }
+  print_differences(rows);
   table.print(
       fmt::format("{} ({}; latency of subscriptions in µs, publish → callback)", title, runs));
   rt::print("{}", served_text(rows));
@@ -283,7 +219,9 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
                                  "--json", "-",          "--histograms"};
   if (!row.file.empty()) words.push_back(row.file);
   if (row.composition != kFile) words.insert(words.end(), {"--composition", row.composition});
-  if (row.executor != kFile) words.insert(words.end(), {"--executor", row.executor});
+  if (row.executor != kFile) {
+    words.insert(words.end(), {"--executor", row.executor, "--placement", row.placement});
+  }
   if (!row.scheduler.empty() && row.scheduler != kFile) {
     words.insert(words.end(), {"--scheduler", row.scheduler});
   }
@@ -298,7 +236,7 @@ std::vector<std::string> words_of(const Comparison& row, const Options& options)
 /// "events", "events edf", "events per-node".
 std::string what_differs(const Comparison& row) {
   std::string text = row.executor;
-  for (const std::string& part : {row.scheduler, row.composition}) {
+  for (const std::string& part : {row.placement, row.scheduler, row.composition}) {
     if (!part.empty() && part != "file") text += " " + part;
   }
   return text;
@@ -378,6 +316,7 @@ std::vector<Comparison> rows_of(Options& options) {
         for (const std::string& composition : composition_names) {
           rows.push_back({.file = file,
                           .executor = executor,
+                          .placement = executor == kFile ? std::string(kFile) : options.placement,
                           .scheduler = scheduler,
                           .composition = composition});
         }
@@ -408,7 +347,7 @@ void check_outputs(const Options& options) {
 Against find_against(const Options& options, std::span<const Comparison> rows) {
   std::vector<RowName> names;
   for (const Comparison& row : rows) {
-    names.push_back({with_program(row.file), row.executor,
+    names.push_back({with_program(row.file), row.executor, row.placement,
                      row.scheduler.empty() ? std::string(kFile) : row.scheduler, row.composition});
   }
   return find_against(options.against, names);
@@ -459,6 +398,7 @@ void set_up(CLI::App* command) {
       "--executors", options->executors,
       "all, or a list: events,single_threaded; file: as in the file (see: takt list "
       "executors)");
+  placement_option(command, options->placement);
   command->add_option("--schedulers", options->schedulers,
                       "all, or a list (default: that of each executor; see: takt list schedulers)");
   command->add_option("--compositions", options->compositions,

@@ -48,6 +48,7 @@ json plan_json(const std::string& process, const Container& container) {
     json threads = json::array();
     const auto found = std::find_if(made.begin(), made.end(),
                                     [&](const auto& each) { return each.name == executor.name; });
+    if (found == made.end()) continue;  // it serves nobody
     for (const ContainerStructure::Thread& thread : found->threads) {
       threads.push_back({{"name", thread.name},
                          {"policy", thread.policy},

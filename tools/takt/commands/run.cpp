@@ -1,9 +1,9 @@
 // takt run: runs the system described by a file, and reports measurements.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <map>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,12 +21,13 @@
 #include "prompt/values.hpp"
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
+#include "run/latencies_over_time.hpp"
 #include "run/processes.hpp"
 #include "run/program.hpp"
 #include "run/result_files.hpp"
 #include "run/result_json.hpp"
+#include "run/result_tables.hpp"
 #include "run/trace.hpp"
-#include "table.hpp"
 
 namespace takt::tools::run_command {
 namespace {
@@ -39,143 +40,12 @@ constexpr std::size_t kTraceEvents = 65'536;
 struct Options {
   std::string process;  // of a system whose parent is at the other end of the connection
   int connection = -1;
-  std::string file, name, executor, scheduler, composition = "file", transport = "auto", duration,
-                                               trace, recordings;
+  std::string file, name, executor, placement = "file", scheduler, composition = "file",
+                                    transport = "auto", duration, trace, recordings;
   ResultFiles results;
   std::vector<std::string> load;
   bool histograms = false;
 };
-
-/// "-" where nothing was measured.
-std::string us(const json& value) {
-  if (value.is_null()) return "-";
-  return microseconds(from_us(value));
-}
-
-/// Of a histogram with a full bucket, percentiles are marked.
-std::string percentile(const json& times, const char* which) {
-  return us(times.at(which)) + (times.contains("saturated") ? "~" : "");
-}
-
-template <class T>
-std::string text(const json& value) {
-  return fmt::format("{}", value.get<T>());
-}
-
-/// A table whose first column is the process, if there are several.
-class ProcessTable {
- public:
-  ProcessTable(const json& run, std::vector<std::string> header)
-      : several_(run.at("processes").size() > 1), table_(with("process", std::move(header))) {}
-  void add(const json& process, std::vector<std::string> row) {
-    table_.add(with(process.get<std::string>(), std::move(row)));
-  }
-  void print(const std::string& title) const { table_.print(title); }
-
- private:
-  std::vector<std::string> with(const std::string& first, std::vector<std::string> row) const {
-    if (several_) row.insert(row.begin(), first);
-    return row;
-  }
-  const bool several_;
-  Table table_;
-};
-
-void print_callbacks(const json& run) {
-  ProcessTable table(run, {"executor", "node", "callback", "kind", "received", "lost", "dropped",
-                           "overruns", "late", "too_late", "misses", "p50", "p90", "p99", "p99.9",
-                           "max", "exec_p50", "exec_max"});
-  for (const json& row : run.at("callbacks")) {
-    const auto word = [&](const char* key) { return row.at(key).get<std::string>(); };
-    const auto number = [&](const char* key) { return row.at(key).get<std::uint64_t>(); };
-    const auto number_or_dash = [](const json& count) {
-      return count.is_null() ? "-" : text<std::uint64_t>(count);
-    };
-    const json& latency = row.at("latency_us");
-    const json& execution = row.at("execution_us");
-    table.add(row.at("process"),
-              {word("executor"), word("node"), word("callback"), word("kind"),
-               std::to_string(number("received")),
-               word("kind") == "timer" ? "-" : std::to_string(number("lost")),
-               word("kind") == "timer" ? "-" : std::to_string(number("dropped")),
-               std::to_string(number("overruns")), number_or_dash(row.at("late")),
-               number_or_dash(row.at("too_late")), std::to_string(number("deadline_misses")),
-               percentile(latency, "p50"), percentile(latency, "p90"), percentile(latency, "p99"),
-               percentile(latency, "p999"), us(latency.at("max")), percentile(execution, "p50"),
-               us(execution.at("max"))});
-  }
-  table.print("callbacks (latency and execution in µs; a timer's latency is due → start)");
-}
-
-/// As `SCHED_FIFO`, `SCHED_DEADLINE 2ms/10ms`, `SCHED_OTHER (refused)`.
-std::string policy_text(const json& state) {
-  std::string text = state.at("policy");
-  if (state.contains("runtime_us")) {
-    text += fmt::format(" {}ms/{}ms", state.at("runtime_us").get<double>() / 1e3,
-                        state.at("period_us").get<double>() / 1e3);
-  }
-  return text + (state.contains("refused") ? " (refused)" : "");
-}
-
-void print_chains(const json& run) {
-  ProcessTable table(run, {"chain", "instances", "misses", "aborted", "deadline", "p50", "p90",
-                           "p99", "p99.9", "max"});
-  for (const json& row : run.at("chains")) {
-    const json& latency = row.at("latency_us");
-    const bool has_deadline = row.at("deadline_us").get<double>() != 0;
-    table.add(
-        row.at("process"),
-        {row.at("name"), text<std::uint64_t>(row.at("instances")),
-         has_deadline && row.at("instances") != 0 ? text<std::uint64_t>(row.at("misses")) : "-",
-         text<std::uint64_t>(row.at("aborted")), has_deadline ? us(row.at("deadline_us")) : "-",
-         percentile(latency, "p50"), percentile(latency, "p90"), percentile(latency, "p99"),
-         percentile(latency, "p999"), us(latency.at("max"))});
-  }
-  table.print("chains (release of the first callback → end of the last, in µs)");
-}
-
-void print_topics(const json& run) {
-  if (run.at("topics").empty()) return;
-  ProcessTable table(run, {"topic", "end", "matched", "messages", "uncopied", "lost", "transport"});
-  for (const json& row : run.at("topics")) {
-    table.add(row.at("process"),
-              {row.at("topic"), row.at("is_writer") ? "publisher" : "subscription",
-               text<std::uint64_t>(row.at("matched")), text<std::uint64_t>(row.at("messages")),
-               text<std::uint64_t>(row.at("uncopied")), text<std::uint64_t>(row.at("lost")),
-               row.at("transport")});
-  }
-  table.print("topics between processes (uncopied: sent or received without a copy)");
-}
-
-void print_threads(const json& run) {
-  ProcessTable table(run, {"executor", "thread", "policy", "priority", "nice", "cpus", "cpu_%",
-                           "spin_%", "wakeups"});
-  for (const json& row : run.at("threads")) {
-    const json& state = row.at("in_force");
-    table.add(row.at("process"),
-              {row.at("executor"), row.at("name"), policy_text(state),
-               text<int>(state.at("priority")), text<int>(state.at("nice")),
-               fmt::format("{}", fmt::join(state.at("affinity").get<std::vector<int>>(), ",")),
-               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
-               fmt::format("{:.2f}", row.at("spin_percent").get<double>()),
-               text<std::uint64_t>(row.at("wakeups"))});
-  }
-  table.print("threads (attributes in force)");
-}
-
-void print_processes(const json& run) {
-  Table table({"process", "seconds", "cpu_%", "pss_MB", "allocations", "in_dds"});
-  const auto count = [](const json& value) {
-    return value.is_null() ? "-" : text<std::uint64_t>(value);
-  };
-  for (const json& row : run.at("processes")) {
-    table.add({row.at("name"), fmt::format("{:.2f}", run.at("duration_s").get<double>()),
-               fmt::format("{:.2f}", row.at("cpu_percent").get<double>()),
-               fmt::format("{:.1f}", row.at("pss_kb").get<double>() / 1024),
-               count(row.at("allocations_while_spinning")), count(row.at("allocations_in_dds"))});
-  }
-  table.print("processes (allocations: on executor threads, while spinning)");
-}
 
 /// `content`: of the variable, which an error must name if nobody has given the option.
 template <class Registry>
@@ -194,6 +64,22 @@ void check_name(const Registry& registry, const std::string& name, const char* v
 void check_names(const Options& options) {
   check_name(executors(), options.executor, "TAKT_EXECUTOR", std::getenv("TAKT_EXECUTOR"));
   check_name(schedulers(), options.scheduler, "TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"));
+}
+
+/// Of the option if it is given, else of the environment.
+void choose_placement(Options& options, bool is_given) {
+  if (is_given && options.executor.empty() && options.placement != "file") {
+    throw Error("--placement merged is for an executor type that replaces those of the file",
+                "give --executor, or leave it out");
+  }
+  const char* const value = std::getenv("TAKT_PLACEMENT");
+  if (is_given || value == nullptr || *value == '\0') return;
+  const std::vector<std::string> valid{"file", "merged"};
+  if (std::find(valid.begin(), valid.end(), value) == valid.end()) {
+    throw Error(fmt::format("there is no placement '{}'", printable(value)), suggest(value, valid),
+                "TAKT_PLACEMENT");
+  }
+  options.placement = value;
 }
 
 /// An empty container for components that are loaded later.
@@ -267,10 +153,21 @@ std::vector<SystemDescription> processes(const Options& options) {
   return result;
 }
 
+/// 0: until a signal.
+Nanoseconds duration_of(const Options& options) {
+  return options.duration.empty() ? Nanoseconds::zero() : parse_run_time(options.duration);
+}
+
+std::size_t trace_events(const Options& options) {
+  return options.trace.empty() ? 0 : kTraceEvents;
+}
+
 ContainerOverrides overrides(const Options& options) {
   return {.executor = options.name.empty() ? options.executor : "",
+          .placement = options.placement == "merged" ? Placement::merged : Placement::file,
           .scheduler = options.scheduler,
-          .trace_events = !options.trace.empty() ? kTraceEvents : 0};
+          .trace_events = trace_events(options),
+          .slices = slices_for(duration_of(options))};
 }
 
 /// What makes this program one process of the same system.
@@ -280,10 +177,12 @@ std::vector<std::string> words_of(const Options& options) {
     if (!value.empty()) words.insert(words.end(), {option, value});
   };
   add("--executor", options.executor);
+  if (!options.executor.empty()) add("--placement", options.placement);
   add("--scheduler", options.scheduler);
   add("--composition", options.composition);
   add("--transport", options.transport);
   add("--trace", options.trace);
+  add("--duration", options.duration);
   return words;
 }
 
@@ -304,7 +203,10 @@ void serve_parent(const Options& options) {
 /// Whether a trigger or a period decides when the executor of a traced thread runs.
 bool is_triggered(const std::vector<SystemDescription>& system, const json& thread,
                   const Options& options) {
-  if (!options.executor.empty()) return false;  // an executor without
+  if (!options.executor.empty() &&
+      (options.placement == "merged" || !executors().traits(options.executor).triggered)) {
+    return false;  // an executor without
+  }
   for (const SystemDescription& process : system) {
     for (const ExecutorDescription& executor : process.executors) {
       const bool is_here = system.size() == 1 || process.name == thread.at("process");
@@ -339,11 +241,12 @@ json executors_json(const json& run, bool has_several_processes) {
 
 /// The timeline of the run.
 void write_traced(json& run, const std::vector<SystemDescription>& system, const Options& options) {
-  run["executors"] = executors_json(run, system.size() > 1);
+  run["traced_executors"] = executors_json(run, system.size() > 1);
   for (json& thread : run.at("trace")) {
     thread["is_prompt"] = thread.at("is_realtime") && !is_triggered(system, thread, options);
   }
   write_trace(make_trace(run), options.trace);
+  run.erase("traced_executors");
 }
 
 /// A variable that somebody exported long ago changes what runs.
@@ -353,20 +256,33 @@ void note_variables(const Options& options) {
     rt::to_stderr("note: {}={} is in force\n", name, value);
   };
   note("TAKT_EXECUTOR", std::getenv("TAKT_EXECUTOR"), options.executor);
+  note("TAKT_PLACEMENT", std::getenv("TAKT_PLACEMENT"), options.placement);
   note("TAKT_SCHEDULER", std::getenv("TAKT_SCHEDULER"), options.scheduler);
+}
+
+/// Somebody may expect all on one executor, as Takt once did.
+void note_placement(const json& run, const Options& options) {
+  if (options.executor.empty() || options.placement != "file") return;
+  std::set<std::string> names;
+  for (const json& executor : run.at("executors")) names.insert(executor.at("name"));
+  if (names.size() < 2) return;
+  rt::to_stderr(
+      "note: --executor {}: the executors {} keep their threads; --placement merged puts all "
+      "components of a process on one\n",
+      options.executor, fmt::join(names, ", "));
 }
 
 /// As run_processes.
 json run_system(const std::vector<SystemDescription>& system, const Options& options) {
-  const Nanoseconds duration =
-      options.duration.empty() ? Nanoseconds::zero() : parse_run_time(options.duration);
+  const Nanoseconds duration = duration_of(options);
   if (!program_words().empty()) {
     return run_program({.words = program_words(),
                         .file = options.file,
                         .executor = options.executor,
+                        .placement = options.executor.empty() ? "" : options.placement,
                         .scheduler = options.scheduler,
                         .duration = duration,
-                        .trace_events = overrides(options).trace_events,
+                        .trace_events = trace_events(options),
                         .has_stdout = !options.results.use_stdout()});
   }
   note_variables(options);
@@ -394,16 +310,17 @@ void run(const Options& options) {
   run.erase("signal");
   run["file"] = options.name.empty() ? with_program(options.file) : "--name " + options.name;
   run["executor"] = options.executor.empty() ? "file" : options.executor;
+  run["placement"] = options.placement;
   run["scheduler"] = options.scheduler.empty() ? "file" : options.scheduler;
   run["composition"] = options.composition;
   run["transport"] = options.transport;
   run["repeat"] = 0;
   if (!options.results.use_stdout()) {  // else they are in it
     for (const json& note : run.at("notes")) rt::to_stderr("note: {}\n", note.get<std::string>());
+    note_placement(run, options);
   }
   if (!options.trace.empty()) write_traced(run, system, options);
   run.erase("trace");
-  run.erase("executors");
   if (options.results.any() && !options.histograms) {
     for (json& callback : run.at("callbacks")) {
       for (const char* times : {"latency_us", "waiting_us", "take_us", "execution_us"}) {
@@ -417,44 +334,46 @@ void run(const Options& options) {
   if (options.histograms) document["bucket_limits_us"] = rt::bucket_limits_us();
   options.results.write(document);
   if (!options.results.use_stdout()) {
-    print_callbacks(run);
-    print_chains(run);
-    print_topics(run);
-    print_threads(run);
-    print_processes(run);
+    print_result(run);
   }
   if (!failed.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(failed, "\n")));
   check_complete(signal, /*ends_by_itself=*/!options.duration.empty());
 }
 
-void set_up(CLI::App* command) {
-  const auto options = std::make_shared<Options>();
-  CLI::Option* file = command->add_option("FILE", options->file,
-                                          "A configuration file, or an iRobot JSON workload");
+/// Options of a container that is no file's.
+void add_empty_container(CLI::App* command, Options& options, CLI::Option* file) {
   CLI::Option* name =
       command
-          ->add_option("--name", options->name,
+          ->add_option("--name", options.name,
                        "Instead of FILE: run an empty container with this name on DDS, into which "
                        "you load components (see: takt component)")
           ->excludes(file);
   command
       ->add_option(
-          "--load", options->load,
+          "--load", options.load,
           "With --name: the libraries it may load on request: off, index, any, or a folder in "
           "addition to the index; may be repeated for folders (default: index)")
       ->allow_extra_args(false)
       ->needs(name);
   command
       ->add_option(
-          "--recordings", options->recordings,
+          "--recordings", options.recordings,
           "With --name: the folder beneath which components that are loaded on request may "
           "write and read recordings (default: none)")
       ->needs(name);
+}
+
+void set_up(CLI::App* command) {
+  const auto options = std::make_shared<Options>();
+  CLI::Option* file = command->add_option("FILE", options->file,
+                                          "A configuration file, or an iRobot JSON workload");
+  add_empty_container(command, *options, file);
   command
       ->add_option("--executor", options->executor,
-                   "Run all components under one executor of this type (default: TAKT_EXECUTOR, "
+                   "Make each executor of the file one of this type (default: TAKT_EXECUTOR, "
                    "else as the file says; see: takt list executors)")
       ->envname("TAKT_EXECUTOR");
+  CLI::Option* placement = placement_option(command, options->placement);
   command
       ->add_option("--scheduler", options->scheduler,
                    "Scheduler of every executor (default: TAKT_SCHEDULER, else as the file says; "
@@ -481,7 +400,10 @@ void set_up(CLI::App* command) {
       "Example:\n"
       "  takt run robot.yaml --executor events --duration 10s\n"
       "  takt run --duration 10s -- takt ros2 run my_package my_program\n");
-  command->callback([options] { run(*options); });
+  command->callback([options, placement] {
+    choose_placement(*options, placement->count() != 0);
+    run(*options);
+  });
 }
 const Command registered(
     "run", "Runs the system described by a file, or a program; Ctrl-C ends it cleanly", set_up,

@@ -71,6 +71,16 @@ CLI::Option* one_of(CLI::Option* option, const std::vector<std::string>& words) 
           ""));
 }
 
+CLI::Option* placement_option(CLI::App* command, std::string& placement) {
+  return one_of(
+      command->add_option(
+          "--placement", placement,
+          "With an executor type that replaces those of the file. file: each executor "
+          "keeps its components, threads and scheduler. merged: one serves all components "
+          "of a process, with all their threads (default: file)"),
+      {"file", "merged"});
+}
+
 CLI::Option* whole_number(CLI::Option* option, std::int64_t least, std::int64_t most) {
   return limited(option, "a whole number", least, most);
 }

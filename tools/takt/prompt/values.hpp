@@ -31,6 +31,9 @@ CLI::Option* time_text(CLI::Option* option, const std::string& or_word = {},
 CLI::Option* add_time_option(CLI::App& command, const std::string& names, Nanoseconds& time,
                              const std::string& what, Zero zero = Zero::refused);
 
+/// Adds --placement, of commands that take --executor: file, or merged.
+CLI::Option* placement_option(CLI::App* command, std::string& placement);
+
 /// Lets options of all commands that are numbers, and none of the above, say so in the same words;
 /// no value is empty.
 void finish_values(CLI::App& command);

@@ -66,6 +66,7 @@ class Child {
         EndGuard& guard)
       : parent_(parent),
         guard_(guard),
+        slices_(overrides.slices),
         container_(system, with_guard(std::move(overrides))),
         serves_itself_(system.dds && system.dds->serves_own_process) {}
 
@@ -105,10 +106,8 @@ class Child {
       container_.check_matches();
       check_ = kNever;
     }
-    if (now >= latencies_.due()) latencies_.look();
-    const TimePoint next = std::min(check_, latencies_.due());
-    const timespec time = to_timespec(next - now);
-    ppoll(events.data(), events.size(), next == kNever ? nullptr : &time, nullptr);
+    const timespec time = to_timespec(check_ - now);
+    ppoll(events.data(), events.size(), check_ == kNever ? nullptr : &time, nullptr);
     if (events[1].revents != 0) {
       guard_.ends(0);
       container_.hold();
@@ -127,7 +126,7 @@ class Child {
       container_.start([ended = ended_] { eventfd_write(ended, 1); });
     } else if (word == "release") {
       container_.release();
-      if (command.value("measures", false)) latencies_.begin();  // one that was restarted is late
+      if (!command.value("is_first", false)) slices_.reset();  // of another time than others'
       guard_.has_begun();
       check_ = later(Clock::steady().now(), kDiscoveryTime);
     } else if (word == "hold") {
@@ -141,7 +140,8 @@ class Child {
       container_.shut_down();
     } else if (word == "stop") {
       container_.stop();
-      answer = {{"result", rt::process_json(container_.result())}, {"over_time", latencies_.end()}};
+      answer = {{"result", rt::process_json(container_.result())},
+                {"over_time", slices_json(slices_.get())}};
     }
     return answer;
   }
@@ -150,8 +150,8 @@ class Child {
   EndGuard& guard_;
   const int ended_ =
       eventfd(0, EFD_CLOEXEC);  // an executor failed, or a component ends the container
+  std::shared_ptr<LatencySlices> slices_;
   Container container_;
-  LatenciesOverTime latencies_{container_};
   const bool serves_itself_;
   TimePoint check_ = kNever;
 };

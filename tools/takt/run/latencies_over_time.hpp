@@ -3,36 +3,22 @@
 #ifndef TAKT_TOOLS_TAKT_LATENCIES_OVER_TIME_HPP_
 #define TAKT_TOOLS_TAKT_LATENCIES_OVER_TIME_HPP_
 
+#include <memory>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include "takt/containers/container.hpp"
-#include "takt/measuring/over_time.hpp"
+#include "takt/executors/latency_slices.hpp"
 
 namespace takt::tools {
 
-/// Of the messages that a container's callbacks serve. Its thread looks a few times a second, later
-/// less often, at what the executors have counted; their threads do nothing for it.
-class LatenciesOverTime {
- public:
-  explicit LatenciesOverTime(const Container& container) : container_(container) {}
-  /// The timers have been released.
-  void begin();
-  /// When to look next; kNever before begin() and after end().
-  TimePoint due() const noexcept { return due_; }
-  void look();
-  /// The last look. Returns what combined_over_time() takes: null without begin().
-  nlohmann::json end();
+/// For a run of this length, of which each process has the same; nullptr for 0.
+std::shared_ptr<LatencySlices> slices_for(Nanoseconds duration);
 
- private:
-  const Container& container_;
-  rt::OverTime over_time_{std::chrono::milliseconds(125)};
-  Histogram before_;
-  TimePoint begin_{}, last_{}, due_ = kNever;
-};
+/// What one process has counted; null without slices.
+nlohmann::json slices_json(const LatencySlices* slices);
 
-/// Of the parts of all processes, as rt::over_time_json(); null if there is none.
+/// Of the slices_json() of all processes, as rt::over_time_json(); null if there is none.
 nlohmann::json combined_over_time(const std::vector<nlohmann::json>& parts);
 
 }  // namespace takt::tools

@@ -41,14 +41,8 @@ constexpr auto kStillLimit = 1s;  // what has not moved for so long is lost
 
 // ---- One process ----
 
-/// A run without is no measurement, but a robot's.
-bool has_end(Nanoseconds duration) {
-  return duration != Nanoseconds::zero();
-}
-
 /// Waits for this time and returns 0, or returns a signal when it arrives.
-int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container,
-                 LatenciesOverTime& latencies) {
+int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& container) {
   Progress progress(duration);
   TimePoint check = later(Clock::steady().now(), kDiscoveryTime);
   pollfd events{signals.fd(), POLLIN, 0};
@@ -57,9 +51,7 @@ int wait_for_end(Nanoseconds duration, const EndSignals& signals, Container& con
       container.check_matches();
       check = kNever;
     }
-    if (now >= latencies.due()) latencies.look();
-    const Nanoseconds until_due = std::min(check, latencies.due()) - now;
-    const timespec time = to_timespec(std::min(progress.show(now), until_due));
+    const timespec time = to_timespec(std::min(progress.show(now), check - now));
     ppoll(&events, 1, &time, nullptr);
     if (const int signal = signals.take(); signal != 0) return signal;
   }
@@ -87,16 +79,14 @@ json run_here(SystemDescription system, ContainerOverrides overrides, Nanosecond
   }
   int end = guard.has_begun();
   container.release();
-  LatenciesOverTime latencies(container);
-  if (has_end(duration)) latencies.begin();
-  if (end == 0) end = wait_for_end(duration, signals, container, latencies);
+  if (end == 0) end = wait_for_end(duration, signals, container);
   signals.let_through();
   guard.ends(end);
   container.hold();
   container.shut_down();
   container.stop();
   json result = rt::process_json(container.result());
-  result["over_time"] = combined_over_time({latencies.end()});
+  result["over_time"] = combined_over_time({slices_json(overrides.slices.get())});
   add_topics(result["topics"] = json::array(), system.name, endpoints_json(container));
   result["signal"] = end == SIGUSR1 ? 0 : end;
   return result;
@@ -157,7 +147,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   begin_work();
   supervisor.ask_to_match(count_matches(made));
   supervisor.ask("start");
-  supervisor.release(has_end(options.duration));
+  supervisor.release();
   std::vector<Attendant> attendants{{"takt", 0}};
   if (roudi != 0) attendants.emplace_back("iox-roudi", roudi);
   supervisor.watch(options.duration);
@@ -173,8 +163,8 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
   const std::vector<json> answers = supervisor.ask("stop");
 
   json all = rt::process_json({});
-  for (const char* list :
-       {"callbacks", "chains", "threads", "processes", "trace", "notes", "topics", "failed"}) {
+  for (const char* list : {"callbacks", "chains", "executors", "threads", "processes", "trace",
+                           "notes", "topics", "failed"}) {
     all[list] = json::array();
   }
   std::vector<json> parts;
@@ -185,7 +175,7 @@ json run_apart(const std::vector<SystemDescription>& processes, const RunOptions
     all["duration_s"] = one.at("duration_s");
     add_topics(all.at("topics"), one.at("processes").at(0).at("name"), states[i].at("endpoints"));
     for (const char* list :
-         {"callbacks", "chains", "threads", "processes", "trace", "notes", "failed"}) {
+         {"callbacks", "chains", "executors", "threads", "processes", "trace", "notes", "failed"}) {
       json& entries = one.at(list);
       all.at(list).insert(all.at(list).end(), entries.begin(), entries.end());
     }

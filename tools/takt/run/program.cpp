@@ -186,6 +186,7 @@ json run_program(const ProgramRun& run) {
              {{"TAKT_RESULTS", results},
               {"TAKT_CONFIG", absolute_path(run.file)},
               {"TAKT_EXECUTOR", run.executor},
+              {"TAKT_PLACEMENT", run.placement},
               {"TAKT_SCHEDULER", run.scheduler},
               {"TAKT_TRACE", run.trace_events == 0 ? "" : std::to_string(run.trace_events)}},
              run.has_stdout},

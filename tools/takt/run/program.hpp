@@ -14,11 +14,12 @@
 namespace takt::tools {
 
 struct ProgramRun {
-  std::vector<std::string> words;         // the program and its arguments
-  std::string file, executor, scheduler;  // empty: what the program or its environment has
-  Nanoseconds duration{0};                // 0: until it ends, or a signal
-  std::size_t trace_events = 0;           // see ExecutorOptions
-  bool has_stdout = true;                 // false: what it writes there goes to stderr
+  std::vector<std::string> words;  // the program and its arguments
+  std::string file, executor, placement,
+      scheduler;                 // empty: what the program or its environment has
+  Nanoseconds duration{0};       // 0: until it ends, or a signal
+  std::size_t trace_events = 0;  // see ExecutorOptions
+  bool has_stdout = true;        // false: what it writes there goes to stderr
 };
 
 /// Runs it in a process group of its own, by TAKT_RESULTS. At the end of the duration the group

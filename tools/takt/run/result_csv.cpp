@@ -39,7 +39,7 @@ class CsvLines {
   /// What follows is of this run, or of this ratio.
   void begin(const json& of) {
     first_.clear();
-    for (const char* key : {"file", "executor", "scheduler", "composition"}) {
+    for (const char* key : {"file", "executor", "placement", "scheduler", "composition"}) {
       first_ += cell(of.at(key)) + ",";
     }
     first_ += cell(of.value("repeat", json())) + "," + cell(of.at("duration_s"));
@@ -60,7 +60,8 @@ class CsvLines {
  private:
   std::string first_, second_;
   std::string text_ =
-      "file,executor,scheduler,composition,repeat,seconds,of,process,name,figure,n,from,to,value,"
+      "file,executor,placement,scheduler,composition,repeat,seconds,of,process,name,figure,n,from,"
+      "to,value,"
       "verdict\n";
 };
 

@@ -29,7 +29,7 @@ json document() {
   json run = rt::process_json(process);
   run["file"] = "robot.yaml";
   run["executor"] = "events";
-  run["scheduler"] = run["composition"] = "file";
+  run["placement"] = run["scheduler"] = run["composition"] = "file";
   run["repeat"] = 1;
   json document = json::object();
   document["runs"] = json::array({run});
@@ -38,11 +38,12 @@ json document() {
 
 TEST(ResultCsv, HasALineForEachValueWithItsSampleSizeAndRunLength) {
   const std::string text = result_csv(document());
-  EXPECT_THAT(text, testing::StartsWith("file,executor,scheduler,composition,repeat,seconds,of,"
-                                        "process,name,figure,n,from,to,value,verdict\n"));
+  EXPECT_THAT(text,
+              testing::StartsWith("file,executor,placement,scheduler,composition,repeat,seconds,"
+                                  "of,process,name,figure,n,from,to,value,verdict\n"));
   // A name with a comma stays one cell.
   const std::string callback =
-      "robot.yaml,events,file,file,1,2.5,subscription,robot,\"/front/scan, \"\"raw\"\"\",";
+      "robot.yaml,events,file,file,file,1,2.5,subscription,robot,\"/front/scan, \"\"raw\"\"\",";
   EXPECT_THAT(text, HasSubstr(callback + "received,2,,,2,\n"));
   EXPECT_THAT(text, HasSubstr(callback + "latency_us max,2,,,30.0,\n"));
   EXPECT_THAT(text, HasSubstr("process,robot,robot,cpu_percent,,,,0.0,\n"));
@@ -59,6 +60,7 @@ TEST(ResultCsv, HasTheRatiosWithTheirIntervals) {
   json with_ratio = document();
   with_ratio["ratios"] = json::array({json{{"file", "robot.yaml"},
                                            {"executor", "events"},
+                                           {"placement", "file"},
                                            {"scheduler", "file"},
                                            {"composition", "file"},
                                            {"against", "static"},
@@ -71,7 +73,7 @@ TEST(ResultCsv, HasTheRatiosWithTheirIntervals) {
                                            {"verdict", "open"}}});
   EXPECT_THAT(
       result_csv(with_ratio),
-      HasSubstr("robot.yaml,events,file,file,,2.5,ratio,,static,p99,10,0.5,1.0,0.75,open\n"));
+      HasSubstr("robot.yaml,events,file,file,file,,2.5,ratio,,static,p99,10,0.5,1.0,0.75,open\n"));
 }
 
 }  // namespace

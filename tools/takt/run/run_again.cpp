@@ -99,6 +99,7 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
     dup2(pipe_ends[1], STDOUT_FILENO);
     if (kept >= 0) dup2(kept, STDERR_FILENO);
     unsetenv("TAKT_EXECUTOR");  // the words say which
+    unsetenv("TAKT_PLACEMENT");
     unsetenv("TAKT_SCHEDULER");
     become_takt(std::move(words));
   }

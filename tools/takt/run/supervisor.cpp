@@ -150,9 +150,9 @@ void Supervisor::ask_to_match(const std::vector<json>& wanted) {
 }
 
 // A process may run before it has answered, and another may answer late.
-void Supervisor::release(bool measures) {
+void Supervisor::release() {
   for (const auto& child : children_) {
-    child->channel->send({{"do", "release"}, {"measures", measures}});
+    child->channel->send({{"do", "release"}, {"is_first", true}});
   }
   for (const auto& child : children_) {
     while (!answer_of(*child) && !child->has_ended) wait_for(*child);

@@ -34,8 +34,7 @@ class Supervisor {
   void ask_to_match(const std::vector<nlohmann::json>& wanted);
 
   /// Releases the first timers. A child that ends from here on is restarted as in `watch`.
-  /// measures: the run has an end, and its latencies over time are of interest.
-  void release(bool measures);
+  void release();
 
   /// From now on, kills a child that does not end or respond in time: a callback may hang, or it
   /// may wait forever for a lock in shared memory that a killed process held.

@@ -36,7 +36,7 @@ json about(const json& run) {
   return {{"file", run.at("file")},
           {"machine", rt::machine_line()},
           {"duration_s", run.at("duration_s")},
-          {"executors", run.at("executors")},
+          {"executors", run.at("traced_executors")},
           {"callbacks", std::move(callbacks)},
           {"chains", std::move(chains)}};
 }

@@ -32,7 +32,7 @@ json run(const std::vector<json>& threads) {
                {"p999", 1},
                {"max", 1},
                {"histogram", {{3, 1}}}}}}}},
-          {"executors",
+          {"traced_executors",
            {{"all", {{"type", "events"}, {"scheduler", "fifo"}, {"callbacks", {"/node/tick"}}}}}},
           {"trace", threads}};
 }

@@ -17,6 +17,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include "run/decisive_figures.hpp"
+#include "run/setup.hpp"
 #include "run/stored_fault.hpp"
 #include "table.hpp"
 
@@ -31,17 +32,24 @@ constexpr std::string_view kStored = ".compared.json";
 /// All runs of one row.
 struct RowRuns {
   RowName name;
+  Setup setup;
   std::map<std::size_t, std::vector<Figure>> repeats;
   std::vector<double> seconds;
 };
 
+/// An earlier Takt put all on one executor, unless that of the file was kept.
+std::string placement_of(const json& run) {
+  return run.value("placement", run.at("executor") == "file" ? "file" : "merged");
+}
+
 std::vector<RowRuns> rows_of(const json& runs) {
   std::vector<RowRuns> rows;
   for (const json& run : runs) {
-    RowName name{run.at("file"), run.at("executor"), run.at("scheduler"), run.at("composition")};
+    RowName name{run.at("file"), run.at("executor"), placement_of(run), run.at("scheduler"),
+                 run.at("composition")};
     auto row = std::find_if(rows.begin(), rows.end(),
                             [&name](const RowRuns& other) { return other.name == name; });
-    if (row == rows.end()) row = rows.insert(row, {std::move(name), {}, {}});
+    if (row == rows.end()) row = rows.insert(row, {std::move(name), setup_of(run), {}, {}});
     row->repeats[run.at("repeat").get<std::size_t>()] = decisive_figures(run);
     row->seconds.push_back(run.at("duration_s"));
   }
@@ -184,6 +192,7 @@ void compare_with(std::vector<Compared>& all, const RowRuns& row, const RowRuns&
     Compared compared{.row = row.name,
                       .other = other_name,
                       .figure = name,
+                      .besides = difference(row.setup, other.setup),
                       .ratio = *ratio,
                       .seconds = seconds,
                       .other_seconds = other_seconds};
@@ -264,6 +273,7 @@ void print_file(std::span<const Compared> of_file, bool is_paired) {
 
 std::string RowName::text() const {
   std::string text = executor;
+  if (placement != "file") text += " " + placement;
   if (scheduler != "file") text += " " + scheduler;
   if (composition != "file") text += " " + composition;
   return text;
@@ -292,8 +302,12 @@ Against find_against(const std::string& name, std::span<const RowName> rows) {
   for (const RowRuns& row : stored) stored_names.push_back(row.name);
   for (const RowName& row : rows) {
     if (stored_row(stored, row) != nullptr) continue;
+    const RowName merged{row.file, row.executor, "merged", row.scheduler, row.composition};
     throw Error(fmt::format("nothing is stored of '{}'", row.text()),
-                suggest(row.text(), names_of(stored_names)), path);
+                stored_row(stored, merged) != nullptr
+                    ? "compare with --placement merged, or store it again"
+                    : suggest(row.text(), names_of(stored_names)),
+                path);
   }
   return against;
 }
@@ -359,6 +373,7 @@ json ratios_json(std::span<const Compared> all) {
     json ratio = ratio_json(each);
     ratio["file"] = each.row.file;
     ratio["executor"] = each.row.executor;
+    ratio["placement"] = each.row.placement;
     ratio["scheduler"] = each.row.scheduler;
     ratio["composition"] = each.row.composition;
     ratios.push_back(std::move(ratio));
@@ -368,6 +383,7 @@ json ratios_json(std::span<const Compared> all) {
 
 std::string sentence(std::span<const Compared> row) {
   std::string real, same, open, none;
+  const std::string& besides = row.front().besides;
   const auto add = [](std::string& list, const std::string& text) {
     list += (list.empty() ? "" : ", ") + text;
   };
@@ -393,10 +409,11 @@ std::string sentence(std::span<const Compared> row) {
   const auto part = [](const char* name, const std::string& list) {
     return list.empty() ? "" : fmt::format(" {}: {}.", name, list);
   };
-  return fmt::format(
-      "{}: {}.{}{}{}", row.front().row.text(),
-      real.empty() ? "no real difference from " + row.front().other : real + ": real",
-      part("The same", same), part("Open", open), part("No verdict", none));
+  return fmt::format("{}: {}.{}{}{}", row.front().row.text(),
+                     real.empty()
+                         ? "no real difference from " + row.front().other
+                         : real + ": real" + (besides.empty() ? "" : ", and so differ " + besides),
+                     part("The same", same), part("Open", open), part("No verdict", none));
 }
 
 void print_sentences(std::span<const Compared> all) {

@@ -17,9 +17,9 @@ namespace takt::tools {
 
 /// What tells one row of a comparison from another.
 struct RowName {
-  std::string file, executor, scheduler = "file", composition = "file";
+  std::string file, executor, placement = "file", scheduler = "file", composition = "file";
   bool operator==(const RowName&) const = default;
-  /// Without the file: "events", "events edf per-node".
+  /// Without the file: "events", "events merged edf per-node".
   std::string text() const;
 };
 
@@ -41,6 +41,7 @@ std::string stored_path(const std::string& name);
 struct Compared {
   RowName row;
   std::string other, figure;
+  std::string besides = {};  // difference() of their setups
   rt::Ratio ratio;
   rt::Decision decision;
   double seconds = 0, other_seconds = 0;  // of one run, the medians

@@ -34,7 +34,7 @@ json run_of(const std::string& executor, int repeat, double us, std::uint64_t mi
   json run = rt::process_json(process);
   run["file"] = file;
   run["executor"] = executor;
-  run["scheduler"] = run["composition"] = "file";
+  run["placement"] = run["scheduler"] = run["composition"] = "file";
   run["repeat"] = repeat;
   return run;
 }
@@ -77,6 +77,20 @@ TEST(Verdicts, AreOfPairsAgainstTheFirstRow) {
       sentence(all),
       "events: p50 is 0.80 (0.79 to 0.81) of static, p99 0.80 (0.79 to 0.81), max 0.80 (0.79 to "
       "0.81): real. The same: cpu_% within 0.0 %.");
+}
+
+/// A second thread may be what makes the difference.
+TEST(Verdicts, NameWhatElseThanTheExecutorDiffers) {
+  json runs = runs_of_two(8);
+  for (json& run : runs) {
+    const std::size_t threads = run.at("executor") == "events" ? 2 : 1;
+    ProcessResult process{.name = "robot"};
+    process.executors.push_back({.name = "default", .type = run.at("executor")});
+    process.threads.resize(threads, {.executor = "default"});
+    for (const char* key : {"executors", "threads"}) run[key] = rt::process_json(process).at(key);
+  }
+  EXPECT_THAT(sentence(compare_rows(runs, {})),
+              HasSubstr(": real, and so differ threads 2 against 1."));
 }
 
 TEST(Verdicts, AreAgainstTheRowThatIsNamed) {
@@ -205,6 +219,21 @@ TEST_F(Stored, RunsMustHaveEachRow) {
   EXPECT_THAT([&] { find_against(store(document_of(before)), rows_); },
               ThrowsMessage<Error>(testing::AllOf(HasSubstr("nothing is stored of 'events'"),
                                                   HasSubstr("valid: static, isolated"))));
+}
+
+TEST_F(Stored, RunsOfAnEarlierTaktAreOfOneExecutorForAll) {
+  json before = runs_of_two(8);
+  for (json& run : before) run.erase("placement");
+  const std::string path = store(document_of(before));
+  EXPECT_THAT([&] { find_against(path, rows_); },
+              ThrowsMessage<Error>(HasSubstr("compare with --placement merged")));
+  std::vector<RowName> merged = rows_;
+  for (RowName& row : merged) row.placement = "merged";
+  EXPECT_EQ(find_against(path, merged).name, path);
+  // The file's own placement was always kept.
+  for (json& run : before) run["executor"] = run.at("executor") == "events" ? "file" : "other";
+  EXPECT_NO_THROW(
+      find_against(store(document_of(before)), std::vector<RowName>{{"robot.yaml", "file"}}));
 }
 
 TEST_F(Stored, AnythingElseIsRefused) {

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "takt/containers/running_executors.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace takt {
+
+RunningExecutor& RunningExecutors::add(std::string name, std::unique_ptr<Executor> executor) {
+  all_.push_back(std::make_unique<RunningExecutor>());
+  all_.back()->name = std::move(name);
+  all_.back()->executor = std::move(executor);
+  return *all_.back();
+}
+
+RunningExecutor& RunningExecutors::named(const std::string& name) const {
+  return **std::find_if(all_.begin(), all_.end(),
+                        [&](const auto& running) { return running->name == name; });
+}
+
+void RunningExecutors::start(Realtime realtime, ExceptionHandler handler,
+                             std::function<void()> on_failure) {
+  const std::lock_guard lock(mutex_);
+  may_begin_ = true;
+  realtime_ = realtime;
+  handler_ = std::move(handler);
+  on_failure_ = std::move(on_failure);
+}
+
+bool RunningExecutors::begin(RunningExecutor& running) {
+  if (running.has_begun.load()) return false;
+  const std::lock_guard lock(mutex_);
+  if (!may_begin_ || running.has_begun.exchange(true)) return false;
+  running.thread = std::thread([this, &running] {
+    try {
+      // Start from default attributes, not from those of this thread.
+      apply({.name = running.name}, std::min(realtime_, Realtime::prefer));
+      running.executor->spin(handler_);
+    } catch (...) {
+      running.exception = std::current_exception();
+    }
+    running.has_ended.store(true);
+    if (running.exception != nullptr && on_failure_) on_failure_();
+  });
+  while (!running.executor->is_spinning() && !running.has_ended.load()) {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
+  }
+  return true;
+}
+
+void RunningExecutors::cancel() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    may_begin_ = false;
+  }
+  for (const auto& running : all_) running->executor->cancel();
+}
+
+std::exception_ptr RunningExecutors::join() {
+  std::exception_ptr failure;
+  for (const auto& running : all_) {
+    std::unique_lock lock(mutex_);
+    const bool has_thread = running->thread.joinable();
+    lock.unlock();
+    if (has_thread) running->thread.join();
+    if (failure == nullptr) failure = running->exception;
+  }
+  return failure;
+}
+
+}  // namespace takt

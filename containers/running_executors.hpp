@@ -1,0 +1,65 @@
+// The executors of a container, and the threads that spin them. Private to the container's files.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_RUNNING_EXECUTORS_HPP_
+#define TAKT_CONTAINERS_RUNNING_EXECUTORS_HPP_
+
+#include <atomic>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "takt/containers/configuration/system_description.hpp"
+#include "takt/executors/executor.hpp"
+
+namespace takt {
+
+struct RunningExecutor {
+  std::string name;
+  ExecutorDescription description;  // what it was made from, with the overrides
+  std::unique_ptr<Executor> executor;
+  std::string unused;   // what its overriding type cannot use of the file's
+  bool is_own = false;  // serves the container itself: requests or lifecycle
+  std::thread thread;
+  std::atomic<bool> has_begun{false}, has_ended{false};
+  std::exception_ptr exception;  // read when `has_ended`
+};
+
+/// Each executor begins to spin when it is first needed, so one that serves nobody has no thread.
+/// Thread safety: executors are added before start(); then every method from any thread.
+/// Real-time: no.
+class RunningExecutors {
+ public:
+  RunningExecutor& add(std::string name, std::unique_ptr<Executor> executor);
+  /// All of them. The first one was added first.
+  auto begin() const noexcept { return all_.begin(); }
+  auto end() const noexcept { return all_.end(); }
+  /// There is one with this name.
+  RunningExecutor& named(const std::string& name) const;
+
+  /// Executors may begin. An exception of a callback goes to the handler, and what ends an executor
+  /// to `on_failure`, on that executor's thread.
+  void start(Realtime realtime, ExceptionHandler handler, std::function<void()> on_failure);
+  /// Between start() and cancel(): unless it has begun before, waits until it spins, and returns
+  /// true.
+  bool begin(RunningExecutor& running);
+  /// Ends those that spin, without waiting; no other begins.
+  void cancel() noexcept;
+  /// Waits until they have ended; returns the first exception that ended one, or nullptr.
+  std::exception_ptr join();
+
+ private:
+  std::vector<std::unique_ptr<RunningExecutor>> all_;
+  std::mutex mutex_;  // guards all below, and `thread` of each
+  bool may_begin_ = false;
+  Realtime realtime_ = Realtime::prefer;
+  ExceptionHandler handler_;
+  std::function<void()> on_failure_;
+};
+
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_RUNNING_EXECUTORS_HPP_

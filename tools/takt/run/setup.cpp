@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/setup.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace takt::tools {
+namespace {
+
+using nlohmann::json;
+
+std::string priority_of(const json& in_force) {
+  const std::string policy = in_force.at("policy");
+  const int priority = in_force.at("priority"), nice = in_force.at("nice");
+  if (priority != 0) return fmt::format("{} {}", policy, priority);
+  return nice != 0 ? fmt::format("{} nice {}", policy, nice) : policy;
+}
+
+std::string cpus_of(const json& in_force) {
+  return fmt::format("{}", fmt::join(in_force.at("affinity").get<std::vector<int>>(), ","));
+}
+
+struct Aspect {
+  const char* name;
+  std::string (*of)(const Setup&);
+};
+constexpr Aspect kAspects[] = {
+    {"threads", [](const Setup& setup) { return setup.threads_text(); }},
+    {"priorities", [](const Setup& setup) { return setup.priorities; }},
+    {"CPUs", [](const Setup& setup) { return setup.cpus; }},
+    {"scheduler", [](const Setup& setup) { return setup.schedulers; }},
+};
+
+}  // namespace
+
+std::string Setup::threads_text() const {
+  return given > threads ? fmt::format("{}/{}", threads, given) : std::to_string(threads);
+}
+
+Setup setup_of(const json& run) {
+  Setup setup;
+  std::set<std::string> priorities, cpus, schedulers;
+  std::set<std::pair<std::string, std::string>> of_components;  // process, executor
+  for (const json& executor : run.value("executors", json::array())) {
+    of_components.emplace(executor.at("process"), executor.at("name"));
+    setup.given += executor.at("threads_given").get<std::size_t>();
+    schedulers.insert(executor.at("scheduler"));
+  }
+  for (const json& thread : run.at("threads")) {
+    if (!of_components.contains({thread.at("process"), thread.at("executor")})) continue;
+    ++setup.threads;
+    priorities.insert(priority_of(thread.at("in_force")));
+    cpus.insert(cpus_of(thread.at("in_force")));
+  }
+  setup.priorities = fmt::format("{}", fmt::join(priorities, " and "));
+  setup.cpus = fmt::format("{}", fmt::join(cpus, " and "));
+  setup.schedulers = fmt::format("{}", fmt::join(schedulers, " and "));
+  return setup;
+}
+
+std::string difference(const Setup& setup, const Setup& other) {
+  if (setup.threads == 0 || other.threads == 0) return "";
+  std::vector<std::string> parts;
+  for (const Aspect& aspect : kAspects) {
+    const std::string here = aspect.of(setup), there = aspect.of(other);
+    if (here == there || aspect.name == std::string_view("scheduler")) continue;
+    parts.push_back(fmt::format("{} {} against {}", aspect.name, here, there));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::vector<std::string> differences(std::span<const std::pair<std::string, Setup>> rows) {
+  std::vector<std::string> lines;
+  for (const Aspect& aspect : kAspects) {
+    std::vector<std::pair<std::string, std::vector<std::string>>> rows_of;  // by value
+    for (const auto& [name, setup] : rows) {
+      const std::string value = aspect.of(setup);
+      const auto known = std::find_if(rows_of.begin(), rows_of.end(),
+                                      [&](const auto& entry) { return entry.first == value; });
+      (known != rows_of.end() ? *known : rows_of.emplace_back(value, std::vector<std::string>()))
+          .second.push_back(name);
+    }
+    if (rows_of.size() < 2) continue;
+    std::vector<std::string> parts;
+    for (const auto& [value, names] : rows_of) {
+      parts.push_back(fmt::format("{} ({})", value, fmt::join(names, ", ")));
+    }
+    lines.push_back(fmt::format("{}: {}", aspect.name, fmt::join(parts, "; ")));
+  }
+  return lines;
+}
+
+}  // namespace takt::tools
