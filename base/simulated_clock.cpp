@@ -15,15 +15,15 @@ std::shared_ptr<SimulatedClock> SimulatedClock::as_simulated() noexcept {
 TimePoint SimulatedClock::on_timeline(TimePoint time) const noexcept {
   if (time == kNever) return kNever;
   const std::lock_guard lock(mutex_);  // so that all is of one moment
-  return simulates_.load() ? later(stands_.load(), between(now_.load(), time))
-                           : later(time, ahead_.load());
+  return simulates() ? later(stands_.load(), between(now_.load(), time))
+                     : later(time, ahead_.load());
 }
 
 void SimulatedClock::set(TimePoint now) noexcept {
   const std::lock_guard lock(mutex_);
   const TimePoint before = now_.exchange(now);
   const bool is_first = !std::exchange(has_time_, true);
-  if (!simulates_.load()) return;
+  if (!simulates()) return;
   last_set_.store(real_.now());
   if (now > before && !is_first) stands_.store(later(stands_.load(), between(before, now)));
   notify(false);
@@ -31,7 +31,7 @@ void SimulatedClock::set(TimePoint now) noexcept {
 
 void SimulatedClock::simulate(bool simulates) noexcept {
   const std::lock_guard lock(mutex_);
-  if (simulates == simulates_.load()) return;
+  if (simulates == this->simulates()) return;
   const TimePoint real = real_.now();
   if (simulates) {
     now_.store(TimePoint{});
@@ -41,18 +41,18 @@ void SimulatedClock::simulate(bool simulates) noexcept {
   } else {
     ahead_.store(stands_.load() - real);
   }
-  simulates_.store(simulates);
+  source_.fetch_add(1);
   notify(true);
 }
 
 TimePoint SimulatedClock::real_time_of(TimePoint release) const noexcept {
   if (release == kNever) return kNever;
-  if (simulates_.load()) return release <= stands_.load() ? last_set_.load() : kNever;
+  if (simulates()) return release <= stands_.load() ? last_set_.load() : kNever;
   return later(release, -ahead_.load());
 }
 
 TimePoint SimulatedClock::timeline_at(TimePoint real) const noexcept {
-  return simulates_.load() ? stands_.load() : later(real, ahead_.load());
+  return simulates() ? stands_.load() : later(real, ahead_.load());
 }
 
 void SimulatedClock::notify(bool is_switched) noexcept {

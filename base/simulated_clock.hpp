@@ -4,7 +4,9 @@
 #define TAKT_BASE_SIMULATED_CLOCK_HPP_
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "takt/base/clock.hpp"
@@ -12,6 +14,28 @@
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_PUBLIC takt {
+
+/// A time, and the source that it was read from. Times of two sources cannot be compared: what is
+/// in between is nothing then. Thread safety: immutable. Real-time: yes.
+class SourceTime {
+ public:
+  SourceTime(Nanoseconds since_epoch, std::uint32_t source) noexcept
+      : since_epoch_(since_epoch), source_(source) {}
+
+  Nanoseconds since_epoch() const noexcept { return since_epoch_; }
+  std::uint32_t source() const noexcept { return source_; }
+  std::optional<Nanoseconds> until(const SourceTime& other) const noexcept {
+    if (source_ != other.source_) return std::nullopt;
+    return between(TimePoint(since_epoch_), TimePoint(other.since_epoch_));
+  }
+  SourceTime after(Nanoseconds duration) const noexcept {
+    return {later(TimePoint(since_epoch_), duration).time_since_epoch(), source_};
+  }
+
+ private:
+  Nanoseconds since_epoch_;
+  std::uint32_t source_;
+};
 
 /// While it simulates, it stands still until it is set. Threads do not sleep on it: when it is set,
 /// it notifies threads that wait for a time, and they check the time. While it does not simulate,
@@ -49,12 +73,10 @@ class SimulatedClock final : public Clock, public std::enable_shared_from_this<S
   /// It simulates, and its time is 0.
   explicit SimulatedClock(Clock& real = Clock::steady()) : SimulatedClock(real, true) {}
   SimulatedClock(Clock& real, bool simulates)
-      : real_(real), simulates_(simulates), has_time_(simulates) {}
+      : real_(real), source_(simulates ? 1 : 0), has_time_(simulates) {}
 
-  TimePoint now() const noexcept override { return simulates_.load() ? now_.load() : real_.now(); }
-  ManualClock* as_manual() noexcept override {
-    return simulates_.load() ? nullptr : real_.as_manual();
-  }
+  TimePoint now() const noexcept override { return simulates() ? now_.load() : real_.now(); }
+  ManualClock* as_manual() noexcept override { return simulates() ? nullptr : real_.as_manual(); }
   std::shared_ptr<SimulatedClock> as_simulated() noexcept override;
   Clock& real() noexcept override { return real_; }
   Clock& timeline() noexcept override { return timeline_; }
@@ -63,7 +85,22 @@ class SimulatedClock final : public Clock, public std::enable_shared_from_this<S
   void set(TimePoint now) noexcept;
   /// Its time is 0 until it is set. The first time is no jump: there simulated time begins.
   void simulate(bool simulates) noexcept;
-  bool simulates() const noexcept { return simulates_.load(); }
+  bool simulates() const noexcept { return is_simulated(source_.load()); }
+
+  /// The time with its source: another one each time that the clock begins or ends to simulate.
+  SourceTime read() const noexcept {
+    return read([this] { return real_.now().time_since_epoch(); });
+  }
+  /// The same with another time in place of the real clock's.
+  template <class Real>
+  SourceTime read(Real&& real_time) const noexcept {
+    for (;;) {
+      const std::uint32_t source = source_.load();
+      const Nanoseconds time = is_simulated(source) ? now_.load().time_since_epoch() : real_time();
+      if (source_.load() == source) return {time, source};
+    }
+  }
+  static bool is_simulated(std::uint32_t source) noexcept { return source % 2 != 0; }
 
   /// The real time of a release on the timeline; in simulated time that of the last set() if it is
   /// due, else kNever.
@@ -93,10 +130,10 @@ class SimulatedClock final : public Clock, public std::enable_shared_from_this<S
 
   Clock& real_;
   Timeline timeline_{*this};
-  std::atomic<bool> simulates_;
+  std::atomic<std::uint32_t> source_;  // counts the switches: odd while it simulates
   std::atomic<TimePoint> now_{TimePoint{}};
   // The timeline: in simulated time `stands_`, in real time `ahead_` of the real clock. A switch
-  // changes the one that is not used yet, and then simulates_: so readers need no lock.
+  // changes the one that is not used yet, and then source_: so readers need no lock.
   std::atomic<TimePoint> stands_{TimePoint{}};
   std::atomic<Nanoseconds> ahead_{Nanoseconds{0}};
   std::atomic<TimePoint> last_set_{TimePoint{}};  // on the real clock

@@ -196,12 +196,12 @@ bool Container::handle(const FailedCallback& failed) {
 // Not called on the thread of the failed callback: two callbacks of one node that fail at the same
 // time would wait for each other.
 void Container::displace_failed() {
-  std::vector<std::shared_ptr<Loaded>> failed;
+  Components failed;
   {
     const auto shared = shared_.lock();
-    for (const auto& loaded : shared->components) {
-      if (std::exchange(loaded->has_failed, false)) failed.push_back(loaded);
-    }
+    failed.look = shared->looks.begin();
+    for (const auto& loaded : shared->components)
+      if (std::exchange(loaded->has_failed, false)) failed.all.push_back(loaded);
   }
   for (const auto& loaded : failed) {
     try {
@@ -341,14 +341,14 @@ void Container::hold() {
 // Which no manager has led there: they are not under `bring_up`, or it could not reach them. In the
 // reverse order of construction, as the manager does.
 void Container::bring_down_rest() {
-  std::vector<std::shared_ptr<Loaded>> left = loaded_components();
-  std::erase_if(left, [](const auto& loaded) {
+  Components left = loaded_components();
+  std::erase_if(left.all, [](const auto& loaded) {
     const LifecycleNode* node = loaded->lifecycle();
     return node == nullptr || node->get_current_state() == LifecycleState::finalized;
   });
-  if (left.empty()) return;
+  if (left.all.empty()) return;
   const auto done = unloading_threads_->run([left] {
-    for (auto loaded = left.rbegin(); loaded != left.rend(); ++loaded) {
+    for (auto loaded = left.all.rbegin(); loaded != left.all.rend(); ++loaded) {
       (*loaded)->lifecycle()->bring_down();
     }
   });

@@ -21,6 +21,7 @@
 #include "takt/containers/get_statistics.hpp"
 #include "takt/containers/lifecycle_manager.hpp"
 #include "takt/containers/loaded_component.hpp"
+#include "takt/containers/looks.hpp"
 #include "takt/containers/model/system_model.hpp"
 #include "takt/containers/one_sided_topics.hpp"
 #include "takt/containers/planning/plan.hpp"
@@ -131,10 +132,14 @@ class Container {
   /// Thread safety: from one thread at a time, not necessarily the control thread.
   LoadedComponent load(ComponentDescription component);
   /// Brings a lifecycle node down, removes the component from its executors, waits for its running
-  /// callbacks, and destroys it. Throws Error if the id is unknown, or if a callback still runs
-  /// after `limit`; then the component is destroyed when that callback returns.
-  /// Thread safety: as load; not from one of the component's own callbacks.
+  /// callbacks and for others that look at the container, and destroys it. Throws Error if the id
+  /// is unknown, or if a callback still runs after `limit`; then the component is destroyed when
+  /// that callback returns. Thread safety: as load; not from one of the component's own callbacks.
   void unload(std::uint64_t id, Nanoseconds limit = std::chrono::seconds(5));
+  /// The same on the calling thread, for a program that drops a node of its own: without bringing
+  /// it down, without a limit, and also in callbacks. One that waits for the caller is not waited
+  /// for.
+  void unload_here(std::uint64_t id);
   /// Thread safety: from any thread.
   std::vector<LoadedComponent> components() const;
   /// The executors to which a component can be added.
@@ -147,7 +152,12 @@ class Container {
   std::vector<EndpointState> endpoints() const;
 
   /// The chains of this process, and the executors and priorities assigned to them.
-  Plan plan() const { return shared_.lock()->plan; }
+  Plan plan() const {
+    const auto shared = shared_.lock();
+    Plan plan = shared->plan;
+    plan.look = shared->looks.begin();
+    return plan;
+  }
   /// The description from the file, completed with the assigned executors and threads.
   const SystemDescription& description() const noexcept { return description_; }
   /// The name of the executor that runs the group.
@@ -165,10 +175,12 @@ class Container {
  private:
   struct Loaded;
   class FirstCallbacks;
+  struct Components;
   using Errors = std::vector<std::string>;
   /// State that requests and other threads change, also during and after stop().
   struct Shared {
     std::vector<std::shared_ptr<Loaded>> components;
+    Looks looks;  // at these
     Plan plan;
     std::uint64_t last_id = 0;
     std::vector<std::string> notes, failures;
@@ -208,8 +220,9 @@ class Container {
   void check_listed_callbacks();
   void place(const Loaded& loaded);
   void displace(Loaded& loaded);
-  std::vector<std::shared_ptr<Loaded>> loaded_components() const;
+  Components loaded_components() const;
   void check_removable(const Loaded& loaded) const;
+  std::shared_ptr<Loaded> begin_to_unload(std::uint64_t id);
   void remove(const std::shared_ptr<Loaded>& loaded);
   void bring_down_rest();
   void end_components() noexcept;

@@ -8,6 +8,7 @@
 
 #include "takt/containers/container_parts.hpp"
 #include "takt/containers/unloading_threads.hpp"
+#include "takt/entities/wait_in_callback.hpp"
 
 namespace takt {
 namespace {
@@ -87,7 +88,7 @@ void Container::make_components() {
       shared->components.push_back(std::move(loaded));
     }
   }
-  if (!loaded_components().empty() && errors_.empty()) check_topics();
+  if (!loaded_components().all.empty() && errors_.empty()) check_topics();
   for (std::string& error : name_conflicts(components())) errors_.push_back(std::move(error));
 }
 
@@ -292,34 +293,42 @@ std::vector<Plan::Callback> Container::Shared::forget(const Loaded& loaded) {
   return gone;
 }
 
-std::vector<std::shared_ptr<Container::Loaded>> Container::loaded_components() const {
-  return shared_.lock()->components;
+Container::Components Container::loaded_components() const {
+  const auto shared = shared_.lock();
+  return {shared->looks.begin(), shared->components};
+}
+
+std::shared_ptr<Container::Loaded> Container::begin_to_unload(std::uint64_t id) {
+  const auto shared = shared_.lock();
+  std::shared_ptr<Loaded> loaded;
+  std::vector<std::string> ids;
+  for (const auto& candidate : shared->components) {
+    if (candidate->id == id) loaded = candidate;
+    ids.push_back(std::to_string(candidate->id));
+  }
+  if (loaded == nullptr) {
+    throw Error(fmt::format("there is no component {}", id),
+                ids.empty() ? "none is loaded" : fmt::format("loaded: {}", fmt::join(ids, ", ")));
+  }
+  if (loaded->is_leaving) {
+    throw Error(fmt::format("component {} is being unloaded already", id),
+                "it is destroyed when its callbacks have returned");
+  }
+  check_removable(*loaded);
+  loaded->is_leaving = true;
+  return loaded;
 }
 
 void Container::unload(std::uint64_t id, Nanoseconds limit) {
-  std::shared_ptr<Loaded> loaded;
-  {
-    const auto shared = shared_.lock();
-    std::vector<std::string> ids;
-    for (const auto& candidate : shared->components) {
-      if (candidate->id == id) loaded = candidate;
-      ids.push_back(std::to_string(candidate->id));
-    }
-    if (loaded == nullptr) {
-      throw Error(fmt::format("there is no component {}", id),
-                  ids.empty() ? "none is loaded" : fmt::format("loaded: {}", fmt::join(ids, ", ")));
-    }
-    if (loaded->is_leaving) {
-      throw Error(fmt::format("component {} is being unloaded already", id),
-                  "it is destroyed when its callbacks have returned");
-    }
-    check_removable(*loaded);
-    loaded->is_leaving = true;
-  }
+  std::shared_ptr<Loaded> loaded = begin_to_unload(id);
   const std::string name = loaded->node()->fully_qualified_name();
   std::future<void> done = unloading_threads_->run([this, loaded]() mutable {
+    if (LifecycleNode* node = loaded->lifecycle()) node->bring_down();
     remove(loaded);
-    loaded.reset();  // the component goes
+    // A look that begins from here on does not find it.
+    const std::future<void> is_unseen = shared_.lock()->looks.end_of_present();
+    loaded.reset();  // the component goes, here or with the last look
+    is_unseen.wait();
   });
   loaded.reset();
   if (done.wait_for(limit) == std::future_status::timeout) {
@@ -328,6 +337,10 @@ void Container::unload(std::uint64_t id, Nanoseconds limit) {
         "it is destroyed when the callback returns");
   }
   done.get();
+}
+
+void Container::unload_here(std::uint64_t id) {
+  remove(begin_to_unload(id));
 }
 
 // The executors would refuse as well, but only after its node was brought down.
@@ -348,9 +361,8 @@ void Container::check_removable(const Loaded& loaded) const {
   }
 }
 
-// On a thread of its own, as callbacks and transitions may take their time.
+// Callbacks may take their time.
 void Container::remove(const std::shared_ptr<Loaded>& loaded) {
-  if (LifecycleNode* node = loaded->lifecycle()) node->bring_down();
   try {
     displace(*loaded);
   } catch (...) {
@@ -394,6 +406,7 @@ void Container::serve(Loaded& loaded) {
 }
 
 void Container::change_parameters(const std::string& text) {
+  const Looks::Look look = shared_.lock()->looks.begin();
   std::vector<std::pair<std::shared_ptr<Node>, CallbackParameterChanges>> changes;
   std::vector<std::string> names;
   for (const LoadedComponent& component : components()) names.push_back(component.name);
@@ -427,10 +440,26 @@ void Container::place(const Loaded& loaded) {
   first_callbacks_->begin(loaded);
 }
 
-// What place has done, undone; waits for running callbacks.
+// What place has done, undone; waits for running callbacks. If another thread does it, waits for
+// that one, unless it waits for this one: the calling thread may be in a callback of the node.
 void Container::displace(Loaded& loaded) {
-  const std::lock_guard once(loaded.displacing);
-  if (loaded.is_displaced) return;
+  using enum Loaded::Displacement;
+  for (auto found = none; !loaded.displacement.compare_exchange_strong(found, under_way);
+       found = none) {
+    if (found == done) return;
+    const detail::WaitInCallback wait(&loaded.displacement);
+    wait.until([&] { return wait.is_for_itself() || loaded.displacement.load() != under_way; });
+    if (wait.is_for_itself()) return;
+  }
+  struct End {
+    Loaded& loaded;
+    const detail::Running running{&loaded.displacement};
+    Loaded::Displacement now = none;
+    ~End() {
+      loaded.displacement.store(now);
+      detail::WaitInCallback::notify_progress();
+    }
+  } end{loaded};
   const std::shared_ptr<Node>& node = loaded.node();
   node->remove_listener(*first_callbacks_);
   std::vector<std::shared_ptr<CallbackGroup>> removed;
@@ -449,7 +478,7 @@ void Container::displace(Loaded& loaded) {
     node->add_listener(*first_callbacks_);
     throw;
   }
-  loaded.is_displaced = true;
+  end.now = done;
 }
 
 // None of its callbacks runs now.

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "takt/containers/container.hpp"
 #include "takt/containers/running_executors.hpp"
@@ -27,8 +28,8 @@ struct Container::Loaded {
   bool is_leaving = false;
   bool has_failed = false;  // a callback threw: remove it from its executors
 
-  std::mutex displacing;
-  bool is_displaced = false;
+  enum class Displacement { none, under_way, done };
+  std::atomic<Displacement> displacement{Displacement::none};
   std::once_flag completed;  // who finds it under way waits for it
 
   LifecycleNode* lifecycle() const noexcept {
@@ -58,6 +59,15 @@ class Container::FirstCallbacks final : public NodeListener {
   void begin(RunningExecutor& running);
 
   Container& container_;
+};
+
+/// What a look has found.
+struct Container::Components {
+  Looks::Look look;  // ends when the pointers have gone
+  std::vector<std::shared_ptr<Loaded>> all;
+
+  auto begin() const noexcept { return all.begin(); }
+  auto end() const noexcept { return all.end(); }
 };
 
 }  // namespace takt

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <condition_variable>
 #include <functional>
+#include <future>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -170,6 +172,22 @@ TEST_F(Unloading, DuringAStopCompletesEachComponentOnce) {
   opener.join();
   EXPECT_THAT(journal.entries(" complete"),
               UnorderedElementsAre("a complete", "b complete", "c complete"));
+}
+
+// It returned while the component lived on in what another thread looked at.
+TEST_F(Unloading, WaitsForThoseThatLookAtTheContainer) {
+  journal.clear();
+  start();
+  const std::uint64_t id = load("it", "takt::test::Counted");
+  std::optional<Plan> look = container_->plan();
+  auto unload = std::async(std::launch::async, [&] { container_->unload(id, 30s); });
+  EXPECT_TRUE(journal.wait_for("it complete"));
+  EXPECT_EQ(unload.wait_for(10ms), std::future_status::timeout);
+  const Plan later = container_->plan();  // which does not have it
+  look.reset();
+  unload.get();
+  EXPECT_EQ(journal.entries().back(), "it gone");
+  end();
 }
 
 // An active node was destroyed as it was, without on_deactivate and on_shutdown.

@@ -130,7 +130,6 @@ TaskRunner::~TaskRunner() {
 
 void TaskRunner::set_alarm(std::shared_ptr<Timer> alarm) {
   alarm_ = std::move(alarm);
-  alarm_->cancel();
 }
 
 bool TaskRunner::reserve() noexcept {

@@ -14,11 +14,8 @@ struct WaitSet::Member final : Sink {
   WaitSet& wait_set;
   const std::shared_ptr<Entity> entity;
 
-  void announce(Arrival) noexcept override { wake(); }
-  void release_changed() noexcept override { wake(); }
-  void wake() noexcept {
-    wait_set.sleeper_.wake([this] { wait_set.backend_->post(); });
-  }
+  void announce(Arrival) noexcept override { wait_set.wake(); }
+  void release_changed() noexcept override { wait_set.wake(); }
   bool wants_time() const noexcept override { return false; }
   void expect_remove() noexcept override {
     expect_wait();
@@ -66,6 +63,10 @@ WaitSet::~WaitSet() {
   backend_->leave(0);
 }
 
+void WaitSet::wake() noexcept {
+  sleeper_.wake([this] { backend_->post(); });
+}
+
 void WaitSet::add(const std::shared_ptr<Entity>& entity) {
   auto member = std::make_unique<Member>(*this, entity);
   const std::lock_guard lock(mutex_);
@@ -98,6 +99,7 @@ void WaitSet::add(const std::shared_ptr<Entity>& entity) {
     members_.pop_back();
     throw;
   }
+  wake();  // it may be ready, or due sooner than what the thread waits for
 }
 
 void WaitSet::remove(const std::shared_ptr<Entity>& entity) {
@@ -120,6 +122,7 @@ void WaitSet::expel(Member& member) noexcept {
     const std::lock_guard ownership(ownership_mutex());
     member.entity->forget_earlier_owner(member);  // from here on no thread begins to wait
   }
+  wake();  // the thread may wait for its release
   member.expelled.store(1);
   member.expelled.notify_all();
 }

@@ -29,7 +29,8 @@ class WaitSet {
   WaitSet(const WaitSet&) = delete;
   WaitSet& operator=(const WaitSet&) = delete;
 
-  /// Throws Error when the entity belongs to an executor or another wait set.
+  /// What is added counts at once, also for a thread that waits already. Throws Error when the
+  /// entity belongs to an executor or another wait set.
   void add(const std::shared_ptr<Entity>& entity);
   void remove(const std::shared_ptr<Entity>& entity);
 
@@ -40,6 +41,7 @@ class WaitSet {
 
  private:
   struct Member;
+  void wake() noexcept;
   void expel(Member& member) noexcept;
   void collect();
 

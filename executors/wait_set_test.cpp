@@ -3,6 +3,7 @@
 #include "takt/executors/wait_set.hpp"
 
 #include <atomic>
+#include <future>
 #include <thread>
 
 #include <fcntl.h>
@@ -53,6 +54,22 @@ TEST(WaitSet, ListsWhatIsReadyInTheOrderOfAddUntilItIsTaken) {
   EXPECT_THAT(names(set.wait()), ElementsAre("second"));
   EXPECT_TRUE(second->take(number));
   EXPECT_THAT(set.wait(0ns), IsEmpty());
+}
+
+// The thread that waited did not learn of it before its time-out.
+TEST(WaitSet, AnAdditionWakesTheThreadThatWaits) {
+  const auto node = std::make_shared<Node>("node");
+  const auto guard = node->create_guard_condition("guard");
+  const auto timer = node->create_wall_timer(1ms, [] {});
+  guard->trigger();
+  for (const std::shared_ptr<Entity>& added :
+       {std::shared_ptr<Entity>(guard), std::shared_ptr<Entity>(timer)}) {
+    WaitSet set;
+    auto waits = std::async(std::launch::async, [&] { return names(set.wait(1min)); });
+    EXPECT_EQ(waits.wait_for(10ms), std::future_status::timeout);
+    set.add(added);
+    EXPECT_THAT(waits.get(), ElementsAre(added->name()));
+  }
 }
 
 TEST(WaitSet, IsWokenFromAnotherThread) {

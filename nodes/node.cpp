@@ -106,7 +106,7 @@ Node::Node(std::string_view name, const NodeOptions& options)
       fully_qualified_name_(name_space_ + "/" + name_),
       default_group_(
           std::make_shared<CallbackGroup>("default", CallbackGroupType::MutuallyExclusive)),
-      state_(std::make_unique<State>(name_, options.parameters)) {
+      state_(std::make_unique<State>(name_, options)) {
   check_node_name(name_);
   state_->groups.push_back(default_group_);
   declare_use_sim_time();
@@ -212,9 +212,11 @@ void Node::add(const std::shared_ptr<Entity>& entity) {
 
 std::shared_ptr<Timer> Node::make_timer(Clock& clock, std::string name, Nanoseconds period,
                                         std::function<void()> callback,
-                                        std::shared_ptr<CallbackGroup> group) {
-  return adopt_timer(std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)),
-                                             clock, period, std::move(callback)));
+                                        std::shared_ptr<CallbackGroup> group, bool autostart) {
+  auto timer = std::make_shared<Timer>(std::move(name), group_or_default(std::move(group)), clock,
+                                       period, std::move(callback));
+  if (!autostart) timer->cancel();  // before an executor has it
+  return adopt_timer(std::move(timer));
 }
 
 std::string Node::next_wall_timer_name() {
@@ -252,10 +254,11 @@ std::shared_ptr<TaskRunner> Node::create_task_runner(const std::string& callback
 
 std::shared_ptr<TaskRunner> Node::adopt_task_runner(std::shared_ptr<TaskRunner> runner) {
   // "tick/resumed" has "tick/resumed/alarm": names that users cannot give.
-  auto alarm = adopt<Timer>(std::make_shared<Timer>(runner->name() + "/alarm", runner->group(),
-                                                    runner->clock(), std::chrono::hours(1),
-                                                    [to = runner.get()] { to->wake_sleepers(); }));
-  runner->set_alarm(std::move(alarm));
+  auto alarm =
+      std::make_shared<Timer>(runner->name() + "/alarm", runner->group(), runner->clock(),
+                              std::chrono::hours(1), [to = runner.get()] { to->wake_sleepers(); });
+  alarm->cancel();  // before an executor has it, as the runner has not got it yet
+  runner->set_alarm(adopt<Timer>(std::move(alarm)));
   return adopt<TaskRunner>(std::move(runner));
 }
 

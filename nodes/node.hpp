@@ -42,6 +42,8 @@ struct PublishingCallbacks {
 };
 
 class Node;
+/// Node::now() for what may outlive the node.
+[[nodiscard]] std::function<Time()> stamps_of(const Node& node);
 
 /// Throws Error when a node cannot have this name.
 void check_node_name(std::string_view name);
@@ -106,32 +108,38 @@ class Node : public std::enable_shared_from_this<Node> {
     return default_group_;
   }
 
-  /// Configuration files, chains and results refer to the timer by `name`.
-  [[nodiscard]] std::shared_ptr<Timer> create_timer(
-      std::string name, Nanoseconds period, std::function<void()> callback,
-      std::shared_ptr<CallbackGroup> group = nullptr) {
-    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  /// Files, chains and results refer to it by `name`. Without `autostart` it is cancelled at first.
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
+                                                    std::function<void()> callback,
+                                                    std::shared_ptr<CallbackGroup> group = nullptr,
+                                                    bool autostart = true) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group),
+                      autostart);
   }
   /// The callback is a coroutine, see Task.
   template <TaskCallback F>
-  [[nodiscard]] std::shared_ptr<Timer> create_timer(
-      std::string name, Nanoseconds period, F callback,
-      std::shared_ptr<CallbackGroup> group = nullptr) {
-    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group));
+  [[nodiscard]] std::shared_ptr<Timer> create_timer(std::string name, Nanoseconds period,
+                                                    F callback,
+                                                    std::shared_ptr<CallbackGroup> group = nullptr,
+                                                    bool autostart = true) {
+    return make_timer(clock(), std::move(name), period, std::move(callback), std::move(group),
+                      autostart);
   }
   /// As rclcpp's: uses real time, even if the node's clock is simulated. The first is called
   /// "wall_timer_1", the next "wall_timer_2", and so on.
   template <class F>
   [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
-      Nanoseconds period, F callback, std::shared_ptr<CallbackGroup> group = nullptr) {
-    return create_wall_timer(next_wall_timer_name(), period, std::move(callback), std::move(group));
+      Nanoseconds period, F callback, std::shared_ptr<CallbackGroup> group = nullptr,
+      bool autostart = true) {
+    return create_wall_timer(next_wall_timer_name(), period, std::move(callback), std::move(group),
+                             autostart);
   }
   template <class F>
   [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(
       std::string name, Nanoseconds period, F callback,
-      std::shared_ptr<CallbackGroup> group = nullptr) {
+      std::shared_ptr<CallbackGroup> group = nullptr, bool autostart = true) {
     return make_timer(clock().real(), std::move(name), period, std::move(callback),
-                      std::move(group));
+                      std::move(group), autostart);
   }
 
   /// `callback` may be empty, for a guard condition that only wakes a WaitSet.
@@ -458,14 +466,16 @@ class Node : public std::enable_shared_from_this<Node> {
   static std::string timeout_name(std::string_view service);
   std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period,
                                     std::function<void()> callback,
-                                    std::shared_ptr<CallbackGroup> group);
+                                    std::shared_ptr<CallbackGroup> group, bool autostart);
   template <TaskCallback F>
   std::shared_ptr<Timer> make_timer(Clock& clock, std::string name, Nanoseconds period, F callback,
-                                    std::shared_ptr<CallbackGroup> group) {
+                                    std::shared_ptr<CallbackGroup> group, bool autostart) {
     group = group_or_default(std::move(group));
     auto runner = create_task_runner(name, group, 1);
-    return adopt_timer(std::make_shared<TaskTimer>(std::move(name), std::move(group), clock, period,
-                                                   std::move(callback), std::move(runner)));
+    auto timer = std::make_shared<TaskTimer>(std::move(name), std::move(group), clock, period,
+                                             std::move(callback), std::move(runner));
+    if (!autostart) timer->cancel();  // before an executor has it
+    return adopt_timer(std::move(timer));
   }
   void add(const std::shared_ptr<Entity>& entity);
   struct ChangedParameters {

@@ -27,9 +27,15 @@ struct Guest {
 /// Settings of a node that the system description gives. A component's constructor takes them and
 /// passes them to Node.
 struct NodeOptions {
-  std::string name;                                       // replaces the name in the code
-  std::string name_space;                                 // "/front"; empty: the root
-  Parameters parameters;                                  // replace the declared defaults
+  std::string name;        // replaces the name in the code
+  std::string name_space;  // "/front"; empty: the root
+  Parameters parameters;   // replace the declared defaults
+  /// Setting a parameter that was not declared declares it, of any type; its value is not set
+  /// before.
+  bool allow_undeclared_parameters = false;
+  /// As in rclcpp: an integer is not taken for a floating-point number, nor a list for one of
+  /// another type.
+  bool exact_parameter_types = false;
   std::map<std::string, std::string, std::less<>> remap;  // topic in the code → topic to use
   TopicQos qos;  // replaces the QoS in the code, by the topic's full name
   Clock* clock = &Clock::steady();

@@ -23,7 +23,9 @@ namespace takt {
 
 /// Thread safety and real-time: as Node, whose methods take the mutex.
 struct Node::State {
-  State(std::string node, Parameters given) : parameters(std::move(node), std::move(given)) {}
+  State(std::string node, const NodeOptions& options)
+      : parameters(std::move(node), options.parameters,
+                   {options.allow_undeclared_parameters, options.exact_parameter_types}) {}
 
   /// Calls each listener, without the mutex; one that is removed meanwhile is left out.
   template <class Call>

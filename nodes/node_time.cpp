@@ -7,11 +7,21 @@
 
 namespace takt {
 
-Time Node::now() const noexcept {
-  const auto simulated = clock_.as_simulated();
+namespace {
+Time stamp_of(Clock& clock) noexcept {
+  const auto simulated = clock.as_simulated();
   const bool is_real =
-      clock_.as_manual() == nullptr && (simulated == nullptr || !simulated->simulates());
-  return is_real ? Time(std::chrono::system_clock::now()) : Time(clock_.now().time_since_epoch());
+      clock.as_manual() == nullptr && (simulated == nullptr || !simulated->simulates());
+  return is_real ? Time(std::chrono::system_clock::now()) : Time(clock.now().time_since_epoch());
+}
+}  // namespace
+
+Time Node::now() const noexcept {
+  return stamp_of(clock_);
+}
+
+std::function<Time()> stamps_of(const Node& node) {
+  return [own = node.clock().as_simulated(), &clock = node.clock()] { return stamp_of(clock); };
 }
 
 void Node::declare_use_sim_time() {

@@ -17,8 +17,8 @@
 #include <variant>
 #include <vector>
 
-#include "takt/base/user_function.hpp"
 #include "takt/base/visibility.hpp"
+#include "takt/entities/callback_list.hpp"
 
 namespace TAKT_PUBLIC takt {
 
@@ -85,13 +85,11 @@ using PreSetParametersCallback = std::function<void(Parameters&)>;
 using OnSetParametersCallback = std::function<SetParametersResult(const Parameters&)>;
 /// Called with values after they were set.
 using PostSetParametersCallback = std::function<void(const Parameters&)>;
-/// Each keeps a callback: when it is dropped, no further call begins; one that runs, perhaps on
-/// another thread, goes on.
-using PreSetParametersHandle = std::shared_ptr<const detail::UserFunction<void(Parameters&)>>;
-using OnSetParametersHandle =
-    std::shared_ptr<const detail::UserFunction<SetParametersResult(const Parameters&)>>;
-using PostSetParametersHandle =
-    std::shared_ptr<const detail::UserFunction<void(const Parameters&)>>;
+/// Each keeps a callback: when it is dropped, no further call begins, and one that runs on another
+/// thread is waited for, but for calls that wait for each other.
+using PreSetParametersHandle = detail::CallbackHandle<void(Parameters&)>;
+using OnSetParametersHandle = detail::CallbackHandle<SetParametersResult(const Parameters&)>;
+using PostSetParametersHandle = detail::CallbackHandle<void(const Parameters&)>;
 
 /// Called after parameters were declared, set or undeclared, on the thread that did so, in the
 /// order of the changes.

@@ -151,7 +151,7 @@ std::optional<SetParametersResult> ParameterStore::try_to_set(Parameters values)
   try {
     check_backlog();
     changes = checked(values);
-    if (check_) check_(changes.changed);
+    if (check_) check_(changes.changed);  // what the node has declared itself
   } catch (const Error& error) {
     return SetParametersResult{false, error.what()};
   }
@@ -183,6 +183,9 @@ void ParameterStore::apply(ParameterChanges changes) {
   ++version_;
   std::vector<decltype(declared_)::node_type> deleted;
   const std::lock_guard lock(mutex_);
+  for (auto& [name, value] : changes.added) {
+    declared_.try_emplace(name, Declared{std::move(value), {.dynamic_typing = true}, {}});
+  }
   for (auto& [name, value] : changes.changed) {
     std::swap(declared_.find(name)->second.value, value);
   }
@@ -239,20 +242,11 @@ void ParameterStore::set_listener(ParametersListener listener) {
   listener_.swap(listener);
 }
 
-template <class WeakHandle, class Function>
-void ParameterStore::each(Lock& lock, std::vector<WeakHandle>& callbacks, Function&& function) {
-  std::vector<WeakHandle> latest_first;
-  {
-    const std::lock_guard reading(mutex_);
-    std::erase_if(callbacks, [](const auto& callback) { return callback.expired(); });
-    latest_first.assign(callbacks.rbegin(), callbacks.rend());
-  }
-  if (latest_first.empty()) return;
+template <class List, class Use>
+void ParameterStore::each(Lock& lock, List& callbacks, Use&& use) {
+  if (callbacks.empty()) return;  // nobody else can come in between
   lock.unlock();
-  for (const auto& weak : latest_first) {
-    const auto callback = weak.lock();
-    if (callback != nullptr && !function(*callback)) break;
-  }
+  callbacks.each(List::Order::last_added, std::forward<Use>(use));
   lock.lock();
 }
 

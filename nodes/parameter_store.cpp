@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/never_destroyed.hpp"
 
 namespace takt {
 namespace {
@@ -23,7 +24,9 @@ std::string a_type(const ParameterValue& value) {
 // As ROS 2 compares them: 0.3 is three steps of 0.1.
 bool are_equal(double a, double b) {
   constexpr double kRoundings = 100;
-  return std::abs(a - b) <= kRoundings * std::numeric_limits<double>::epsilon() * std::abs(a + b);
+  if (a == b || !std::isfinite(a) || !std::isfinite(b)) return a == b;
+  constexpr double kRelative = kRoundings * std::numeric_limits<double>::epsilon();
+  return std::abs(a - b) <= kRelative * std::abs(a) + kRelative * std::abs(b);
 }
 
 bool is_in(const IntegerRange& range, std::int64_t value) {
@@ -89,8 +92,8 @@ std::string text(const Range& range) {
 
 }  // namespace
 
-ParameterStore::ParameterStore(std::string node, Parameters given)
-    : node_(std::move(node)), given_(std::move(given)) {
+ParameterStore::ParameterStore(std::string node, Parameters given, const Rules& rules)
+    : node_(std::move(node)), given_(std::move(given)), rules_(rules) {
   for (const auto& [name, value] : given_) unused_.insert(name);
 }
 
@@ -99,14 +102,16 @@ ParameterChanges ParameterStore::checked(const Parameters& values) const {
   ParameterChanges changes;
   const std::lock_guard lock(mutex_);
   for (const auto& [name, value] : values) {
-    const Declared& declared = find(name);
+    const Declared& declared = find_or_unset(name);
     if (declared.descriptor.read_only) {
       throw Error(fmt::format("parameter '{}' of node '{}' is read-only", name, node_),
                   "give its value in the configuration");
     }
     const bool is_set = !std::holds_alternative<std::monostate>(value);
     if (!is_set) check_undeclaring(name, declared);
-    if (is_set || std::holds_alternative<std::monostate>(declared.value)) {
+    if (!declared_.contains(name)) {
+      if (is_set) changes.added.try_emplace(name, value);
+    } else if (is_set || std::holds_alternative<std::monostate>(declared.value)) {
       changes.changed.try_emplace(name, accepted(name, value, declared));
     } else {
       changes.deleted.push_back(name);
@@ -163,7 +168,9 @@ ParameterValue ParameterStore::accepted(std::string_view name, const ParameterVa
   const auto check = [&](const auto& range, const auto& number) {
     if (!is_in(range, number)) refuse(number, text(range));
   };
-  const ParameterValue value = descriptor.dynamic_typing ? given : converted(given, declared.value);
+  const ParameterValue value = descriptor.dynamic_typing || rules_.are_types_exact
+                                   ? given
+                                   : converted(given, declared.value);
   if (!descriptor.dynamic_typing && value.index() != declared.value.index()) {
     const auto& [integers, numbers] =
         std::tie(descriptor.integer_range, descriptor.floating_point_range);
@@ -203,7 +210,7 @@ ParameterValue ParameterStore::get_if_set(std::string_view name) const {
 std::vector<Parameter> ParameterStore::get(const std::vector<std::string>& names) const {
   std::vector<Parameter> parameters;
   const std::lock_guard lock(mutex_);
-  for (const std::string& name : names) parameters.push_back({name, find(name).value});
+  for (const std::string& name : names) parameters.push_back({name, find_or_unset(name).value});
   return parameters;
 }
 
@@ -223,8 +230,13 @@ std::vector<ParameterDescriptor> ParameterStore::describe(
     const std::vector<std::string>& names) const {
   std::vector<ParameterDescriptor> descriptors;
   const std::lock_guard lock(mutex_);
-  for (const std::string& name : names) descriptors.push_back(find(name).descriptor);
+  for (const std::string& name : names) descriptors.push_back(find_or_unset(name).descriptor);
   return descriptors;
+}
+
+const ParameterStore::Declared& ParameterStore::find_or_unset(std::string_view name) const {
+  static detail::NeverDestroyed<const Declared> unset(Declared{{}, {.dynamic_typing = true}, {}});
+  return rules_.allows_undeclared && !declared_.contains(name) ? *unset : find(name);
 }
 
 const ParameterStore::Declared& ParameterStore::find(std::string_view name) const {

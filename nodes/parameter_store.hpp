@@ -39,8 +39,12 @@ namespace takt {
 /// nothing; a string or an array is copied. The rest is set-up.
 class ParameterStore {
  public:
+  /// As NodeOptions has them.
+  struct Rules {
+    bool allows_undeclared = false, are_types_exact = false;
+  };
   /// `node` is its name in errors; `given` what the configuration says.
-  ParameterStore(std::string node, Parameters given);
+  ParameterStore(std::string node, Parameters given, const Rules& rules);
 
   /// `wanted`: its default value, as the code has it.
   ParameterValue declare(std::string_view name, ParameterValue wanted,
@@ -57,13 +61,13 @@ class ParameterStore {
   SetParametersResult set_atomically(const Parameters& values);
   std::vector<SetParametersResult> set(const std::vector<Parameter>& parameters);
   PreSetParametersHandle add_pre_set(PreSetParametersCallback callback) {
-    return add<PreSetParametersHandle>(std::move(callback), pre_set_);
+    return pre_set_.add_owned(std::move(callback));
   }
   OnSetParametersHandle add_on_set(OnSetParametersCallback callback) {
-    return add<OnSetParametersHandle>(std::move(callback), on_set_);
+    return on_set_.add_owned(std::move(callback));
   }
   PostSetParametersHandle add_post_set(PostSetParametersCallback callback) {
-    return add<PostSetParametersHandle>(std::move(callback), post_set_);
+    return post_set_.add_owned(std::move(callback));
   }
   /// Empty: none. When this returns, the previous listener is not called any more. It hears of
   /// changes in their order. It is called with a lock held: it may read parameters, and nothing
@@ -86,8 +90,6 @@ class ParameterStore {
     ParameterDescriptor descriptor;
     detail::IntegerLimits limits;
   };
-  template <class Handle>
-  using Callbacks = std::vector<typename Handle::weak_type>;
   using Lock = std::unique_lock<PiMutex>;
   /// What has changed, and the stores whose callbacks have led to it.
   struct Change {
@@ -104,8 +106,8 @@ class ParameterStore {
 
   // With `change_mutex_` held, which those with a lock release while they call.
   // The latest callback first, until a call returns false.
-  template <class WeakHandle, class Function>
-  void each(Lock& lock, std::vector<WeakHandle>& callbacks, Function&& function);
+  template <class List, class Use>
+  static void each(Lock& lock, List& callbacks, Use&& use);
   SetParametersResult ask_callbacks(Lock& lock, const Parameters& values);
   void check_backlog() const;
   void apply(ParameterChanges changes);
@@ -114,22 +116,18 @@ class ParameterStore {
 
   // With `mutex_` held.
   const Declared& find(std::string_view name) const;
+  /// With one of any type in place of what may be undeclared.
+  const Declared& find_or_unset(std::string_view name) const;
   void check_descriptor(std::string_view name, const Declared& declared) const;
   void check_undeclaring(std::string_view name, const Declared& declared) const;
   ParameterValue accepted(std::string_view name, const ParameterValue& given,
                           const Declared& declared) const;
   ParameterChanges checked(const Parameters& values) const;
-  template <class Handle, class Callback>
-  Handle add(Callback callback, Callbacks<Handle>& callbacks) {
-    auto handle = std::make_shared<typename Handle::element_type>(std::move(callback));
-    const std::lock_guard lock(mutex_);
-    callbacks.push_back(handle);
-    return handle;
-  }
 
   const std::uint64_t id_ = next_id();  // no other store has it, now or later
   const std::string node_;
   const Parameters given_;
+  const Rules rules_;
   ParametersCheck check_;
   PostSetParametersCallback act_;
 
@@ -142,9 +140,10 @@ class ParameterStore {
   mutable PiMutex mutex_;  // guards all below
   std::map<std::string, Declared, std::less<>> declared_;
   std::set<std::string, std::less<>> unused_;
-  Callbacks<PreSetParametersHandle> pre_set_;
-  Callbacks<OnSetParametersHandle> on_set_;
-  Callbacks<PostSetParametersHandle> post_set_;
+
+  detail::CallbackList<void(Parameters&)> pre_set_;
+  detail::CallbackList<SetParametersResult(const Parameters&)> on_set_;
+  detail::CallbackList<void(const Parameters&)> post_set_;
 };
 
 }  // namespace takt

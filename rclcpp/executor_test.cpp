@@ -132,6 +132,73 @@ TEST_F(Executors, CancelFromACallbackEndsOneSpin) {
   EXPECT_EQ(calls, 2);
 }
 
+// As in rclcpp since 2026-07: the thread that spins may come too late.
+TEST_F(Executors, ACancelBeforeASpinEndsThatAndNoOther) {
+  const auto node = std::make_shared<Node>("node");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  int calls = 0;
+  const auto timer = node->create_wall_timer(1ms, [&] {
+    ++calls;
+    executor.cancel();
+  });
+  executor.cancel();
+  executor.spin();
+  EXPECT_EQ(calls, 0);
+  executor.spin();
+  EXPECT_EQ(calls, 1);
+}
+
+// The end of the spin removed the node once more, and the exception of that left a destructor: the
+// process ended, and what the callback had thrown was lost.
+TEST_F(Executors, ACallbackMayRemoveItsNodeFromTheExecutorThatSpinsIt) {
+  const auto node = std::make_shared<Node>("node");
+  executors::SingleThreadedExecutor executor, other;
+  bool has_run = false, throws = false;
+  const auto timer = node->create_wall_timer(1ms, [&] {
+    has_run = true;
+    executor.remove_node(node);
+    if (throws) throw std::runtime_error("of the callback");
+    other.add_node(node);
+  });
+  const auto spins = std::vector<std::function<void()>>{
+      [&] { executor.spin_node_once(node, 10ms); }, [&] { executor.spin_node_some(node); },
+      [&] {
+        std::promise<void> never;
+        executors::spin_node_until_future_complete(executor, node, never.get_future().share(),
+                                                   10ms);
+      }};
+  for (const auto& spin : spins) {
+    for (has_run = throws = false; !has_run;) spin();
+    EXPECT_THROW(executor.remove_node(node), std::runtime_error);
+    other.remove_node(node);  // which it has left to it
+    throws = true;
+    EXPECT_THROW(
+        while (true) { spin(); }, std::runtime_error);
+  }
+}
+
+// Pruning those before a time forgot that there were others.
+TEST_F(Executors, RequestsArePrunedByTheirTime) {
+  const auto node = std::make_shared<Node>("node");
+  const auto client = node->create_client<AddTwoInts>("nobody");
+  const auto send = [&] {
+    return client->async_send_request(std::make_shared<AddTwoInts::Request>()).request_id;
+  };
+  const std::int64_t first = send();
+  std::chrono::system_clock::time_point middle = std::chrono::system_clock::now();
+  while (std::chrono::system_clock::now() == middle) {
+  }
+  middle = std::chrono::system_clock::now();
+  send();
+  std::vector<std::int64_t> pruned;
+  EXPECT_EQ(client->prune_requests_older_than(middle, &pruned), 1u);
+  EXPECT_EQ(pruned, std::vector<std::int64_t>{first});
+  EXPECT_EQ(client->prune_requests_older_than(middle), 0u);
+  EXPECT_EQ(client->prune_pending_requests(), 1u);
+  EXPECT_EQ(client->prune_pending_requests(), 0u);
+}
+
 TEST_F(Executors, ASignalEndsWhateverWaits) {
   const auto node = std::make_shared<Node>("node");
   const auto timer = node->create_wall_timer(1ms, [] { std::raise(SIGINT); });

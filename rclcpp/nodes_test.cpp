@@ -137,6 +137,70 @@ TEST_F(Nodes, WhoeverAsksForAResultLearnsOfItsEnd) {
   EXPECT_EQ(calls, 10);
 }
 
+// In a pool the callback of the result could run before that of the response had returned.
+TEST_F(Nodes, TheResultOfAGoalComesAfterItsResponse) {
+  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
+  using Goal = rclcpp_action::ClientGoalHandle<Fibonacci>;
+  const auto node = std::make_shared<Node>("node");
+  const auto group = node->create_callback_group(CallbackGroupType::Reentrant);
+  const auto server = rclcpp_action::create_server<Fibonacci>(
+      node, "fibonacci",
+      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
+      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+      [&](const std::shared_ptr<Handle> goal) {
+        goal->succeed(std::make_shared<Fibonacci::Result>());
+      },
+      rcl_action_server_get_default_options(), group);
+  const auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci", group);
+  executors::MultiThreadedExecutor executor(ExecutorOptions(), 3);
+  executor.add_node(node);
+  const Spinner spinner(executor);
+  for (const bool asks_early : {true, false}) {
+    std::atomic<bool> has_answered{false};
+    std::promise<void> told;
+    auto options = rclcpp_action::Client<Fibonacci>::SendGoalOptions();
+    options.goal_response_callback = [&](const Goal::SharedPtr& goal) {
+      if (asks_early) {  // the future is ready, and only the callback waits
+        auto result = client->async_get_result(goal);
+        EXPECT_EQ(result.wait_for(kLong), std::future_status::ready);
+      }
+      has_answered = true;
+    };
+    options.result_callback = [&](const auto&) {
+      EXPECT_TRUE(has_answered);
+      told.set_value();
+    };
+    client->async_send_goal(Fibonacci::Goal(), options);
+    ASSERT_EQ(told.get_future().wait_for(kLong), std::future_status::ready);
+  }
+}
+
+// The goal of another client was asked about at the wrong server, whose answer changed it.
+TEST_F(Nodes, AGoalIsOfTheClientThatHasSentIt) {
+  using Handle = rclcpp_action::ServerGoalHandle<Fibonacci>;
+  const auto node = std::make_shared<Node>("node");
+  std::shared_ptr<Handle> held;
+  const auto server = rclcpp_action::create_server<Fibonacci>(
+      node, "fibonacci",
+      [](const auto&, const auto&) { return rclcpp_action::GoalResponse::ACCEPT_AND_EXECUTE; },
+      [](const std::shared_ptr<Handle>) { return rclcpp_action::CancelResponse::ACCEPT; },
+      [&](const std::shared_ptr<Handle> goal) { held = goal; });
+  auto client = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  auto other = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  auto accepted = client->async_send_goal(Fibonacci::Goal());
+  ASSERT_EQ(executor.spin_until_future_complete(accepted, kLong), FutureReturnCode::SUCCESS);
+  const auto goal = accepted.get();
+  for (const bool is_gone : {false, true}) {
+    EXPECT_THROW(other->async_get_result(goal), rclcpp_action::exceptions::UnknownGoalHandleError);
+    EXPECT_THROW(other->async_cancel_goal(goal), rclcpp_action::exceptions::UnknownGoalHandleError);
+    if (is_gone) break;
+    client.reset();
+    other = rclcpp_action::create_client<Fibonacci>(node, "fibonacci");
+  }
+}
+
 TEST_F(Nodes, ParametersOfAnotherNodeAreReadAndSet) {
   const auto server = std::make_shared<Node>("server");
   server->declare_parameter("gain", 0.5);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_test.hpp"
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -223,6 +224,47 @@ TEST_F(ProgramDeathTest, NodesMayComeLaterAndGo) {
         });
       },
       kEndsWell, "in force");
+}
+
+// It waited five seconds for its own callback, and its executor stood still; two that dropped each
+// other's node, likewise.
+TEST_F(ProgramDeathTest, ANodeMayGoInACallbackOfTheFile) {
+  EXPECT_EXIT(
+      {
+        configure(
+            "executors:\n  a: {type: events}\n  b: {type: events}\n"
+            "nodes:\n  /own: {executor: a}\n  /first: {executor: a}\n  /second: {executor: b}\n");
+        run([] {
+          auto own = std::make_shared<Node>("own"), first = std::make_shared<Node>("first"),
+               second = std::make_shared<Node>("second");
+          executors::SingleThreadedExecutor executor;
+          executor.add_node(own);
+          executor.add_node(first);
+          executor.add_node(second);
+          std::atomic<int> inside{0};
+          const auto drops = [&](std::shared_ptr<Node>& other) {
+            return [&](TimerBase& self) {
+              self.cancel();
+              ++inside;
+              EXPECT_TRUE(takt::eventually([&] { return inside >= 2; }));
+              other.reset();
+              ++inside;
+            };
+          };
+          const auto of_first = first->create_wall_timer(1ms, drops(second), nullptr, false);
+          const auto of_second = second->create_wall_timer(1ms, drops(first), nullptr, false);
+          const auto of_own = own->create_wall_timer(1ms, [&](TimerBase& self) {
+            self.cancel();
+            own.reset();
+            of_first->reset();
+            of_second->reset();
+          });
+          const Spinner spinner(executor);
+          if (!takt::eventually([&] { return inside == 4; })) throw std::runtime_error("it waits");
+          std::cerr << "all have gone\n";
+        });
+      },
+      kEndsWell, "in force\nall have gone\n$");
 }
 
 // The second of two spins returned while a callback of the file still ran.

@@ -127,6 +127,94 @@ TEST_F(SimulatedTime, AJumpHandlerMayGoInItsCallback) {
   EXPECT_TRUE(takt::eventually([&] { return has_gone.load(); }));
 }
 
+// Each waited for the thread of the other, in whose callback it was.
+TEST_F(SimulatedTime, TwoJumpHandlersMayDropEachOther) {
+  const auto clock = std::make_shared<takt::SimulatedClock>(takt::Clock::steady(), false);
+  std::atomic<int> inside{0};
+  JumpHandler::SharedPtr first, second;
+  const auto drop = [&](JumpHandler::SharedPtr& other) {
+    return [&inside, &other](const rcl_time_jump_t& jump) {
+      EXPECT_EQ(jump.delta.nanoseconds, 0);  // the times before and after are of two sources
+      ++inside;
+      EXPECT_TRUE(takt::eventually([&] { return inside == 2; }));
+      other.reset();
+    };
+  };
+  const rcl_jump_threshold_t threshold{true, {0}, {0}};
+  first = std::make_shared<JumpHandler>(clock, nullptr, drop(second), threshold);
+  second = std::make_shared<JumpHandler>(clock, nullptr, drop(first), threshold);
+  clock->simulate(true);
+  EXPECT_TRUE(takt::eventually([&] { return first == nullptr && second == nullptr; }));
+}
+
+// The clocks set each other, each under its lock.
+TEST_F(SimulatedTime, TwoTimeSourcesMayHaveEachOthersClocks) {
+  const auto options = NodeOptions().append_parameter_override("use_sim_time", true);
+  const auto a = std::make_shared<Node>("a", options), b = std::make_shared<Node>("b", options);
+  auto of_a = std::make_unique<TimeSource>(a);
+  TimeSource of_b(b);
+  of_a->attachClock(b->get_clock());
+  of_b.attachClock(a->get_clock());
+  const auto publisher = a->create_publisher<rosgraph_msgs::msg::Clock>("/clock", 10);
+  const auto have = [&](std::int32_t seconds) {
+    rosgraph_msgs::msg::Clock message;
+    message.clock.sec = seconds;
+    return takt::eventually([&] {
+      publisher->publish(message);
+      return a->now().seconds() == seconds && b->now().seconds() == seconds;
+    });
+  };
+  EXPECT_TRUE(have(5));
+  a->set_parameter(Parameter("use_sim_time", false));
+  EXPECT_FALSE(b->get_clock()->ros_time_is_active());
+  a->set_parameter(Parameter("use_sim_time", true));
+  EXPECT_TRUE(have(7));
+}
+
+// The end of a sleep in real time was awaited in simulated time, for years.
+TEST_F(SimulatedTime, ASleepEndsWhenTheClockHasAnotherSource) {
+  const auto node = std::make_shared<Node>("node");
+  const auto clock = node->get_clock();
+  for (const bool simulates : {true, false}) {
+    auto sleeper = std::async(std::launch::async, [&] { return clock->sleep_for(kLong); });
+    auto rate = std::async(std::launch::async, [&] {
+      Rate rate(Duration(kLong), clock);
+      return rate.sleep();
+    });
+    EXPECT_EQ(sleeper.wait_for(10ms), std::future_status::timeout);
+    EXPECT_EQ(rate.wait_for(10ms), std::future_status::timeout);
+    node->set_parameter(Parameter("use_sim_time", simulates));
+    EXPECT_FALSE(sleeper.get());
+    EXPECT_TRUE(rate.get());
+  }
+}
+
+// It was known to executors first and cancelled afterwards, so it could fire in between.
+TEST_F(SimulatedTime, ATimerWithoutAutostartIsCancelledBeforeAnExecutorHasIt) {
+  const auto node = std::make_shared<Node>("node");
+  struct Listener final : takt::NodeListener {
+    void entity_added(takt::Node&, const std::shared_ptr<takt::Entity>& entity) override {
+      if (auto* timer = dynamic_cast<takt::Timer*>(entity.get())) {
+        ++timers;
+        EXPECT_TRUE(timer->is_canceled());
+      }
+    }
+    void group_added(takt::Node&, const std::shared_ptr<takt::CallbackGroup>&) override {}
+    void parameters_changed(takt::Node&) override {}
+    int timers = 0;
+  } listener;
+  const auto core = node->get_node_base_interface()->takt_node();
+  core->add_listener(listener);
+  const auto wall = node->create_wall_timer(
+      1ns, [] {}, nullptr, false);
+  const auto timer = create_timer(
+      node, node->get_clock(), Duration(1ns), [] {}, nullptr, false);
+  EXPECT_EQ(listener.timers, 2);
+  EXPECT_TRUE(wall->is_canceled() && timer->is_canceled());
+  EXPECT_FALSE(node->create_wall_timer(1h, [] {})->is_canceled());
+  core->remove_listener(listener);
+}
+
 using Departures = RclcppTest;
 
 // Programs drop nodes, and parts of them, in callbacks and while another thread spins.

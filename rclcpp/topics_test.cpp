@@ -111,6 +111,31 @@ TEST_F(Topics, MessagesAreTakenWithoutAnExecutor) {
   EXPECT_FALSE(subscription->take(message, info));
 }
 
+// What was added while a thread waited did not wake it, however ready it was.
+TEST_F(Topics, AThreadWaitsForWhatIsAddedMeanwhile) {
+  const auto node = std::make_shared<Node>("node");
+  const auto group = node->create_callback_group(CallbackGroupType::Reentrant, false);
+  const auto kept = std::make_shared<GuardCondition>();
+  const auto triggered = std::make_shared<GuardCondition>();
+  triggered->trigger();
+  const auto timer = node->create_wall_timer(
+      1ms, [] {}, group);
+  for (int i = 0; i < 2; ++i) {
+    ThreadSafeWaitSet set({}, {kept});
+    auto waits = std::async(std::launch::async, [&] { return set.wait(kLong).kind(); });
+    EXPECT_EQ(waits.wait_for(10ms), std::future_status::timeout);
+    if (i == 0) {
+      set.add_guard_condition(triggered);
+    } else {
+      set.add_timer(timer);
+    }
+    EXPECT_EQ(waits.get(), WaitResultKind::Ready);
+    EXPECT_THROW(set.add_guard_condition(kept), std::runtime_error);
+    set.remove_guard_condition(kept);
+    EXPECT_THROW(set.remove_guard_condition(kept), std::runtime_error);
+  }
+}
+
 TEST_F(Topics, AMessageIsWaitedFor) {
   const auto node = std::make_shared<Node>("node");
   String message;

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+
 #include "rclcpp_test.hpp"
 #include "rcpputils/env.hpp"
 #include "rcpputils/shared_library.hpp"
@@ -62,6 +65,48 @@ TEST_F(Values, ACallbackIsKeptByItsHandle) {
 }
 
 // As rclcpp 28.1.6 printed them.
+TEST_F(Values, AnIntegerIsNoDouble) {
+  const auto node = std::make_shared<Node>("node");
+  node->declare_parameter("gain", 1.0);
+  EXPECT_FALSE(node->set_parameter(Parameter("gain", 1)).successful);
+  EXPECT_TRUE(node->set_parameter(Parameter("gain", 2.0)).successful);
+}
+
+// An infinite value was equal to every end of a range.
+TEST_F(Values, WhatIsInfiniteIsInNoFiniteRange) {
+  const auto node = std::make_shared<Node>("node");
+  rcl_interfaces::msg::ParameterDescriptor descriptor;
+  descriptor.floating_point_range.resize(1);
+  descriptor.floating_point_range[0].to_value = 10;
+  node->declare_parameter("gain", 1.0, descriptor);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double value : {kInfinity, -kInfinity, 1e308, std::nan("")}) {
+    EXPECT_FALSE(node->set_parameter(Parameter("gain", value)).successful) << value;
+  }
+  EXPECT_TRUE(node->set_parameter(Parameter("gain", 10.0)).successful);
+}
+
+// Of a node that allows it, only its own calls could set what was not declared.
+TEST_F(Values, OthersMaySetWhatIsNotDeclared) {
+  const auto node = std::make_shared<Node>("node", NodeOptions().allow_undeclared_parameters(true));
+  const auto client_node = std::make_shared<Node>("client");
+  AsyncParametersClient client(client_node, "node");
+  executors::SingleThreadedExecutor executor;
+  executor.add_node(node);
+  executor.add_node(client_node);
+  ASSERT_TRUE(client.wait_for_service(kLong));
+  auto results = client.set_parameters({Parameter("fresh", 5)});
+  ASSERT_EQ(executor.spin_until_future_complete(results, kLong), FutureReturnCode::SUCCESS);
+  EXPECT_TRUE(results.get().at(0).successful);
+  EXPECT_EQ(node->get_parameter("fresh").as_int(), 5);
+  EXPECT_TRUE(node->set_parameter(Parameter("fresh", "of another type")).successful);
+  auto values = client.get_parameters({"fresh", "none"});
+  ASSERT_EQ(executor.spin_until_future_complete(values, kLong), FutureReturnCode::SUCCESS);
+  ASSERT_EQ(values.get().size(), 2u);
+  EXPECT_EQ(values.get()[1].get_type(), PARAMETER_NOT_SET);
+  EXPECT_FALSE(node->has_parameter("none"));
+}
+
 TEST_F(Values, ParametersArePrintedAsInRclcpp) {
   const auto text = [](auto value) { return Parameter("name", value).value_to_string(); };
   EXPECT_EQ(text(std::vector<std::uint8_t>{1, 2, 255}), "[0x1, 0x2, 0xff]");

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/same_owner.hpp"
 
 namespace takt {
 
@@ -32,10 +33,16 @@ std::string lost_result(const std::string& service, const GoalId& goal, bool has
                      service, to_string(goal));
 }
 
-const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal) {
+const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal, const std::string& action,
+                    const std::shared_ptr<const void>& client) {
   if (goal == nullptr) {
     throw Error("a result or a cancellation is asked of a goal that was not accepted (nullptr)",
                 "look whether send_goal() gave a goal before you ask for it");
+  }
+  if (!is_same_owner(goal->client(), client)) {
+    throw Error(
+        fmt::format("goal {} is none of this client of action '{}'", to_string(goal->id()), action),
+        "ask the client that has sent it");
   }
   return goal->id();
 }

@@ -23,21 +23,26 @@
 
 namespace TAKT_PUBLIC takt {
 
-/// A goal that a server has accepted. `state` is the last one that the server reported.
+/// A goal of one client that a server has accepted. `state` is the last one that the server
+/// reported.
 /// Thread safety: every method from any thread.
 /// Real-time: nothing blocks or allocates after construction.
 class ClientGoalHandle {
  public:
-  ClientGoalHandle(const GoalId& id, builtin_interfaces::msg::Time stamp)
-      : id_(id), stamp_(stamp) {}
+  ClientGoalHandle(const GoalId& id, builtin_interfaces::msg::Time stamp,
+                   std::weak_ptr<const void> client)
+      : id_(id), stamp_(stamp), client_(std::move(client)) {}
   const GoalId& id() const noexcept { return id_; }
   const builtin_interfaces::msg::Time& stamp() const noexcept { return stamp_; }
   GoalState state() const noexcept { return state_.load(); }
   void set_state(GoalState state) noexcept { state_.store(state); }
+  /// What the client has that it is of.
+  const std::weak_ptr<const void>& client() const noexcept { return client_; }
 
  private:
   const GoalId id_;
   const builtin_interfaces::msg::Time stamp_;
+  const std::weak_ptr<const void> client_;
   std::atomic<GoalState> state_{GoalState::accepted};
 };
 
@@ -71,8 +76,10 @@ struct GoalResult {
 };
 /// Why a result of this service is not known. `has_answer`: it has said so itself.
 std::string lost_result(const std::string& service, const GoalId& goal, bool has_answer);
-/// Throws Error for nullptr, which stands for a goal that was not accepted.
-const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal);
+/// Throws Error for nullptr, which stands for a goal that was not accepted, and for a goal of
+/// another client.
+const GoalId& id_of(const std::shared_ptr<ClientGoalHandle>& goal, const std::string& action,
+                    const std::shared_ptr<const void>& client);
 
 struct ActionClientOptions {
   /// How long a goal or a cancellation waits to be accepted; 0: for ever. A result may always take
@@ -113,7 +120,8 @@ class ActionClient {
   };
 
   ActionClient(Node& node, const std::string& name, const ActionClientOptions& options = {})
-      : goals_(std::make_shared<Goals>()),
+      : name_(name),
+        goals_(std::make_shared<Goals>()),
         sent_(name, "goals", options.most_goals),
         asked_(name, "results", options.most_goals),
         feedback_(node.create_subscription<FeedbackMessage<A>>(
@@ -146,6 +154,10 @@ class ActionClient {
   ActionClient(const ActionClient&) = delete;
   ActionClient& operator=(const ActionClient&) = delete;
 
+  /// Whether it is a goal of this client. Of others, all that follows throws Error.
+  bool has_sent(const ClientGoalHandle& goal) const noexcept {
+    return !goal.client().owner_before(goals_) && !goals_.owner_before(goal.client());
+  }
   /// Whether a goal would be received, and answered.
   bool action_server_is_ready() const noexcept {
     return send_->service_is_ready() && cancel_->service_is_ready() && result_->service_is_ready();
@@ -165,13 +177,13 @@ class ActionClient {
   Task<GoalResult<A>> result(Handle goal) {
     const std::shared_ptr<Goals> goals = goals_;
     const Place place = asked_.take();
-    const typename GetResult<A>::Request request{id_of(goal)};
+    const typename GetResult<A>::Request request{id_of(goal, name_, goals_)};
     const auto answer = co_await result_->call(request);
     co_return goals->end(*goal, answer ? &*answer : nullptr);
   }
   /// An answer without goals: it did not come in time, or says why in return_code.
   Task<CancelResult> cancel_goal(Handle goal) {
-    const CancelGoal::Request request = cancel_request(id_of(goal));
+    const CancelGoal::Request request = cancel_request(id_of(goal, name_, goals_));
     const auto answer = co_await cancel_->call(request);
     co_return answer ? *answer : CancelResult{};
   }
@@ -203,10 +215,11 @@ class ActionClient {
         });
   }
   void async_get_result(Handle goal, ResultCallback callback) {
+    id_of(goal, name_, goals_);
     ask_result(*result_, goals_, std::move(goal), asked_.take(), std::move(callback));
   }
   void async_cancel_goal(const Handle& goal, std::function<void(const CancelResult&)> callback) {
-    cancel(cancel_request(id_of(goal)), std::move(callback));
+    cancel(cancel_request(id_of(goal, name_, goals_)), std::move(callback));
   }
   /// The goals of all clients.
   void async_cancel_all_goals(std::function<void(const CancelResult&)> callback) {
@@ -220,11 +233,11 @@ class ActionClient {
       std::shared_ptr<const detail::UserFunction<void(const Handle&, const typename A::Feedback&)>>;
 
   /// Accepted, and without a result so far.
-  class Goals {
+  class Goals : public std::enable_shared_from_this<Goals> {
    public:
     std::string result_service;  // before the first goal
     Handle add(const GoalId& id, builtin_interfaces::msg::Time stamp, FeedbackCallback feedback) {
-      auto handle = std::make_shared<ClientGoalHandle>(id, stamp);
+      auto handle = std::make_shared<ClientGoalHandle>(id, stamp, this->weak_from_this());
       Entry added{id, handle,
                   std::make_shared<typename Feedback::element_type>(std::move(feedback))};
       std::vector<Entry> gone;
@@ -293,7 +306,7 @@ class ActionClient {
 
   static void ask_result(Client<GetResult<A>>& client, const std::shared_ptr<Goals>& goals,
                          Handle goal, Place place, ResultCallback callback) {
-    const GoalId id = id_of(goal);
+    const GoalId id = goal->id();
     client.async_send_request({id}, [goals, goal = std::move(goal), place = std::move(place),
                                      callback = std::move(callback)](
                                         const typename GetResult<A>::Response* answer) mutable {
@@ -317,6 +330,7 @@ class ActionClient {
                                 });
   }
 
+  const std::string name_;
   const std::shared_ptr<Goals> goals_;
   const ActionPlaces sent_, asked_;
   // In this order, so that an executor in order of registration serves feedback before the result.

@@ -107,6 +107,24 @@ struct Probe {
   std::function<void()> act;
 };
 
+// The wrong server did not know it, which became the state of the goal.
+TEST_F(ActionClientTest, RefusesAGoalOfAnotherClient) {
+  const auto server = make_server();
+  const auto client = create_action_client<Drive>(*node_, "drive");
+  const auto other = create_action_client<Drive>(*node_, "drive");
+  client->async_send_goal({}, noted("goal"));
+  run();
+  ASSERT_NE(goal_, nullptr);
+  const auto refuses = [](auto&& call) {
+    EXPECT_THAT(
+        call, testing::ThrowsMessage<Error>(HasSubstr("is none of this client of action 'drive'")));
+  };
+  refuses([&] { other->async_get_result(goal_, {}); });
+  refuses([&] { other->async_cancel_goal(goal_, {}); });
+  run();
+  EXPECT_NE(goal_->state(), GoalState::unknown);
+}
+
 // It went with the mutex held that every feedback message and status needs: a pool hung.
 TEST_F(ActionClientTest, AFeedbackFunctionGoesWithoutALock) {
   const auto server = make_server();

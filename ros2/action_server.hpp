@@ -59,7 +59,7 @@ class ActionServer {
     make_goal_service(node, name, std::move(handle_goal), options.goal_group);
     expiry_ = node.create_timer(
         base + "_expiry", std::chrono::hours(1), [core = core_] { core->expire(); },
-        options.result_group);
+        options.result_group, /*autostart=*/false);
     core_->set_expiry(expiry_);
   }
   ~ActionServer() {
@@ -81,10 +81,11 @@ class ActionServer {
     }
     execute_ = node.create_guard_condition(
         base + "_execute",
-        [&node, core = core_, accepted = accepted_, runner = runner_.get(),
+        [core = core_, accepted = accepted_, weak = std::weak_ptr(runner_),
          callback = std::make_shared<HandleAccepted>(std::move(handle_accepted))] {
+          const auto runner = weak.lock();  // the callback may drop the server
           // Without a place the goal waits: the end of a coroutine triggers this again.
-          if (kIsTask && !runner->reserve()) return;
+          if (kIsTask && (runner == nullptr || !runner->reserve())) return;
           auto [goal, is_executed] = accepted->pop();
           if (goal == nullptr) {
             if (kIsTask) runner->give_back();
@@ -127,8 +128,9 @@ class ActionServer {
                          const std::shared_ptr<CallbackGroup>& group) {
     goal_ = node.create_service<SendGoal<A>>(
         name + kSendGoal,
-        [&node, core = core_, accepted = accepted_, handle_goal = std::move(handle_goal)](
-            const auto& request, auto& response) mutable -> std::exception_ptr {
+        [stamps = stamps_of(node), core = core_, accepted = accepted_,
+         handle_goal = std::move(handle_goal)](const auto& request,
+                                               auto& response) mutable -> std::exception_ptr {
           GoalResponse decision = GoalResponse::reject;
           try {
             decision = handle_goal(request.goal_id, request.goal);
@@ -136,7 +138,7 @@ class ActionServer {
             return std::current_exception();
           }
           if (decision == GoalResponse::reject) return nullptr;
-          response.stamp = node.now();
+          response.stamp = stamps();
           auto goal = core->accept(request.goal_id, request.goal, response.stamp);
           if (goal == nullptr) return nullptr;
           response.accepted = true;

@@ -109,9 +109,8 @@ class ActionServerCore : public std::enable_shared_from_this<ActionServerCore<A>
     const std::lock_guard lock(mutex_);
     result_service_ = std::move(service);
   }
-  /// The timer that calls `expire`.
+  /// The timer that calls `expire`, cancelled.
   void set_expiry(const std::shared_ptr<Timer>& timer) {
-    timer->cancel();
     const std::lock_guard lock(mutex_);
     expiry_ = timer;
   }

@@ -61,7 +61,9 @@ LifecycleServices::LifecycleServices(LifecycleNode& node, Node& host,
                                                  10, {.graph_node = node.fully_qualified_name()})),
       change_state_(host.create_service<ChangeState>(
           node.fully_qualified_name() + "/change_state",
-          [&node](const ChangeState::Request& request, ChangeState::Response& response) {
+          [&node, weak = node.weak_from_this()](const ChangeState::Request& request,
+                                                ChangeState::Response& response) {
+            const auto kept = weak.lock();  // a transition may drop it
             change_state(node, request.transition, response);
           },
           group, rare_service(node.fully_qualified_name()))),

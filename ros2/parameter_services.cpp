@@ -116,13 +116,20 @@ wire::ListParametersResult to_message(ListParametersResult listed) {
       .set__prefixes(std::move(listed.prefixes));
 }
 
-// A service of this node, served by the host.
+// A service of this node, served by the host. The node lives until the callback returns: one of the
+// user, which that calls, may drop it.
 template <class S, class F>
 std::shared_ptr<Service<S>> serve(const Node& node, Node& host, std::string_view name, F callback,
                                   const std::shared_ptr<CallbackGroup>& group = nullptr) {
   const std::string& owner = node.fully_qualified_name();
-  return host.create_service<S>(fmt::format("{}/{}", owner, name), std::move(callback), group,
-                                rare_service(owner));
+  return host.create_service<S>(
+      fmt::format("{}/{}", owner, name),
+      [weak = node.weak_from_this(), callback = std::move(callback)](
+          const typename S::Request& request, typename S::Response& response) {
+        const auto kept = weak.lock();
+        return callback(request, response);
+      },
+      group, rare_service(owner));
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/ros2/time_source.hpp"
 
+#include <algorithm>
 #include <mutex>
 #include <utility>
+
+#include "takt/base/same_owner.hpp"
 
 namespace takt {
 
@@ -17,17 +20,21 @@ void TimeSource::set_host(const std::shared_ptr<Node>& host) {
 void TimeSource::follow(const std::shared_ptr<SimulatedClock>& clock) {
   const std::lock_guard lock(mutex_);
   subscribe();
-  std::erase_if(clocks_, [](const auto& known) { return known.expired(); });
-  clocks_.push_back(clock);
+  std::erase_if(clocks_, [](const Followed& known) { return known.clock.expired(); });
+  const auto known = std::find_if(clocks_.begin(), clocks_.end(), [&](const Followed& each) {
+    return is_same_owner(each.clock, clock);
+  });
+  Followed& followed = known != clocks_.end() ? *known : clocks_.emplace_back(Followed{clock});
+  ++followed.count;
   if (now_) clock->set(*now_);
 }
 
 void TimeSource::leave(const SimulatedClock& clock) noexcept {
   std::shared_ptr<Subscription<ClockMessage>> unused;
   const std::lock_guard lock(mutex_);
-  std::erase_if(clocks_, [&](const auto& known) {
-    const auto alive = known.lock();
-    return alive == nullptr || alive.get() == &clock;
+  std::erase_if(clocks_, [&](Followed& known) {
+    const auto alive = known.clock.lock();
+    return alive == nullptr || (alive.get() == &clock && --known.count == 0);
   });
   if (!clocks_.empty()) return;
   unused = std::move(subscription_);
@@ -46,8 +53,8 @@ void TimeSource::subscribe() {
 void TimeSource::set(TimePoint now) noexcept {
   const std::lock_guard lock(mutex_);
   now_ = now;
-  for (const auto& known : clocks_) {
-    if (const auto clock = known.lock()) clock->set(now);
+  for (const Followed& known : clocks_) {
+    if (const auto clock = known.clock.lock()) clock->set(now);
   }
 }
 

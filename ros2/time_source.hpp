@@ -25,6 +25,7 @@ class TimeSource final : public SimulatedClock::Source {
   /// host, simulated time stands still.
   void set_host(const std::shared_ptr<Node>& host);
 
+  /// A clock that is followed for several is left as often.
   void follow(const std::shared_ptr<SimulatedClock>& clock) override;
   void leave(const SimulatedClock& clock) noexcept override;
 
@@ -36,7 +37,11 @@ class TimeSource final : public SimulatedClock::Source {
 
   PiMutex mutex_;  // guards all below
   std::weak_ptr<Node> host_;
-  std::vector<std::weak_ptr<SimulatedClock>> clocks_;
+  struct Followed {
+    std::weak_ptr<SimulatedClock> clock;
+    int count = 0;
+  };
+  std::vector<Followed> clocks_;
   std::optional<TimePoint> now_;
   std::shared_ptr<Subscription<ClockMessage>> subscription_;
 };

@@ -84,8 +84,8 @@ void answer(Participant& participant, const GetTypeDescription::Request& request
 TypeDescriptionService::TypeDescriptionService(const Node& node, Node& host)
     : service_(host.create_service<GetTypeDescription>(
           node.fully_qualified_name() + "/get_type_description",
-          [participant = host.participant().get()](const GetTypeDescription::Request& request,
-                                                   GetTypeDescription::Response& response) {
+          [participant = host.participant()](const GetTypeDescription::Request& request,
+                                             GetTypeDescription::Response& response) {
             answer(*participant, request, response);
           },
           nullptr, rare_service(node.fully_qualified_name()))) {

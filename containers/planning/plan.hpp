@@ -41,6 +41,7 @@ struct Plan {
     ThreadAttributes thread;
     double utilisation = 0;
   };
+  std::shared_ptr<const void> look;  // of a container's plan: unload() waits until it has gone
   std::vector<PlannedChain> chains;
   std::vector<Callback> callbacks;
   std::vector<Executor> executors;  // the most critical first

@@ -117,8 +117,9 @@ TEST_P(ConformanceAction, AGoalIsCanceledWhenTheServerAgrees) {
   EXPECT_EQ(goal_->state(), GoalState::canceling);
   run(20);
   client_->async_cancel_goal(goal_, note_code);  // it has ended
-  client_->async_cancel_goal(std::make_shared<ClientGoalHandle>(new_goal_id(), goal_->stamp()),
-                             note_code);
+  client_->async_cancel_goal(
+      std::make_shared<ClientGoalHandle>(new_goal_id(), goal_->stamp(), goal_->client()),
+      note_code);
   run(1);
   EXPECT_THAT(trace_,
               ElementsAre("goal accepted", "goal 4 to go", "code 1, 0 goals", "code 0, 1 goals",

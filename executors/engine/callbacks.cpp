@@ -11,11 +11,13 @@
 #include "takt/base/lockfree/read_section.hpp"
 #include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
+#include "takt/entities/wait_in_callback.hpp"
 
 namespace takt::detail {
 
 Callbacks::Callbacks(const ExecutorOptions& options, Dispatcher& dispatcher)
     : options_(options), dispatcher_(dispatcher), changes_(dispatcher, options.scheduler) {
+  WaitInCallback::set_duty(Dispatcher::install_updates_here);
   if (options.watchdog != nullptr) options.watchdog->add(*this);
 }
 

@@ -6,9 +6,9 @@
 #include <mutex>
 #include <utility>
 
+#include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/callbacks.hpp"
 #include "takt/executors/engine/dispatcher.hpp"
-#include "takt/executors/engine/wait_in_callback.hpp"
 #include "takt/nodes/callback_info.hpp"
 
 namespace takt::detail {
@@ -128,14 +128,13 @@ void CallbackRecord::remove_at_rest() noexcept {
 // the only one that can install an update for which another thread waits: one of its own executor,
 // or of the executor of an outer callback.
 void CallbackRecord::wait_until_over() const noexcept {
-  if (Worker::current() == nullptr) return state.wait_until_over();
-  const WaitInCallback wait(*this);
-  for (;;) {
-    const std::uint32_t seen = WaitInCallback::progress();
-    Dispatcher::install_updates_here();
-    if (state.is_over() || (wait.is_for_itself() && state.is_removed())) return;
-    WaitInCallback::wait_for_progress(seen);
+  if (Worker::current() == nullptr && Running::innermost() == nullptr) {
+    return state.wait_until_over();
   }
+  const WaitInCallback wait(this, [](const void* record, const CallbackInfo* callback) {
+    return static_cast<const CallbackRecord*>(record)->is_described_by(callback);
+  });
+  wait.until([&] { return state.is_over() || (wait.is_for_itself() && state.is_removed()); });
 }
 
 // A thread that is preempted here delays others only for that time.

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "takt/base/lockfree/inbox.hpp"
+#include "takt/entities/wait_in_callback.hpp"
 #include "takt/executors/engine/record.hpp"
-#include "takt/executors/engine/wait_in_callback.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/sched/scheduler.hpp"
 

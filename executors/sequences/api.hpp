@@ -3,6 +3,7 @@
 #ifndef TAKT_EXECUTORS_SEQUENCES_API_HPP_
 #define TAKT_EXECUTORS_SEQUENCES_API_HPP_
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -77,6 +78,12 @@ class Api {
                                                  std::function<bool(std::int64_t)> allows);
   virtual bool set_parameter(const NodePtr& node, std::int64_t value);
   virtual std::int64_t get_parameter(const NodePtr& node);
+
+  /// A call that only this API has, with its own model; `next` gives its arguments. Returns the
+  /// promise that was broken; nullptr: none was.
+  virtual const char* call_own(std::uint8_t, const std::function<std::uint8_t()>&) {
+    return nullptr;
+  }
 
   /// What should have ended with all that was made; empty: all has.
   virtual std::string left_behind() const { return {}; }

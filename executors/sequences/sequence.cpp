@@ -331,7 +331,18 @@ void World::call_others(std::uint8_t what, bool in_callback) {
       if (!in_callback) be_patient();
       return;
     default:
-      calls_in_destructors_ = next() % 8;
+      call_last(in_callback);
+  }
+}
+
+void World::call_last(bool in_callback) {
+  constexpr std::uint8_t kFirstOwn = 200;
+  const std::uint8_t what = next();
+  if (what < kFirstOwn) {
+    calls_in_destructors_ = what % 8;
+  } else if (!in_callback) {
+    const char* const broken = api_.call_own(what - kFirstOwn, [this] { return next(); });
+    if (broken != nullptr) demand(false, broken);
   }
 }
 

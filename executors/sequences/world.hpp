@@ -73,6 +73,7 @@ class World {
   void call_services(std::uint8_t what);
   void call_spins(std::uint8_t what);
   void call_others(std::uint8_t what, bool in_callback);
+  void call_last(bool in_callback);
   void call_in_destructor(std::uint8_t what);
   void stop_calls() noexcept { calls_in_callbacks_ = calls_in_destructors_ = 0; }
   /// What a program may do wrong ends in an Error, and all is as before.

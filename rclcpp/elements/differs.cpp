@@ -107,11 +107,6 @@ void declaration(Node& node) {
   const ParameterValue& value = node.declare_parameter("value", ParameterValue(1));
   (void)value;
 }
-// Row: `set_parameter` of an integer to a parameter that is a double | is taken for a double; as an
-// override it is refused, as in rclcpp
-void widening(Node& node) {
-  node.set_parameter(Parameter("gain", 1));
-}
 // Row: a timer's period of 0 | is one of 1 ns
 void period(Node& node) {
   node.create_wall_timer(std::chrono::seconds(0), [] {});

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "own_calls.hpp"
+
 namespace rclcpp {
 namespace {
 
@@ -355,6 +357,25 @@ bool RclcppApi::set_parameter(const NodePtr& core, std::int64_t value) {
 std::int64_t RclcppApi::get_parameter(const NodePtr& core) {
   const auto node = handle_of<Node>(core);
   return node != nullptr ? node->get_parameter(kParameter).as_int() : Api::get_parameter(core);
+}
+
+const char* RclcppApi::call_own(std::uint8_t what, const std::function<std::uint8_t()>& next) {
+  switch (what % 7) {
+    case 0:
+      return shut_down(next);
+    case 1:
+      return spin_a_node(context_, next);
+    case 2:
+      return prune_requests(context_, next);
+    case 3:
+      return change_a_wait_set(context_, next);
+    case 4:
+      return switch_a_clock(context_, next);
+    case 5:
+      return make_timers(context_, next);
+    default:
+      return remove_parameter_callbacks(context_, next);
+  }
 }
 
 std::string RclcppApi::left_behind() const {

@@ -58,6 +58,7 @@ class RclcppApi final : public takt::sequences::Api {
   bool set_parameter(const NodePtr& node, std::int64_t value) override;
   std::int64_t get_parameter(const NodePtr& node) override;
 
+  const char* call_own(std::uint8_t what, const std::function<std::uint8_t()>& next) override;
   std::string left_behind() const override;
 
  private:

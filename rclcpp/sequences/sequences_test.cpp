@@ -36,6 +36,16 @@ const std::vector<takt::sequences::Bytes> kOften{
     {18},              // a spin
     {20},              // and one until nothing is ready
     {36, 0},           // a parameter is set
+    // What only rclcpp has: see own_calls.hpp.
+    {63, 200, 4, 1, 0, 9, 2, 2},
+    {63, 201, 1, 0},
+    {63, 201, 4, 2},
+    {63, 202, 5, 3, 4, 2, 1},
+    {63, 203, 3, 0, 0, 1, 1},
+    {63, 203, 0, 3},
+    {63, 204, 1, 2, 3, 5, 1, 9},
+    {63, 205, 1, 1},
+    {63, 206, 4, 1, 0, 9, 1, 3, 1, 0, 0},
     // A spin after some time, whose callbacks drop handles.
     {16, 7, 12, 200, 18, 0, 1, 0, 10, 0, 10, 1, 10, 2}};
 

@@ -2,8 +2,11 @@
 #include "rclcpp/clock.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <stdexcept>
 #include <utility>
+
+#include "takt/executors/wait_backends/wait_backend.hpp"
 
 #include "rclcpp/rate.hpp"
 #include "rclcpp/utilities.hpp"
@@ -11,39 +14,48 @@
 namespace rclcpp {
 namespace {
 
-/// Sleeps until simulated time has come, begins or ends, or the context is shut down.
-class SimulatedSleep final : takt::SimulatedClock::Listener, takt::Wakeable {
+/// Sleeps by a clock, and ends when that has another source of time, or the context is shut down.
+class Sleep final : takt::SimulatedClock::Listener, takt::Wakeable {
  public:
-  SimulatedSleep(takt::SimulatedClock& clock, Context& context) : clock_(clock), context_(context) {
-    clock_.add(*this);
+  Sleep(const Clock& clock, Context& context)
+      : clock_(clock), context_(context), begin_(clock.read()) {
+    if (clock_.simulated() != nullptr) clock_.simulated()->add(*this);
     context_.add_waiter(*this);
   }
-  ~SimulatedSleep() {
+  ~Sleep() {
     context_.remove_waiter(*this);
-    clock_.remove(*this);
+    if (clock_.simulated() != nullptr) clock_.simulated()->remove(*this);
   }
-  SimulatedSleep(const SimulatedSleep&) = delete;
-  SimulatedSleep& operator=(const SimulatedSleep&) = delete;
+  Sleep(const Sleep&) = delete;
+  Sleep& operator=(const Sleep&) = delete;
 
-  bool until(std::chrono::nanoseconds time) {
-    for (;;) {
-      const std::uint32_t seen = changes_.load();
-      if (!context_.is_valid() || !clock_.simulates()) return false;
-      if (clock_.now().time_since_epoch() >= time) return true;
-      changes_.wait(seen);
-    }
+  bool for_duration(std::chrono::nanoseconds duration) { return until(begin_.after(duration)); }
+  /// By the source that the clock had when this was made.
+  bool until_time(const Time& time) {
+    return until({std::chrono::nanoseconds(time.nanoseconds()), begin_.source()});
   }
 
  private:
-  void time_set(bool) noexcept override { wake(); }
-  void wake() noexcept override {
-    changes_.fetch_add(1);
-    changes_.notify_all();
+  bool until(const takt::SourceTime& time) {
+    for (;;) {
+      if (!context_.is_valid()) return false;
+      const auto left = clock_.read().until(time);
+      if (!left) return false;
+      if (*left <= std::chrono::nanoseconds::zero()) return true;
+      const bool is_woken =
+          clock_.simulated() != nullptr && takt::SimulatedClock::is_simulated(time.source());
+      // The system's time may be set meanwhile: then it looks again.
+      backend_->wait(0, is_woken ? takt::kNever : takt::later(takt::Clock::steady().now(), *left));
+    }
   }
+  void time_set(bool) noexcept override { wake(); }
+  void wake() noexcept override { backend_->post(); }
 
-  takt::SimulatedClock& clock_;
+  const Clock& clock_;
   Context& context_;
-  std::atomic<std::uint32_t> changes_{0};
+  const takt::SourceTime begin_;
+  const std::unique_ptr<takt::WaitBackend> backend_ =
+      takt::make_wait_backend(takt::kAutoWait, takt::Clock::steady(), 1, false);
 };
 
 const Context::SharedPtr& checked(const Context::SharedPtr& context) {
@@ -72,17 +84,16 @@ bool Clock::ros_time_is_active() const {
   return simulated_ != nullptr && simulated_->simulates();
 }
 
+takt::SourceTime Clock::read() const {
+  const auto of_system = [] {
+    return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch());
+  };
+  if (simulated_ != nullptr) return simulated_->read(of_system);
+  return {type_ == RCL_STEADY_TIME ? takt::Clock::steady().now().time_since_epoch() : of_system(),
+          0};
+}
 Time Clock::now() const {
-  using std::chrono::nanoseconds;
-  nanoseconds since_epoch;
-  if (type_ == RCL_STEADY_TIME) {
-    since_epoch = takt::Clock::steady().now().time_since_epoch();
-  } else if (simulated_ != nullptr && simulated_->simulates()) {
-    since_epoch = simulated_->now().time_since_epoch();
-  } else {
-    since_epoch = std::chrono::system_clock::now().time_since_epoch();
-  }
-  return Time(since_epoch.count(), type_);
+  return Time(read().since_epoch().count(), type_);
 }
 
 takt::Clock& Clock::takt_clock() const {
@@ -94,19 +105,10 @@ bool Clock::sleep_until(Time until, Context::SharedPtr context) {
   if (until.get_clock_type() != type_) {
     throw std::runtime_error("until's clock type does not match this clock's type");
   }
-  checked(context);
-  if (simulated_ != nullptr && simulated_->simulates()) {
-    return SimulatedSleep(*simulated_, *context)
-        .until(std::chrono::nanoseconds(until.nanoseconds()));
-  }
-  for (Time time = now(); time < until; time = now()) {  // again if the system's time was set
-    if (!context->sleep_for((until - time).to_chrono())) return false;
-    if (type_ == RCL_STEADY_TIME) break;
-  }
-  return true;
+  return Sleep(*this, *checked(context)).until_time(until);
 }
 bool Clock::sleep_for(Duration duration, Context::SharedPtr context) {
-  return sleep_until(now() + duration, std::move(context));
+  return Sleep(*this, *checked(context)).for_duration(duration.to_chrono());
 }
 
 bool Clock::wait_until_started(Context::SharedPtr context) {
@@ -132,20 +134,24 @@ Rate::Rate(double hz, Clock::SharedPtr clock)
            std::move(clock)) {
 }
 Rate::Rate(const Duration& period, Clock::SharedPtr clock)
-    : clock_(std::move(clock)), period_(period), last_(clock_->now()) {
+    : clock_(std::move(clock)), period_(period), last_(clock_->read()) {
   if (period_.nanoseconds() <= 0) throw std::invalid_argument("period must be greater than 0");
 }
 
 bool Rate::sleep() {
-  const Time now = clock_->now();
-  Time next = last_ + period_;
-  if (now < last_) next = now + period_;  // the clock was set back
-  last_ += period_;
-  if (next <= now) {
-    if (now > next + period_) last_ = now;  // a whole period was missed: a new phase
+  const takt::SourceTime now = clock_->read();
+  auto since = last_.until(now);
+  if (!since || *since < std::chrono::nanoseconds::zero()) {  // another source, or set back
+    since = std::chrono::nanoseconds::zero();
+    last_ = now;
+  }
+  last_ = last_.after(period());
+  const auto left = period() - *since;
+  if (left <= std::chrono::nanoseconds::zero()) {
+    if (left < -period()) last_ = now;  // a whole period was missed: a new phase
     return false;
   }
-  clock_->sleep_for(next - now);
+  clock_->sleep_for(left);
   return true;
 }
 

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
+
 #include "arguments.hpp"
 #include "context_time_source.hpp"
 #include "program.hpp"
@@ -25,7 +28,12 @@ std::size_t InitOptions::get_domain_id() const {
 Context::Context() : arguments_(std::make_unique<detail::Arguments>()) {
 }
 Context::~Context() {
-  shutdown("context is destroyed");
+  try {
+    shutdown("context is destroyed");
+  } catch (...) {
+    takt::log(takt::LogLevel::error, "a shutdown callback threw: {}",
+              takt::text_of(std::current_exception()));
+  }
 }
 
 void Context::init(int argc, char const* const* argv, const InitOptions& options) {
@@ -39,6 +47,7 @@ void Context::init(int argc, char const* const* argv, const InitOptions& options
       get_logger(logger).set_level(static_cast<Logger::Level>(level));
     }
   }
+  wait_for_shutdown();
   const std::lock_guard lock(mutex_);
   options_ = options;
   arguments_ = std::move(arguments);
@@ -49,6 +58,7 @@ void Context::init(int argc, char const* const* argv, const InitOptions& options
 }
 
 void Context::enter_container(const takt::NodeOptions& options) {
+  wait_for_shutdown();
   const std::lock_guard lock(mutex_);
   if (is_valid()) return;
   container_ = {options.participant, options.time_source, options.end_container};
@@ -61,30 +71,61 @@ std::string Context::shutdown_reason() const {
   return reason_;
 }
 
-void Context::call(const Callbacks& callbacks) const {
-  for (const auto& callback : callbacks) (*callback)();
+// A callback that throws keeps no other from its call.
+void Context::call(Callbacks& callbacks, std::exception_ptr& failure) {
+  callbacks.each(Callbacks::Order::first_added, [&](const auto& callback) {
+    try {
+      callback();
+    } catch (...) {
+      if (failure == nullptr) failure = std::current_exception();
+    }
+    return true;
+  });
+}
+
+// If another thread shuts down: until that is over.
+void Context::wait_for_shutdown() {
+  if (!is_ending_.load()) return;
+  const takt::detail::WaitInCallback wait(&is_ending_);
+  wait.until([&] { return wait.is_for_itself() || !is_ending_.load(); });
 }
 
 bool Context::shutdown(const std::string& reason) {
-  Callbacks before, after;
+  bool is_owner = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!is_valid()) return false;
-    before = before_shutdown_;
+    is_owner = is_valid() && !is_ending_.exchange(true);
   }
-  call(before);
+  if (!is_owner) {
+    wait_for_shutdown();
+    return false;
+  }
+  std::exception_ptr failure;
   {
-    const std::lock_guard lock(mutex_);
-    if (!is_valid_.exchange(false)) return false;  // another thread was faster
-    reason_ = reason;
-    after = on_shutdown_;
-    for (takt::Wakeable* waiter : waiters_) waiter->wake();
-    ended_.notify_all();
+    const struct End {
+      std::atomic<bool>& is_ending;
+      const takt::detail::Running running{&is_ending};
+      ~End() {
+        is_ending.store(false);
+        takt::detail::WaitInCallback::notify_progress();
+      }
+    } end{is_ending_};
+    call(before_shutdown_, failure);
+    std::function<void()> end_container;
+    {
+      const std::lock_guard lock(mutex_);
+      is_valid_.store(false);
+      reason_ = reason;
+      if (container_) end_container = container_->end;
+      for (takt::Wakeable* waiter : waiters_) waiter->wake();
+      ended_.notify_all();
+    }
+    if (contexts::get_global_default_context().get() == this) detail::Program::instance().cancel();
+    detail::forget_on_signal(*this);
+    call(on_shutdown_, failure);
+    if (end_container) end_container();
   }
-  if (contexts::get_global_default_context().get() == this) detail::Program::instance().cancel();
-  detail::forget_on_signal(*this);
-  call(after);
-  if (container_ && container_->end) container_->end();
+  if (failure != nullptr) std::rethrow_exception(failure);
   return true;
 }
 
@@ -92,34 +133,22 @@ Context::OnShutdownCallback Context::on_shutdown(OnShutdownCallback callback) {
   add_on_shutdown_callback(callback);
   return callback;
 }
-OnShutdownCallbackHandle Context::add_on_shutdown_callback(OnShutdownCallback callback) {
-  OnShutdownCallbackHandle handle;
-  auto added = std::make_shared<std::function<void()>>(std::move(callback));
-  handle.callback_ = added;
-  const std::lock_guard lock(mutex_);
-  on_shutdown_.push_back(std::move(added));
+ShutdownCallbackHandle Context::add(Callbacks& callbacks, std::function<void()> callback) {
+  ShutdownCallbackHandle handle;
+  handle.callback_ = callbacks.add(std::move(callback));
   return handle;
+}
+OnShutdownCallbackHandle Context::add_on_shutdown_callback(OnShutdownCallback callback) {
+  return add(on_shutdown_, std::move(callback));
 }
 PreShutdownCallbackHandle Context::add_pre_shutdown_callback(PreShutdownCallback callback) {
-  PreShutdownCallbackHandle handle;
-  auto added = std::make_shared<std::function<void()>>(std::move(callback));
-  handle.callback_ = added;
-  const std::lock_guard lock(mutex_);
-  before_shutdown_.push_back(std::move(added));
-  return handle;
-}
-bool Context::remove(Callbacks& callbacks, const ShutdownCallbackHandle& handle) {
-  return std::erase(callbacks, handle.callback_.lock()) != 0;
+  return add(before_shutdown_, std::move(callback));
 }
 bool Context::remove_on_shutdown_callback(const OnShutdownCallbackHandle& handle) {
-  const auto kept = handle.callback_.lock();  // goes after the lock
-  const std::lock_guard lock(mutex_);
-  return remove(on_shutdown_, handle);
+  return on_shutdown_.remove(handle.callback_.lock().get());
 }
 bool Context::remove_pre_shutdown_callback(const PreShutdownCallbackHandle& handle) {
-  const auto kept = handle.callback_.lock();
-  const std::lock_guard lock(mutex_);
-  return remove(before_shutdown_, handle);
+  return before_shutdown_.remove(handle.callback_.lock().get());
 }
 
 bool Context::sleep_for(const std::chrono::nanoseconds& duration) {

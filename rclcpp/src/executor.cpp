@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
 
 #include "program.hpp"
@@ -66,6 +67,7 @@ class Executor::Spinning {
   }
   ~Spinning() {
     Program::instance().has_spun();
+    executor_.is_cancelled_.store(false);  // that is done
     executor_.is_spinning_.store(false);
   }
   Spinning(const Spinning&) = delete;
@@ -110,16 +112,28 @@ void Executor::add_node(NodeBaseInterface::SharedPtr node, bool) {
 void Executor::add_node(std::shared_ptr<Node> node, bool notify) {
   add_node(node->get_node_base_interface(), notify);
 }
-void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
+bool Executor::forget(const NodeBaseInterface::SharedPtr& node) {
   {
     const std::lock_guard lock(mutex_);
-    if (std::erase_if(nodes_,
-                      [&](const auto& known) { return takt::is_same_owner(known, node); }) == 0) {
-      throw std::runtime_error("Node needs to be associated with this executor.");
-    }
+    const auto is_meant = [&](const auto& known) { return takt::is_same_owner(known, node); };
+    if (std::erase_if(nodes_, is_meant) == 0) return false;
   }
   if (Program::instance().removes(*node->takt_node())) takt_->remove_node(node->takt_node());
   node->get_associated_with_executor_atomic().store(false);
+  return true;
+}
+void Executor::release(const NodeBaseInterface::SharedPtr& node) noexcept {
+  try {
+    forget(node);
+  } catch (const std::exception& error) {
+    takt::log(takt::LogLevel::error, "'{}' stays in its executor: {}",
+              node->get_fully_qualified_name(), error.what());
+  }
+}
+void Executor::remove_node(NodeBaseInterface::SharedPtr node, bool) {
+  if (!forget(node)) {
+    throw std::runtime_error("Node needs to be associated with this executor.");
+  }
 }
 void Executor::remove_node(std::shared_ptr<Node> node, bool notify) {
   remove_node(node->get_node_base_interface(), notify);
@@ -174,7 +188,7 @@ std::vector<std::weak_ptr<CallbackGroup>> Executor::get_all_callback_groups() {
   return groups;
 }
 
-// Takt's cancel also ends the next spin, so one that is left from an earlier spin may end this one.
+// One of Takt's cancellations may be left from an earlier spin, and end this one.
 void Executor::spin() {
   const Spinning spinning(*this, "spin()", /*is_long=*/true);
   try {
@@ -218,7 +232,10 @@ void Executor::spin_node_some(std::shared_ptr<Node> node) {
 // others it asks now and then.
 FutureReturnCode Executor::spin_until(const std::function<bool()>& is_ready,
                                       std::chrono::nanoseconds timeout) {
-  if (is_ready()) return FutureReturnCode::SUCCESS;
+  if (is_ready()) {
+    if (!is_spinning()) is_cancelled_.store(false);  // this would have been the spin
+    return FutureReturnCode::SUCCESS;
+  }
   const Spinning spinning(*this, "spin_until_future_complete()");
   const auto end = takt::end_of(timeout, takt::Clock::steady().now());
   while (may_go_on()) {
@@ -231,7 +248,8 @@ FutureReturnCode Executor::spin_until(const std::function<bool()>& is_ready,
 }
 
 void Executor::cancel() {
-  if (is_spinning_.exchange(false)) takt_->cancel();
+  is_cancelled_.store(true);
+  if (is_spinning()) takt_->cancel();
 }
 
 namespace executors {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "takt/base/pi_mutex.hpp"
-#include "takt/base/user_function.hpp"
+#include "takt/entities/callback_list.hpp"
 
 #include "rclcpp/clock.hpp"
 
@@ -22,10 +22,12 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
   Watch(std::shared_ptr<takt::SimulatedClock> clock, pre_callback_t pre, post_callback_t post,
         const rcl_jump_threshold_t& threshold)
       : clock_(std::move(clock)),
-        pre_(std::move(pre)),
-        post_(std::move(post)),
+        call_([pre = std::move(pre), post = std::move(post)](const rcl_time_jump_t& jump) {
+          if (pre) pre();
+          if (post) post(jump);
+        }),
         threshold_(threshold),
-        last_(clock_->now()) {
+        last_(clock_->read()) {
     clock_->add(*this);
   }
   ~Watch() { clock_->remove(*this); }
@@ -35,7 +37,7 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
   void run() {
     for (;;) {
       const std::uint32_t seen = changes_.load();
-      if (is_ended_.load()) return;
+      if (call_.is_removed()) return;
       std::optional<rcl_time_jump_t> jump;
       {
         const std::lock_guard lock(mutex_);
@@ -45,19 +47,22 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
         changes_.wait(seen);
         continue;
       }
-      if (pre_) pre_();
-      if (post_) post_(*jump);
+      if (!call_.call([&](const auto& function) { function(*jump); })) return;
     }
   }
-  void end() noexcept {
-    is_ended_.store(true);
+  /// False: the thread is in a call that does not end before the caller goes on.
+  bool end() noexcept {
+    call_.remove();
     wake();
+    return call_.is_gone();
   }
 
  private:
   void time_set(bool is_switched) noexcept override {
-    const takt::TimePoint now = clock_->now();
-    const std::int64_t delta = takt::between(std::exchange(last_, now), now).count();
+    const takt::SourceTime now = clock_->read();
+    // A switch has no length.
+    const std::int64_t delta =
+        std::exchange(last_, now).until(now).value_or(takt::Nanoseconds::zero()).count();
     const bool is_told = is_switched ? threshold_.on_clock_change
                                      : (threshold_.min_forward.nanoseconds != 0 &&
                                         delta >= threshold_.min_forward.nanoseconds) ||
@@ -81,12 +86,10 @@ class JumpHandler::Watch final : takt::SimulatedClock::Listener {
   }
 
   const std::shared_ptr<takt::SimulatedClock> clock_;
-  const takt::detail::UserFunction<void()> pre_;
-  const takt::detail::UserFunction<void(const rcl_time_jump_t&)> post_;
+  takt::detail::Removable<void(const rcl_time_jump_t&)> call_;
   const rcl_jump_threshold_t threshold_;
-  takt::TimePoint last_;  // guarded by the clock's lock
+  takt::SourceTime last_;  // guarded by the clock's lock
   std::atomic<std::uint32_t> changes_{0};
-  std::atomic<bool> is_ended_{false};
   takt::PiMutex mutex_;  // guards what follows
   std::optional<rcl_time_jump_t> untold_;
 };
@@ -98,11 +101,10 @@ JumpHandler::JumpHandler(std::shared_ptr<takt::SimulatedClock> clock, pre_callba
       thread_([watch = watch_] { watch->run(); }) {
 }
 JumpHandler::~JumpHandler() {
-  watch_->end();
-  if (thread_.get_id() == std::this_thread::get_id()) {
-    thread_.detach();  // it goes in its own callback
-  } else {
+  if (watch_->end()) {
     thread_.join();
+  } else {
+    thread_.detach();
   }
 }
 

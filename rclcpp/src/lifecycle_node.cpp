@@ -77,20 +77,24 @@ void LifecycleNode::add_managed_entity(std::weak_ptr<ManagedEntityInterface> ent
   std::erase_if(managed_, [](const auto& known) { return known.expired(); });
   managed_.push_back(std::move(entity));
 }
-std::vector<std::shared_ptr<ManagedEntityInterface>> LifecycleNode::managed() {
-  std::vector<std::shared_ptr<ManagedEntityInterface>> entities;
-  const std::lock_guard lock(mutex_);
-  for (const auto& weak : managed_) {
-    if (auto entity = weak.lock()) entities.push_back(std::move(entity));
+// Each is kept only while it is used: one may drop another.
+template <class Use>
+void LifecycleNode::each_managed(Use&& use) {
+  std::vector<std::weak_ptr<ManagedEntityInterface>> entities;
+  {
+    const std::lock_guard lock(mutex_);
+    entities = managed_;
   }
-  return entities;
+  for (const auto& weak : entities) {
+    if (const auto entity = weak.lock()) use(*entity);
+  }
 }
 LifecycleNode::CallbackReturn LifecycleNode::on_activate(const State&) {
-  for (const auto& entity : managed()) entity->on_activate();
+  each_managed([](ManagedEntityInterface& entity) { entity.on_activate(); });
   return CallbackReturn::SUCCESS;
 }
 LifecycleNode::CallbackReturn LifecycleNode::on_deactivate(const State&) {
-  for (const auto& entity : managed()) entity->on_deactivate();
+  each_managed([](ManagedEntityInterface& entity) { entity.on_deactivate(); });
   return CallbackReturn::SUCCESS;
 }
 
@@ -124,23 +128,32 @@ const State& LifecycleNode::request(const char* label, CallbackReturn* returned)
   return result(machine_->trigger_transition(label), returned);
 }
 
-bool LifecycleNode::register_callback(takt::LifecycleState during, Callback callback) {
+bool LifecycleNode::register_callback(takt::LifecycleState during, Callback::Function callback) {
   auto added = std::make_shared<Callback>(std::move(callback));
-  const std::lock_guard lock(mutex_);
-  callbacks_[during].swap(added);  // the old one goes after the lock
+  {
+    const std::lock_guard lock(mutex_);
+    callbacks_[during].swap(added);
+  }
+  if (added != nullptr) added->remove();  // the one before
   return true;
 }
 LifecycleNode::CallbackReturn LifecycleNode::call(takt::LifecycleState during,
                                                   takt::LifecycleState previous) {
   const State& state = state_of(previous);
-  std::shared_ptr<Callback> registered;
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto found = callbacks_.find(during); found != callbacks_.end()) {
-      registered = found->second;
+  for (;;) {
+    std::shared_ptr<Callback> registered;
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto found = callbacks_.find(during); found != callbacks_.end()) {
+        registered = found->second;
+      }
     }
+    if (registered == nullptr) break;
+    auto returned = CallbackReturn::FAILURE;
+    if (registered->call([&](const auto& callback) { returned = callback(state); })) {
+      return returned;
+    }  // replaced meanwhile
   }
-  if (registered != nullptr) return (*registered)(state);
   switch (during) {
     case takt::LifecycleState::configuring:
       return on_configure(state);

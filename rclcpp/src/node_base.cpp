@@ -32,7 +32,7 @@ std::string remapped(const Arguments& own, const Arguments& all, RemapRule::Kind
 
 std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_code,
                                                          const std::string& space_in_code,
-                                                         const MakeNode& make) const {
+                                                         const MakeNode& make) {
   takt::NodeOptions how = options_.takt().value_or(takt::NodeOptions{});
   if (!detail::is_token(in_code)) {
     throw exceptions::InvalidNodeNameError(
@@ -54,8 +54,11 @@ std::shared_ptr<takt::Node> NodeBaseInterface::make_node(const std::string& in_c
   how.parameters = parameter_overrides(how.name_space + "/" + how.name);
   // The others are looked at when they are declared, see NodeParametersInterface.
   std::erase_if(how.parameters, [](const auto& given) { return given.first != takt::kUseSimTime; });
+  how.allow_undeclared_parameters = options_.allow_undeclared_parameters();
+  how.exact_parameter_types = true;
   if (how.participant == nullptr) how.participant = options_.context()->participant();
   if (how.time_source == nullptr) how.time_source = options_.context()->time_source();
+  time_source_ = how.time_source;
   return make(in_code, how);
 }
 

@@ -178,18 +178,6 @@ bool NodeParametersInterface::has_parameter(const std::string& name) const {
   return node().has_parameter(name);
 }
 
-void NodeParametersInterface::declare_missing(const std::vector<Parameter>& parameters) {
-  for (const Parameter& parameter : parameters) {
-    if (has_parameter(parameter.get_name())) continue;
-    if (!may_be_undeclared()) {
-      throw exceptions::ParameterNotDeclaredException(
-          "parameter '" + parameter.get_name() + "' cannot be set because it was not declared");
-    }
-    declare_parameter(parameter.get_name(), parameter.get_parameter_value(),
-                      ParameterDescriptor().set__dynamic_typing(true), true);
-  }
-}
-
 std::vector<SetParametersResult> NodeParametersInterface::set_parameters(
     const std::vector<Parameter>& parameters) {
   std::vector<SetParametersResult> results;
@@ -200,9 +188,12 @@ std::vector<SetParametersResult> NodeParametersInterface::set_parameters(
 }
 SetParametersResult NodeParametersInterface::set_parameters_atomically(
     const std::vector<Parameter>& parameters) {
-  declare_missing(parameters);
   takt::Parameters values;
   for (const Parameter& parameter : parameters) {
+    if (!may_be_undeclared() && !has_parameter(parameter.get_name())) {
+      throw exceptions::ParameterNotDeclaredException(
+          "parameter '" + parameter.get_name() + "' cannot be set because it was not declared");
+    }
     values.insert_or_assign(parameter.get_name(), parameter.get_parameter_value().to_takt());
   }
   try {
@@ -274,6 +265,7 @@ rcl_interfaces::msg::ListParametersResult NodeParametersInterface::list_paramete
 PreSetParametersCallbackHandle::SharedPtr NodeParametersInterface::add_pre_set_parameters_callback(
     PreSetParametersCallbackType callback) {
   auto handle = std::make_shared<PreSetParametersCallbackHandle>();
+  handle->node = this;
   handle->handle = node().add_pre_set_parameters_callback(
       [callback = std::move(callback)](takt::Parameters& values) {
         auto list = to_list(values);
@@ -288,6 +280,7 @@ PreSetParametersCallbackHandle::SharedPtr NodeParametersInterface::add_pre_set_p
 OnSetParametersCallbackHandle::SharedPtr NodeParametersInterface::add_on_set_parameters_callback(
     OnSetParametersCallbackType callback) {
   auto handle = std::make_shared<OnSetParametersCallbackHandle>();
+  handle->node = this;
   handle->handle = node().add_on_set_parameters_callback(
       [callback = std::move(callback)](const takt::Parameters& values) {
         return to_takt(callback(to_list(values)));
@@ -297,6 +290,7 @@ OnSetParametersCallbackHandle::SharedPtr NodeParametersInterface::add_on_set_par
 PostSetParametersCallbackHandle::SharedPtr
 NodeParametersInterface::add_post_set_parameters_callback(PostSetParametersCallbackType callback) {
   auto handle = std::make_shared<PostSetParametersCallbackHandle>();
+  handle->node = this;
   handle->handle = node().add_post_set_parameters_callback(
       [callback = std::move(callback)](const takt::Parameters& values) {
         callback(to_list(values));
@@ -304,17 +298,26 @@ NodeParametersInterface::add_post_set_parameters_callback(PostSetParametersCallb
   return handle;
 }
 // The user's handle stays, without its callback.
+namespace {
+template <class Handle>
+void remove(const Handle* handle, const NodeParametersInterface* node, const char* kind) {
+  if (handle == nullptr || handle->node != node || handle->handle == nullptr) {
+    throw std::runtime_error(std::string(kind) + " parameter callback doesn't exist");
+  }
+  std::exchange(const_cast<Handle*>(handle)->handle, nullptr).reset();
+}
+}  // namespace
 void NodeParametersInterface::remove_pre_set_parameters_callback(
     const PreSetParametersCallbackHandle* handle) {
-  const_cast<PreSetParametersCallbackHandle*>(handle)->handle.reset();
+  remove(handle, this, "Pre set");
 }
 void NodeParametersInterface::remove_on_set_parameters_callback(
     const OnSetParametersCallbackHandle* handle) {
-  const_cast<OnSetParametersCallbackHandle*>(handle)->handle.reset();
+  remove(handle, this, "On set");
 }
 void NodeParametersInterface::remove_post_set_parameters_callback(
     const PostSetParametersCallbackHandle* handle) {
-  const_cast<PostSetParametersCallbackHandle*>(handle)->handle.reset();
+  remove(handle, this, "Post set");
 }
 
 }  // namespace rclcpp::node_interfaces

@@ -2,43 +2,27 @@
 #include "rclcpp/parameter_event_handler.hpp"
 
 #include <stdexcept>
-
-#include "takt/base/same_owner.hpp"
+#include <utility>
 
 namespace rclcpp {
 namespace {
 
-/// Those that are kept, without the lock.
-template <class Handle>
-std::vector<std::shared_ptr<Handle>> kept(std::mutex& mutex,
-                                          std::list<std::weak_ptr<Handle>>& handles) {
-  std::vector<std::shared_ptr<Handle>> result;
-  const std::lock_guard lock(mutex);
-  handles.remove_if([](const auto& handle) { return handle.expired(); });
-  for (const auto& handle : handles) {
-    if (auto alive = handle.lock()) result.push_back(std::move(alive));
+template <class List, class Handle>
+void remove(List& list, const std::shared_ptr<Handle>& handle) {
+  if (handle == nullptr || !list.remove(handle->handle.get())) {
+    throw std::runtime_error("Callback doesn't exist");
   }
-  return result;
-}
-template <class Handle>
-void remove(std::mutex& mutex, std::list<std::weak_ptr<Handle>>& handles,
-            const std::shared_ptr<Handle>& handle) {
-  const std::lock_guard lock(mutex);
-  const std::size_t before = handles.size();
-  handles.remove_if([&](const auto& known) { return takt::is_same_owner(known, handle); });
-  if (handles.size() == before) throw std::runtime_error("Callback doesn't exist");
 }
 
 }  // namespace
 
 void ParameterEventHandler::Callbacks::call(const Event& event) {
-  for (const auto& handle : kept(mutex, of_parameters)) {
-    Parameter parameter;
-    if (get_parameter_from_event(event, parameter, handle->parameter_name, handle->node_name)) {
-      handle->callback(parameter);
-    }
+  for (auto* list : {&of_parameters, &of_events}) {
+    list->each(std::decay_t<decltype(*list)>::Order::last_added, [&](const auto& callback) {
+      callback(event);
+      return true;
+    });
   }
-  for (const auto& handle : kept(mutex, of_events)) handle->callback(event);
 }
 
 ParameterCallbackHandle::SharedPtr ParameterEventHandler::add_parameter_callback(
@@ -49,25 +33,26 @@ ParameterCallbackHandle::SharedPtr ParameterEventHandler::add_parameter_callback
   handle->node_name = node_name.empty()
                           ? base_->get_fully_qualified_name()
                           : base_->resolve_topic_or_service_name(node_name, true, true);
-  handle->callback = std::move(callback);
-  const std::lock_guard lock(callbacks_->mutex);
-  callbacks_->of_parameters.push_front(handle);
+  handle->handle =
+      callbacks_->of_parameters.add_owned([name = parameter_name, node = handle->node_name,
+                                           callback = std::move(callback)](const Event& event) {
+        Parameter parameter;
+        if (get_parameter_from_event(event, parameter, name, node)) callback(parameter);
+      });
   return handle;
 }
 void ParameterEventHandler::remove_parameter_callback(ParameterCallbackHandle::SharedPtr handle) {
-  remove(callbacks_->mutex, callbacks_->of_parameters, handle);
+  remove(callbacks_->of_parameters, handle);
 }
 ParameterEventCallbackHandle::SharedPtr ParameterEventHandler::add_parameter_event_callback(
     ParameterEventCallbackType callback) {
   auto handle = std::make_shared<ParameterEventCallbackHandle>();
-  handle->callback = std::move(callback);
-  const std::lock_guard lock(callbacks_->mutex);
-  callbacks_->of_events.push_front(handle);
+  handle->handle = callbacks_->of_events.add_owned(std::move(callback));
   return handle;
 }
 void ParameterEventHandler::remove_parameter_event_callback(
     ParameterEventCallbackHandle::SharedPtr handle) {
-  remove(callbacks_->mutex, callbacks_->of_events, handle);
+  remove(callbacks_->of_events, handle);
 }
 
 bool ParameterEventHandler::get_parameter_from_event(const Event& event, Parameter& parameter,

@@ -23,6 +23,16 @@ void print(const char* kind, const std::string& text, takt::Lines lines = takt::
   std::fprintf(stderr, "%s: %s\n", kind, takt::printable(text, lines).c_str());
 }
 
+/// For what destructors call.
+template <class F>
+void note_failure(F&& function) noexcept {
+  try {
+    function();
+  } catch (const std::exception& error) {
+    print("note", error.what());
+  }
+}
+
 constexpr int kBadUsage = 2;  // as of `takt` with a wrong file
 
 std::terminate_handler other_handler = nullptr;  // the program's, or the language's
@@ -158,10 +168,12 @@ std::unique_ptr<takt::Executor> Program::make_executor(const std::string& type,
   if (results_) results_->made(*executor, chosen, options.scheduler);
   return executor;
 }
-void Program::ends(const takt::Executor& executor) {
-  const std::lock_guard lock(mutex_);
-  if (template_) template_->ends(executor);
-  if (results_) results_->ends(executor);
+void Program::ends(const takt::Executor& executor) noexcept {
+  note_failure([&] {
+    const std::lock_guard lock(mutex_);
+    if (template_) template_->ends(executor);
+    if (results_) results_->ends(executor);
+  });
 }
 
 // ---- Nodes ----
@@ -212,12 +224,10 @@ void Program::gone(const takt::Node& node) noexcept {
     container = container_;
   }
   if (container == nullptr) return;
-  try {
+  note_failure([&] {
     const std::uint64_t id = id_of(*container, node.fully_qualified_name());
-    if (id != 0) container->unload(id);
-  } catch (const std::exception& error) {
-    print("note", error.what());
-  }
+    if (id != 0) container->unload_here(id);
+  });
 }
 
 bool Program::add(const std::shared_ptr<takt::Node>& node, const takt::Executor& executor,
@@ -364,10 +374,12 @@ void Program::begin_spin(Executor& executor, const Context& context, bool is_lon
   if (is_long) spinning_.emplace_back(&executor, &context);
 }
 
-void Program::has_spun() {
+void Program::has_spun() noexcept {
   if (!results_) return;
-  const std::lock_guard lock(mutex_);
-  results_->has_spun(false);
+  note_failure([this] {
+    const std::lock_guard lock(mutex_);
+    results_->has_spun(false);
+  });
 }
 
 // One of others that goes on is enough for the container, but not after a shutdown.

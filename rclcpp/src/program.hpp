@@ -44,7 +44,7 @@ class Program {
   std::unique_ptr<takt::Executor> make_executor(const std::string& type,
                                                 takt::ExecutorOptions options);
   /// It spins no more.
-  void ends(const takt::Executor& executor);
+  void ends(const takt::Executor& executor) noexcept;
 
   /// Whether executors of the file serve it, or this group of it.
   bool serves(const takt::Node& node, const takt::CallbackGroup* group = nullptr) const;
@@ -65,7 +65,7 @@ class Program {
   /// Of a long one: throws what a callback threw.
   void end_spin(const Executor& executor, const Context& context);
   /// Of one that is not long.
-  void has_spun();
+  void has_spun() noexcept;
   /// Lets the container end, without waiting.
   void cancel() noexcept;
 

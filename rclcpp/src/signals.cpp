@@ -13,6 +13,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include "takt/base/error.hpp"
+#include "takt/base/logger.hpp"
 #include "takt/base/same_owner.hpp"
 
 #include "rclcpp/utilities.hpp"
@@ -66,8 +68,12 @@ void shut_down_when_signalled() {
       for (const auto& context : all.contexts) contexts.push_back(context.lock());
     }
     for (const auto& context : contexts) {
-      if (context != nullptr && context->get_init_options().shutdown_on_signal) {
+      if (context == nullptr || !context->get_init_options().shutdown_on_signal) continue;
+      try {
         context->shutdown("signal handler");
+      } catch (...) {
+        takt::log(takt::LogLevel::error, "a shutdown callback threw: {}",
+                  takt::text_of(std::current_exception()));
       }
     }
   }

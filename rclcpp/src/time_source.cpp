@@ -7,69 +7,86 @@
 #include <utility>
 #include <vector>
 
-#include "takt/base/pi_mutex.hpp"
+#include "takt/nodes/node.hpp"
 
 namespace rclcpp {
 
-/// Sets the clocks whenever that of the node is set, under that one's lock.
-class TimeSource::Link final : takt::SimulatedClock::Listener {
+/// The clocks follow what sets the node's own, never each other: two sources may have each other's
+/// clocks.
+class TimeSource::Link {
  public:
+  using ClockPtr = std::shared_ptr<takt::SimulatedClock>;
   Link() = default;
   ~Link() { leave(); }
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  void follow(std::shared_ptr<takt::SimulatedClock> source) {
+  void follow(node_interfaces::NodeBaseInterface::SharedPtr base) {
     leave();
+    auto switched =
+        base->takt_node()->add_post_set_parameters_callback([this](const takt::Parameters& values) {
+          if (values.contains(takt::kUseSimTime)) look();
+        });
     {
       const std::lock_guard lock(mutex_);
-      source_ = source;
-      set_all(*source);
+      base_ = std::move(base);
+      switched_.swap(switched);
     }
-    source->add(*this);
-    time_set(false);  // what came in between
+    look();
   }
   void leave() noexcept {
-    std::shared_ptr<takt::SimulatedClock> source;
-    {
-      const std::lock_guard lock(mutex_);
-      source = std::exchange(source_, nullptr);
-      if (source == nullptr) return;
-      for (const auto& clock : clocks_) {
-        if (clock != source) clock->simulate(false);
-      }
-    }
-    source->remove(*this);
-  }
-  void add(std::shared_ptr<takt::SimulatedClock> clock) {
+    takt::PostSetParametersHandle switched;  // goes without the lock, as it waits for a call
     const std::lock_guard lock(mutex_);
-    if (source_ != nullptr) set(*source_, *clock);
+    switched.swap(switched_);
+    if (base_ == nullptr) return;
+    for (const ClockPtr& clock : clocks_) release(clock);
+    simulates_ = false;
+    base_.reset();
+  }
+  void add(ClockPtr clock) {
+    const std::lock_guard lock(mutex_);
+    if (base_ != nullptr) set(clock);
     clocks_.push_back(std::move(clock));
   }
-  void remove(const std::shared_ptr<takt::SimulatedClock>& clock) {
+  void remove(const ClockPtr& clock) noexcept {
     const std::lock_guard lock(mutex_);
-    if (std::erase(clocks_, clock) != 0 && source_ != nullptr && clock != source_) {
-      clock->simulate(false);
-    }
+    if (std::erase(clocks_, clock) != 0 && base_ != nullptr) release(clock);
   }
 
  private:
-  static void set(const takt::SimulatedClock& from, takt::SimulatedClock& to) noexcept {
-    if (&from == &to) return;  // that of the node itself was attached
-    to.simulate(from.simulates());
-    if (from.simulates() && from.now() != takt::TimePoint{}) to.set(from.now());
+  // With the mutex held, and a node, as all that follows but `look`.
+  ClockPtr own() const noexcept { return base_->takt_node()->clock().as_simulated(); }
+  void release(const ClockPtr& clock) const noexcept {
+    if (clock == own()) return;  // it is its node's
+    if (simulates_) base_->time_source()->leave(*clock);
+    clock->simulate(false);
   }
-  void set_all(const takt::SimulatedClock& from) noexcept {
-    for (const auto& clock : clocks_) set(from, *clock);
+  void set(const ClockPtr& clock) const {
+    if (!simulates_ || clock == own()) return release(clock);
+    clock->simulate(true);
+    base_->time_source()->follow(clock);
   }
-  void time_set(bool) noexcept override {
+  void look() {
     const std::lock_guard lock(mutex_);
-    if (source_ != nullptr) set_all(*source_);
+    if (base_ == nullptr) return;
+    const ClockPtr of_node = own();
+    const bool simulates =
+        of_node != nullptr && of_node->simulates() && base_->time_source() != nullptr;
+    if (simulates == simulates_) return;
+    if (simulates_) {
+      for (const ClockPtr& clock : clocks_) release(clock);
+    }
+    simulates_ = simulates;
+    if (simulates_) {
+      for (const ClockPtr& clock : clocks_) set(clock);
+    }
   }
 
-  takt::PiMutex mutex_;  // guards all below; inside the lock of the source
-  std::shared_ptr<takt::SimulatedClock> source_;
-  std::vector<std::shared_ptr<takt::SimulatedClock>> clocks_;
+  std::mutex mutex_;  // guards all below
+  node_interfaces::NodeBaseInterface::SharedPtr base_;
+  takt::PostSetParametersHandle switched_;
+  bool simulates_ = false;  // and so do the clocks
+  std::vector<ClockPtr> clocks_;
 };
 
 TimeSource::TimeSource(const QoS&, bool) : link_(std::make_unique<Link>()) {
@@ -81,19 +98,16 @@ TimeSource::TimeSource(const std::shared_ptr<Node>& node, const QoS& qos, bool u
 TimeSource::~TimeSource() = default;
 
 void TimeSource::attachNode(std::shared_ptr<Node> node) {
-  attach(*node->get_clock());
+  link_->follow(node->get_node_base_interface());
 }
-void TimeSource::attachNode(node_interfaces::NodeBaseInterface::SharedPtr,
+void TimeSource::attachNode(node_interfaces::NodeBaseInterface::SharedPtr base,
                             node_interfaces::NodeTopicsInterface::SharedPtr,
                             node_interfaces::NodeGraphInterface::SharedPtr,
                             node_interfaces::NodeServicesInterface::SharedPtr,
                             node_interfaces::NodeLoggingInterface::SharedPtr,
-                            node_interfaces::NodeClockInterface::SharedPtr clock,
+                            node_interfaces::NodeClockInterface::SharedPtr,
                             node_interfaces::NodeParametersInterface::SharedPtr) {
-  attach(*clock->get_clock());
-}
-void TimeSource::attach(const Clock& clock) {
-  link_->follow(clock.simulated());
+  link_->follow(std::move(base));
 }
 void TimeSource::detachNode() {
   link_->leave();

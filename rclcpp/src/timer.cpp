@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rclcpp/timer.hpp"
 
-#include <atomic>
-
 namespace rclcpp {
 
 /// What Takt's timer owns: the callback, and the timer which that is called with. So a callback
@@ -11,7 +9,6 @@ struct TimerBase::Called : TimerBase {
   Called(Clock::SharedPtr clock, std::function<void(TimerBase&)> function)
       : TimerBase(std::move(clock)), call(std::move(function)) {}
   const std::function<void(TimerBase&)> call;
-  std::atomic<bool> is_made{false};  // it may be due before it has Takt's timer
 };
 
 void TimerBase::start(takt::Node& node, std::chrono::nanoseconds period, const std::string& name,
@@ -20,19 +17,15 @@ void TimerBase::start(takt::Node& node, std::chrono::nanoseconds period, const s
   const auto called = std::make_shared<Called>(clock_, std::move(call));
   run_ = [this, called] { called->call(*this); };
   called->run_ = [own = called.get()] { own->call(*own); };
-  const auto run = [called] {
-    called->is_made.wait(false);
-    called->call(*called);
-  };
+  const auto run = [called] { called->call(*called); };
+  // It starts when all is there.
   if (clock_->get_clock_type() == RCL_ROS_TIME) {
-    timer_ = node.create_timer(name, period, run, std::move(group));
+    timer_ = node.create_timer(name, period, run, std::move(group), false);
   } else {
-    timer_ = node.create_wall_timer(name, period, run, std::move(group));
+    timer_ = node.create_wall_timer(name, period, run, std::move(group), false);
   }
-  if (!autostart) timer_->cancel();
   called->timer_ = std::shared_ptr<takt::Timer>(std::shared_ptr<void>(), timer_.get());
-  called->is_made.store(true);
-  called->is_made.notify_all();
+  if (autostart) timer_->reset();
 }
 
 std::shared_ptr<void> TimerBase::call() {

@@ -2,6 +2,7 @@
 #include "rclcpp/wait_set.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace rclcpp::detail {
@@ -17,27 +18,37 @@ WaitSetCore::~WaitSetCore() {
   context_->remove_waiter(*this);
 }
 
+// In the list first: a thread that waits is woken by it, and looks for it there.
 void WaitSetCore::add(Member member) {
+  const auto entity = member.entity;
+  const auto object = member.object;
+  {
+    const std::lock_guard lock(mutex_);
+    members_.push_back(std::move(member));
+  }
   try {
-    set_.add(member.entity);
+    set_.add(entity);
   } catch (const takt::Error& error) {
+    const Member refused = take(object);
     throw std::runtime_error("entity already associated with a wait set: " +
                              std::string(error.what()));
   }
-  const std::lock_guard lock(mutex_);
-  members_.push_back(std::move(member));
 }
 void WaitSetCore::remove(const std::shared_ptr<const void>& object) {
-  Member removed;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(members_.begin(), members_.end(),
-                                    [&](const Member& member) { return member.object == object; });
-    if (found == members_.end()) throw std::runtime_error("entity not in wait set");
-    removed = std::move(*found);
-    members_.erase(found);
-  }
+  const Member removed = take(object);
+  if (removed.entity == nullptr) throw std::runtime_error("entity not in wait set");
   set_.remove(removed.entity);
+}
+WaitSetCore::Member WaitSetCore::take(const std::shared_ptr<const void>& object) {
+  Member taken{};
+  const std::lock_guard lock(mutex_);
+  // The last one: one that is refused may be there already.
+  const auto found = std::find_if(members_.rbegin(), members_.rend(),
+                                  [&](const Member& member) { return member.object == object; });
+  if (found == members_.rend()) return taken;
+  taken = std::move(*found);
+  members_.erase(std::next(found).base());
+  return taken;
 }
 
 void WaitSetCore::collect(const std::vector<std::shared_ptr<takt::Entity>>& ready) {

@@ -3,6 +3,7 @@
 #ifndef RCLCPP__CLIENT_HPP_
 #define RCLCPP__CLIENT_HPP_
 
+#include <algorithm>
 #include <chrono>
 #include <concepts>
 #include <functional>
@@ -185,20 +186,12 @@ class Client : public ClientBase {
   }
   /// How many there were.
   std::size_t prune_pending_requests() {
-    std::size_t count = 0;
-    for (const auto& [id, sent] : sent_requests()) count += remove_pending_request(id) ? 1 : 0;
-    return count;
+    return prune([](auto) { return true; }, nullptr);
   }
   /// Those that were sent before this time; their numbers are added to the list, if there is one.
   std::size_t prune_requests_older_than(std::chrono::time_point<std::chrono::system_clock> time,
                                         std::vector<std::int64_t>* pruned = nullptr) {
-    std::size_t count = 0;
-    for (const auto& [id, sent] : sent_requests()) {
-      if (sent >= time || !remove_pending_request(id)) continue;
-      if (pruned != nullptr) pruned->push_back(id);
-      ++count;
-    }
-    return count;
+    return prune([time](auto sent) { return sent < time; }, pruned);
   }
 
  private:
@@ -226,9 +219,23 @@ class Client : public ClientBase {
     return id;
   }
   using Sent = std::vector<std::pair<std::int64_t, std::chrono::system_clock::time_point>>;
-  Sent sent_requests() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(sent_, {});
+  template <class Condition>
+  std::size_t prune(Condition&& is_meant, std::vector<std::int64_t>* pruned) {
+    Sent meant;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto first = std::stable_partition(
+          sent_.begin(), sent_.end(), [&](const auto& known) { return !is_meant(known.second); });
+      meant.assign(first, sent_.end());
+      sent_.erase(first, sent_.end());
+    }
+    std::size_t count = 0;
+    for (const auto& [id, sent] : meant) {
+      if (!remove_pending_request(id)) continue;  // it was answered
+      if (pruned != nullptr) pruned->push_back(id);
+      ++count;
+    }
+    return count;
   }
 
   // Limit: requests of a client of rclcpp that wait for a response. At it: the next one throws.

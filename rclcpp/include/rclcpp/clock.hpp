@@ -16,8 +16,8 @@
 namespace rclcpp {
 
 /// Calls when simulated time jumps, for as long as it lives: on a thread of its own, after the
-/// jump. Jumps that come while a callback runs are reported as one. Thread safety: it may go on any
-/// thread. Real-time: no.
+/// jump. Jumps that come while a callback runs are reported as one. When it has gone, no callback
+/// runs, but one that waits for the caller. Thread safety: it may go on any thread. Real-time: no.
 class JumpHandler {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(JumpHandler)
@@ -68,6 +68,8 @@ class Clock {
   // For this library.
   /// nullptr: it is none of ROS time.
   const std::shared_ptr<takt::SimulatedClock>& simulated() const noexcept { return simulated_; }
+  /// Now, with the source that it is of.
+  takt::SourceTime read() const;
   /// What timers of this clock wait by.
   takt::Clock& takt_clock() const;
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -16,6 +17,7 @@
 
 #include "takt/base/future.hpp"
 #include "takt/base/simulated_clock.hpp"
+#include "takt/entities/callback_list.hpp"
 #include "takt/nodes/node_options.hpp"
 #include "takt/transport/dds/participant.hpp"
 
@@ -42,7 +44,7 @@ class ShutdownCallbackHandle {
 
  private:
   friend class Context;
-  std::weak_ptr<ShutdownCallbackType> callback_;
+  std::weak_ptr<takt::detail::Removable<void()>> callback_;
 };
 using OnShutdownCallbackHandle = ShutdownCallbackHandle;
 using PreShutdownCallbackHandle = ShutdownCallbackHandle;
@@ -67,8 +69,13 @@ class Context : public std::enable_shared_from_this<Context> {
   const InitOptions& get_init_options() const { return options_; }
   std::size_t get_domain_id() const { return options_.get_domain_id(); }
   std::string shutdown_reason() const;
-  /// False when it is not valid (any more).
+  /// False when it is not valid (any more). It returns when all callbacks have, also while another
+  /// thread shuts down, but not in one of these. What the first of them throws is thrown when all
+  /// were called.
   virtual bool shutdown(const std::string& reason);
+
+  // A callback that is removed is called no more; the removal waits for one that another thread is
+  // in, but not for one that waits for the caller.
 
   virtual OnShutdownCallback on_shutdown(OnShutdownCallback callback);
   virtual OnShutdownCallbackHandle add_on_shutdown_callback(OnShutdownCallback callback);
@@ -100,17 +107,19 @@ class Context : public std::enable_shared_from_this<Context> {
     std::shared_ptr<takt::SimulatedClock::Source> time_source;
     std::function<void()> end;
   };
-  using Callbacks = std::vector<std::shared_ptr<std::function<void()>>>;
-  static bool remove(Callbacks& callbacks, const ShutdownCallbackHandle& handle);
-  void call(const Callbacks& callbacks) const;
+  using Callbacks = takt::detail::CallbackList<void()>;
+  static ShutdownCallbackHandle add(Callbacks& callbacks, std::function<void()> callback);
+  static void call(Callbacks& callbacks, std::exception_ptr& failure);
+  void wait_for_shutdown();
 
   std::atomic<bool> is_valid_{false};
+  std::atomic<bool> is_ending_{false};  // one thread shuts down
+  Callbacks on_shutdown_, before_shutdown_;
   mutable std::mutex mutex_;  // guards all below, and is_valid_ for those that wait
   std::condition_variable ended_;
   InitOptions options_;
   std::unique_ptr<detail::Arguments> arguments_;
   std::string reason_;
-  Callbacks on_shutdown_, before_shutdown_;
   std::vector<takt::Wakeable*> waiters_;
   std::weak_ptr<takt::Participant> participant_;
   std::weak_ptr<detail::ContextTimeSource> time_source_;

@@ -68,27 +68,20 @@ class Executor : takt::Wakeable {
         std::chrono::duration_cast<std::chrono::nanoseconds>(timeout));
   }
 
+  /// Ends the spin, or the next one if there is none.
   virtual void cancel();
   bool is_spinning() { return is_spinning_.load(); }
 
   // For this library.
   takt::Executor& takt() noexcept { return *takt_; }
-
- protected:
-  /// That of Takt with this name.
-  Executor(const ExecutorOptions& options, const std::string& name,
-           const takt::ExecutorOptions& how = {});
-
- private:
-  class Spinning;
-  /// Has the node for as long as it lives.
+  /// Has the node for as long as it lives, unless a callback removes it.
   class With {
    public:
     With(Executor& executor, node_interfaces::NodeBaseInterface::SharedPtr node)
         : executor_(executor), node_(std::move(node)) {
       executor_.add_node(node_, false);
     }
-    ~With() { executor_.remove_node(node_, false); }
+    ~With() { executor_.release(node_); }
     With(const With&) = delete;
     With& operator=(const With&) = delete;
 
@@ -97,14 +90,25 @@ class Executor : takt::Wakeable {
     const node_interfaces::NodeBaseInterface::SharedPtr node_;
   };
 
+ protected:
+  /// That of Takt with this name.
+  Executor(const ExecutorOptions& options, const std::string& name,
+           const takt::ExecutorOptions& how = {});
+
+ private:
+  class Spinning;
+  /// Removes it. False: it is not here.
+  bool forget(const node_interfaces::NodeBaseInterface::SharedPtr& node);
+  /// The same, for destructors.
+  void release(const node_interfaces::NodeBaseInterface::SharedPtr& node) noexcept;
   void wake() noexcept override { takt_->cancel(); }
-  bool may_go_on() const noexcept { return is_spinning_.load() && context_->is_valid(); }
+  bool may_go_on() const noexcept { return !is_cancelled_.load() && context_->is_valid(); }
   FutureReturnCode spin_until(const std::function<bool()>& is_ready,
                               std::chrono::nanoseconds timeout);
 
   const Context::SharedPtr context_;
   std::unique_ptr<takt::Executor> takt_;
-  std::atomic<bool> is_spinning_{false};
+  std::atomic<bool> is_spinning_{false}, is_cancelled_{false};
   std::mutex mutex_;  // guards all below
   std::vector<std::weak_ptr<node_interfaces::NodeBaseInterface>> nodes_;
   std::vector<

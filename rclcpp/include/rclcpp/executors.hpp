@@ -56,12 +56,7 @@ template <class F, class Rep = std::int64_t, class Period = std::milli, class N>
 FutureReturnCode spin_node_until_future_complete(
     Executor& executor, const N& node, const F& future,
     std::chrono::duration<Rep, Period> timeout = std::chrono::duration<Rep, Period>(-1)) {
-  executor.add_node(node);
-  struct Removal {
-    Executor& executor;
-    const N& node;
-    ~Removal() { executor.remove_node(node); }
-  } const removal{executor, node};
+  const Executor::With with(executor, node_interfaces::get_node_base_interface(node));
   return executor.spin_until_future_complete(future, timeout);
 }
 

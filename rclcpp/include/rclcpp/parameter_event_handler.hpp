@@ -4,34 +4,35 @@
 #define RCLCPP__PARAMETER_EVENT_HANDLER_HPP_
 
 #include <functional>
-#include <list>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "takt/entities/callback_list.hpp"
 #include "takt/messages/rcl_interfaces/msg/parameter_event.hpp"
 
 #include "rclcpp/create_publisher.hpp"
 
 namespace rclcpp {
 
+/// Each keeps its callback, which is called no more when it is dropped.
 struct ParameterCallbackHandle {
   RCLCPP_SMART_PTR_DEFINITIONS(ParameterCallbackHandle)
   using ParameterCallbackType = std::function<void(const Parameter&)>;
   std::string parameter_name, node_name;
-  ParameterCallbackType callback;
+  takt::detail::CallbackHandle<void(const rcl_interfaces::msg::ParameterEvent&)> handle;
 };
 struct ParameterEventCallbackHandle {
   RCLCPP_SMART_PTR_DEFINITIONS(ParameterEventCallbackHandle)
   using ParameterEventCallbackType =
       std::function<void(const rcl_interfaces::msg::ParameterEvent&)>;
-  ParameterEventCallbackType callback;
+  takt::detail::CallbackHandle<void(const rcl_interfaces::msg::ParameterEvent&)> handle;
 };
 
-/// A callback is called for as long as its handle is kept: the one that was added last, first.
-/// Thread safety: every method from any thread. Real-time: no.
+/// A callback is called for as long as its handle is kept: the one that was added last, first. When
+/// the handle is removed or dropped, no callback of another thread runs any more, but one that
+/// waits for the caller. Thread safety: every method from any thread. Real-time: no.
 class ParameterEventHandler {
   using Event = rcl_interfaces::msg::ParameterEvent;
 
@@ -52,6 +53,7 @@ class ParameterEventHandler {
   [[nodiscard]] ParameterCallbackHandle::SharedPtr add_parameter_callback(
       const std::string& parameter_name, ParameterCallbackType callback,
       const std::string& node_name = "");
+  // These throw std::runtime_error when it is none of this handler, or was removed before.
   void remove_parameter_callback(ParameterCallbackHandle::SharedPtr handle);
   [[nodiscard]] ParameterEventCallbackHandle::SharedPtr add_parameter_event_callback(
       ParameterEventCallbackType callback);
@@ -69,9 +71,7 @@ class ParameterEventHandler {
  private:
   struct Callbacks {
     void call(const Event& event);
-    std::mutex mutex;  // guards all below
-    std::list<std::weak_ptr<ParameterCallbackHandle>> of_parameters;
-    std::list<std::weak_ptr<ParameterEventCallbackHandle>> of_events;
+    takt::detail::CallbackList<void(const Event&)> of_parameters, of_events;
   };
 
   const node_interfaces::NodeBaseInterface::SharedPtr base_;

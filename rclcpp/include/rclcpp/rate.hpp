@@ -31,13 +31,13 @@ class Rate : public RateBase {
   /// Until the next period begins. False, without a sleep, when that was before.
   bool sleep() override;
   rcl_clock_type_t get_type() const override { return clock_->get_clock_type(); }
-  void reset() override { last_ = clock_->now(); }
+  void reset() override { last_ = clock_->read(); }
   std::chrono::nanoseconds period() const { return period_.to_chrono(); }
 
  private:
   const Clock::SharedPtr clock_;
   const Duration period_;
-  Time last_;
+  takt::SourceTime last_;  // the last period began
 };
 class WallRate : public Rate {
  public:

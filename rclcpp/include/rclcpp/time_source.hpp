@@ -9,9 +9,9 @@
 
 namespace rclcpp {
 
-/// The clocks simulate when the node does, and have its time. The QoS of /clock and its thread are
-/// those of the context: see docs/reference/rclcpp.md.
-/// Thread safety: every method from any thread. Real-time: no.
+/// The clocks simulate when the node does, and are set from the same /clock. The QoS of /clock and
+/// its thread are those of the context: see docs/reference/rclcpp.md. Thread safety: every method
+/// from any thread. Real-time: no.
 class TimeSource {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS_NOT_COPYABLE(TimeSource)
@@ -21,12 +21,12 @@ class TimeSource {
   ~TimeSource();
 
   void attachNode(std::shared_ptr<Node> node);
-  void attachNode(node_interfaces::NodeBaseInterface::SharedPtr,
+  void attachNode(node_interfaces::NodeBaseInterface::SharedPtr base,
                   node_interfaces::NodeTopicsInterface::SharedPtr,
                   node_interfaces::NodeGraphInterface::SharedPtr,
                   node_interfaces::NodeServicesInterface::SharedPtr,
                   node_interfaces::NodeLoggingInterface::SharedPtr,
-                  node_interfaces::NodeClockInterface::SharedPtr clock,
+                  node_interfaces::NodeClockInterface::SharedPtr,
                   node_interfaces::NodeParametersInterface::SharedPtr);
   /// The clocks do not simulate from then on.
   void detachNode();
@@ -38,7 +38,6 @@ class TimeSource {
 
  private:
   class Link;
-  void attach(const Clock& clock);
   const std::unique_ptr<Link> link_;
 };
 

@@ -85,6 +85,7 @@ class WaitSetCore final : takt::Wakeable {
 
  private:
   void add(Member member);
+  Member take(const std::shared_ptr<const void>& object);  // without an entity: it is not here
   void collect(const std::vector<std::shared_ptr<takt::Entity>>& ready);
   void wake() noexcept override { stop_->trigger(); }
 

@@ -4,6 +4,7 @@
 #define RCLCPP_ACTION__CLIENT_HPP_
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <future>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "takt/base/guarded.hpp"
 #include "takt/ros2/action_client.hpp"
 
 #include "rclcpp/create_publisher.hpp"
@@ -54,15 +56,13 @@ class ClientGoalHandle {
   /// Called with the result, instead of another one.
   void set_result_callback(ResultCallback callback) {
     const std::lock_guard lock(mutex_);
-    if (!has_ended_) callback_.swap(callback);  // what it was goes after the lock
+    if (!is_told_) callback_.swap(callback);  // what it was goes after the lock
   }
   /// nullptr: the client has gone, so nobody will know. Of several calls the first one counts.
   void end(const takt::GoalResult<A>* ended) {
-    ResultCallback callback;
     {
       const std::lock_guard lock(mutex_);
       if (std::exchange(has_ended_, true)) return;
-      callback.swap(callback_);
     }
     if (ended == nullptr) {
       promise_.set_exception(std::make_exception_ptr(exceptions::UnawareGoalHandleError()));
@@ -70,14 +70,27 @@ class ClientGoalHandle {
     }
     promise_.set_value({get_goal_id(), static_cast<ResultCode>(ended->state),
                         std::make_shared<Result>(ended->result)});
+    tell(has_result_);
+  }
+  /// The callback of the response has returned: that of the result, which may have come before, is
+  /// called afterwards.
+  void answered() { tell(is_answered_); }
+  void tell(bool& now_true) {
+    ResultCallback callback;
+    {
+      const std::lock_guard lock(mutex_);
+      now_true = true;
+      if (!has_result_ || !is_answered_ || std::exchange(is_told_, true)) return;
+      callback.swap(callback_);
+    }
     if (callback) callback(future_.get());
   }
 
   const std::shared_ptr<takt::ClientGoalHandle> takt_;
   std::atomic<bool> is_asked_{false};  // for its result
-  std::mutex mutex_;                   // guards these two
+  std::mutex mutex_;                   // guards the next ones
   ResultCallback callback_;
-  bool has_ended_ = false;
+  bool has_ended_ = false, has_result_ = false, is_answered_ = false, is_told_ = false;
   std::promise<WrappedResult> promise_;
   const std::shared_future<WrappedResult> future_;
 };
@@ -134,41 +147,64 @@ class Client : public ClientBase {
 
   bool action_server_is_ready() const override { return takt_->action_server_is_ready(); }
 
-  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it.
+  /// nullptr: the goal was rejected. The result is asked for if there is a callback for it. For
+  /// each goal that of the response is called first, and has returned when that of the result is
+  /// called.
   std::shared_future<typename GoalHandle::SharedPtr> async_send_goal(
       const Goal& goal, const SendGoalOptions& options = {}) {
     auto promise = std::make_shared<std::promise<typename GoalHandle::SharedPtr>>();
     auto future = promise->get_future().share();
-    // Made when the server has accepted, and known to the callbacks from then on.
-    auto known = std::make_shared<std::weak_ptr<GoalHandle>>();
+    // The handle is made when the server has accepted, and known to the callbacks from then on.
+    auto known = std::make_shared<takt::detail::Guarded<std::weak_ptr<GoalHandle>>>();
+    auto waits = options.result_callback ? std::make_shared<Waits>() : nullptr;
     typename takt::ActionClient<A>::GoalCallbacks callbacks;
-    callbacks.response = [this, promise, known,
-                          options](const std::shared_ptr<takt::ClientGoalHandle>& accepted) {
+    callbacks.response = [promise, known, waits, response = options.goal_response_callback,
+                          result = options.result_callback](
+                             const std::shared_ptr<takt::ClientGoalHandle>& accepted) {
       typename GoalHandle::SharedPtr handle;
       if (accepted != nullptr) {
         handle = std::make_shared<GoalHandle>(accepted);
-        *known = handle;
-        if (options.result_callback) ask_result(handle, options.result_callback);
+        *known->lock() = handle;
+        if (waits != nullptr) {
+          waits->handle = handle;
+          handle->set_result_callback(result);
+        }
       }
       promise->set_value(handle);
-      if (options.goal_response_callback) options.goal_response_callback(handle);
+      std::exception_ptr failure;
+      try {
+        if (response) response(handle);
+      } catch (...) {
+        failure = std::current_exception();  // the goal goes on all the same
+      }
+      if (handle != nullptr) {
+        if (waits != nullptr) handle->is_asked_.store(true);  // by what follows this callback
+        handle->answered();
+      }
+      if (failure != nullptr) std::rethrow_exception(failure);
     };
     if (options.feedback_callback) {
       callbacks.feedback = [known, callback = options.feedback_callback](
                                const std::shared_ptr<takt::ClientGoalHandle>&,
                                const typename A::Feedback& feedback) {
-        if (auto handle = known->lock()) {
+        if (auto handle = known->lock()->lock()) {
           callback(std::move(handle), std::make_shared<const typename A::Feedback>(feedback));
         }
       };
     }
+    if (waits != nullptr) callbacks.result = result_callback(std::move(waits));
     takt_->async_send_goal(goal, std::move(callbacks));
     return future;
   }
   std::shared_future<WrappedResult> async_get_result(typename GoalHandle::SharedPtr handle,
                                                      ResultCallback callback = nullptr) {
     check(handle);
-    ask_result(handle, std::move(callback));
+    if (callback) handle->set_result_callback(std::move(callback));
+    if (!handle->is_asked_.exchange(true)) {  // else the further callback replaces the one before
+      auto waits = std::make_shared<Waits>();
+      waits->handle = handle;
+      takt_->async_get_result(handle->takt_, result_callback(std::move(waits)));
+    }
     return handle->future_;
   }
   std::shared_future<typename CancelResponse::SharedPtr> async_cancel_goal(
@@ -186,22 +222,25 @@ class Client : public ClientBase {
   RCLCPP_REFUSED_(stop_callbacks, "stop_callbacks")
 
  private:
-  static void check(const typename GoalHandle::SharedPtr& handle) {
-    if (handle == nullptr) throw exceptions::UnknownGoalHandleError();
-  }
-  /// Once for each goal; a further callback replaces the one before.
-  void ask_result(const typename GoalHandle::SharedPtr& handle, ResultCallback callback) {
-    if (callback) handle->set_result_callback(std::move(callback));
-    if (handle->is_asked_.exchange(true)) return;
-    struct Waits {  // in Takt's client, and goes with it
-      explicit Waits(typename GoalHandle::SharedPtr of) : handle(std::move(of)) {}
-      ~Waits() { handle->end(nullptr); }
-      const typename GoalHandle::SharedPtr handle;
+  /// In Takt's client, and goes with it.
+  struct Waits {
+    ~Waits() {
+      if (handle != nullptr) handle->end(nullptr);
+    }
+    typename GoalHandle::SharedPtr handle;
+  };
+
+  static typename takt::ActionClient<A>::ResultCallback result_callback(
+      std::shared_ptr<Waits> waits) {
+    return [waits = std::move(waits)](const std::shared_ptr<takt::ClientGoalHandle>&,
+                                      const takt::GoalResult<A>& result) {
+      waits->handle->end(&result);
     };
-    takt_->async_get_result(
-        handle->takt_, [waits = std::make_shared<Waits>(handle)](
-                           const std::shared_ptr<takt::ClientGoalHandle>&,
-                           const takt::GoalResult<A>& result) { waits->handle->end(&result); });
+  }
+  void check(const typename GoalHandle::SharedPtr& handle) const {
+    if (handle == nullptr || !takt_->has_sent(*handle->takt_)) {
+      throw exceptions::UnknownGoalHandleError();
+    }
   }
   template <class F>
   std::shared_future<typename CancelResponse::SharedPtr> cancelled(CancelCallback callback,

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "takt/entities/callback_list.hpp"
 #include "takt/ros2/lifecycle_services.hpp"
 
 #include "rclcpp/detail/node_api.hpp"
@@ -79,7 +80,8 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
   RCLCPP_LIFECYCLE_REQUEST_(shutdown)
 #undef RCLCPP_LIFECYCLE_REQUEST_
 
-  // Called instead of the virtual function of the same name.
+  // Called instead of the virtual function of the same name. The one that was registered before is
+  // called no more: if another thread is in it, this waits.
 #define RCLCPP_LIFECYCLE_REGISTER_(name, during)                                  \
   bool register_on_##name(std::function<CallbackReturn(const State&)> callback) { \
     return register_callback(takt::LifecycleState::during, std::move(callback));  \
@@ -98,13 +100,14 @@ class LifecycleNode : public rclcpp::detail::NodeApi,
 
  private:
   class Machine;
-  using Callback = std::function<CallbackReturn(const State&)>;
+  using Callback = takt::detail::Removable<CallbackReturn(const State&)>;
 
-  bool register_callback(takt::LifecycleState during, Callback callback);
+  bool register_callback(takt::LifecycleState during, Callback::Function callback);
   CallbackReturn call(takt::LifecycleState during, takt::LifecycleState previous);
   const State& request(const char* label, CallbackReturn* returned);
   const State& result(const takt::TransitionResult& result, CallbackReturn* returned);
-  std::vector<std::shared_ptr<ManagedEntityInterface>> managed();
+  template <class Use>
+  void each_managed(Use&& use);
 
   Machine* const machine_;
   std::mutex mutex_;  // guards the next two

@@ -56,7 +56,8 @@ class Reader {
                   ? throw Error("the bytes are not a message")
                   : bytes.subspan(kCdrHeader.size())),
         offset_(options.skipped),
-        most_(options.most) {}
+        most_(options.most),
+        bytes_as_text_(options.bytes_as_text) {}
 
   ordered_json message(const MessageType& type) {
     ordered_json result = ordered_json::object();
@@ -95,8 +96,10 @@ class Reader {
         return number<std::uint8_t>() != 0;
       case FieldShape::int8:
         return number<std::int8_t>();
-      case FieldShape::uint8:
       case FieldShape::byte:
+        if (bytes_as_text_) return character(number<std::uint8_t>());
+        [[fallthrough]];
+      case FieldShape::uint8:
       case FieldShape::character:
         return number<std::uint8_t>();
       case FieldShape::int16:
@@ -130,6 +133,9 @@ class Reader {
     const auto* from = reinterpret_cast<const char*>(take(size));
     return {from, size == 0 ? 0 : size - 1};
   }
+  static std::string character(std::uint8_t code) {
+    return boost::locale::conv::utf_to_utf<char>(std::u16string(1, code));
+  }
   std::string wide_text() {
     std::u16string text;
     for (auto left = number<std::uint32_t>(); left != 0; --left) {
@@ -150,6 +156,7 @@ class Reader {
   const std::span<const std::byte> body_;
   std::size_t offset_;
   const std::size_t most_;
+  const bool bytes_as_text_;
 };
 
 // ---- Text → bytes ----

@@ -18,6 +18,7 @@ namespace takt::tools {
 struct ReadOptions {
   std::size_t skipped = 0;      // bytes before the fields: the header of requests and replies
   std::size_t most = SIZE_MAX;  // array elements to decode; a text replaces the rest
+  bool bytes_as_text = false;   // a `byte` is a character, as in what `ros2 topic echo` prints
 };
 /// Decodes the fields of a message. Throws Error if the bytes are not a message of this type.
 nlohmann::ordered_json read_message(const MessageType& type, std::span<const std::byte> bytes,

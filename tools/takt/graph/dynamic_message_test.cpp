@@ -102,6 +102,19 @@ TEST_F(Installed, ATypeIsKnownByItsFile) {
   EXPECT_EQ(read_message(*leg, write_message(*leg, text).bytes()).dump(), text);
 }
 
+// `ros2 topic echo` prints a `byte` as the character with that code, numbers of other types as
+// such.
+TEST_F(Installed, AByteIsACharacterWhereItIsPrinted) {
+  write("msg/Bits.msg", "byte one\nbyte[] more\nuint8 number\nchar letter\n");
+  const DescribedTypes types(defined("my_msgs/msg/Bits").value());
+  const MessageType* bits = types.find("my_msgs/msg/Bits");
+  const auto message = write_message(*bits, "{one: 65, more: [0, 200], number: 65, letter: 65}");
+  EXPECT_EQ(to_yaml(read_message(*bits, message.bytes(), {.bytes_as_text = true})),
+            "one: \"A\"\nmore: [\"\\u0000\", \"È\"]\nnumber: 65\nletter: 65\n");
+  EXPECT_EQ(read_message(*bits, message.bytes()).dump(),
+            R"({"one":65,"more":[0,200],"number":65,"letter":65})");
+}
+
 TEST_F(Installed, APartOfAServiceIsKnownByItsFile) {
   write("srv/Turn.srv", "float64 angle\n---\n");
   const DescribedTypes types(defined("my_msgs/srv/Turn").value());

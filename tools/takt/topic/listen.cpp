@@ -78,7 +78,9 @@ void echo(const Options& options) {
           rt::print("\n");
         } else {
           const bool is_cut = options.json_path.empty() && !options.full;
-          const auto fields = read_message(*type, bytes, {.most = is_cut ? 16 : SIZE_MAX});
+          const auto fields = read_message(
+              *type, bytes,
+              {.most = is_cut ? 16 : SIZE_MAX, .bytes_as_text = options.json_path.empty()});
           if (options.json_path == "-") {
             rt::print("{}\n", rt::json_text(fields));
           } else {

@@ -64,6 +64,8 @@ class NodeBaseInterface {
 
   const NodeOptions& options() const { return options_; }
   const std::shared_ptr<takt::Node>& takt_node() const { return node_; }
+  /// What sets its clock and others by /clock; nullptr: nothing does.
+  const std::shared_ptr<takt::SimulatedClock::Source>& time_source() const { return time_source_; }
   /// "timer_500ms", the next one of this period "timer_500ms_2", and so on: a start of the program
   /// gives the same names as the one before.
   std::string next_timer_name(std::chrono::nanoseconds period);
@@ -72,11 +74,12 @@ class NodeBaseInterface {
 
  private:
   std::shared_ptr<takt::Node> make_node(const std::string& name, const std::string& name_space,
-                                        const MakeNode& make) const;
+                                        const MakeNode& make);
   const detail::Arguments& global() const;
 
   const NodeOptions options_;
   const std::unique_ptr<const detail::Arguments> own_;  // of options.arguments()
+  std::shared_ptr<takt::SimulatedClock::Source> time_source_;
   std::shared_ptr<takt::Node> node_;
   std::string name_space_;
   std::atomic_bool has_executor_{false};

@@ -23,13 +23,17 @@ namespace rclcpp::node_interfaces {
 using rcl_interfaces::msg::SetParametersResult;
 using ParameterDescriptor = rcl_interfaces::msg::ParameterDescriptor;
 
-/// Each keeps its callback: when it is dropped, the callback is called no more.
+class NodeParametersInterface;
+
+/// Each keeps its callback, which is called no more when it is dropped or removed. Either waits for
+/// a call of another thread, but not for one that waits for the caller.
 #define RCLCPP_PARAMETER_HANDLE_(Name, Handle, ...)  \
   struct Name {                                      \
     RCLCPP_SMART_PTR_ALIASES_ONLY(Name)              \
     using CallbackType = std::function<__VA_ARGS__>; \
     using Name##Type = CallbackType;                 \
     takt::Handle handle;                             \
+    const NodeParametersInterface* node = nullptr;   \
   };
 RCLCPP_PARAMETER_HANDLE_(PreSetParametersCallbackHandle, PreSetParametersHandle,
                          void(std::vector<Parameter>&))
@@ -94,7 +98,6 @@ class NodeParametersInterface {
   takt::Node& node() const { return *base_->takt_node(); }
   bool may_be_undeclared() const { return base_->options().allow_undeclared_parameters(); }
   void check_declared(const std::string& name) const;
-  void declare_missing(const std::vector<Parameter>& parameters);
   takt::SetParametersResult check_types(const takt::Parameters& values) const;
 
   const NodeBaseInterface::SharedPtr base_;

@@ -1,0 +1,105 @@
+// Waiting, inside a callback, for the end of another one.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_ENTITIES_WAIT_IN_CALLBACK_HPP_
+#define TAKT_ENTITIES_WAIT_IN_CALLBACK_HPP_
+
+#include <atomic>
+#include <cstdint>
+#include <utility>
+
+#include "takt/base/visibility.hpp"
+#include "takt/entities/entity.hpp"
+
+namespace TAKT_PUBLIC takt {
+namespace detail {
+
+/// The calling thread runs code of the user that no executor dispatches, for as long as the object
+/// lives: a function of a callback list, a shutdown. `what` says which.
+/// Thread safety: an object belongs to the thread that made it. Real-time: yes.
+class Running {
+ public:
+  explicit Running(const void* what) noexcept
+      : what_(what), outer_(std::exchange(innermost_, this)) {}
+  ~Running() { innermost_ = outer_; }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  /// nullptr: the calling thread runs none.
+  static const Running* innermost() noexcept { return innermost_; }
+
+ private:
+  friend class WaitInCallback;
+  const void* const what_;
+  const Running* const outer_;
+  static thread_local constinit const Running* innermost_;
+};
+
+/// The calling thread waits, for as long as the object lives, until a callback that is removed has
+/// returned, or what Running describes is over. All such waits of the process are known. If threads
+/// wait for each other, in a cycle of any length, the one that would close the cycle detects that
+/// and does not wait.
+///
+/// Thread safety: an object belongs to the thread that made it.
+class WaitInCallback {
+ public:
+  /// For the end of a Running.
+  explicit WaitInCallback(const void* running) noexcept
+      : WaitInCallback(Awaited{running, nullptr}) {}
+  /// For that of a callback: `describes` says whether this is what an executor's thread runs.
+  using Describes = bool (*)(const void* record, const CallbackInfo* callback);
+  WaitInCallback(const void* record, Describes describes) noexcept
+      : WaitInCallback(Awaited{record, describes}) {}
+  ~WaitInCallback();
+  WaitInCallback(const WaitInCallback&) = delete;
+  WaitInCallback& operator=(const WaitInCallback&) = delete;
+
+  /// It cannot end before something that the calling thread is in.
+  bool is_for_itself() const noexcept { return is_for_itself_; }
+  /// Waits until this is true, which the caller of notify_progress has changed. Meanwhile the
+  /// thread does what others may wait for, see set_duty.
+  template <class Condition>
+  void until(Condition&& is_true) const noexcept {
+    for (;;) {
+      const std::uint32_t seen = progress_.load();
+      if (const Duty duty = duty_.load()) duty();
+      if (is_true()) return;
+      progress_.wait(seen);
+    }
+  }
+
+  /// Something that is waited for is over, or nearer to it: all waiting threads look again.
+  static void notify_progress() noexcept {
+    progress_.fetch_add(1);
+    progress_.notify_all();
+  }
+  /// What only the calling thread may be able to do: of executors, to install an update.
+  using Duty = void (*)() noexcept;
+  static void set_duty(Duty duty) noexcept { duty_.store(duty); }
+
+ private:
+  struct Awaited {
+    const void* what;
+    Describes describes;  // nullptr: it is a Running
+  };
+  /// What a thread is in.
+  struct Inside {
+    const Dispatch* dispatch;
+    const Running* running;
+    bool has(const Awaited& awaited) const noexcept;
+  };
+  explicit WaitInCallback(const Awaited& until) noexcept;
+  static bool closes_cycle(const Inside& own, const Awaited& until) noexcept;
+
+  const Awaited until_;
+  const Inside inside_;  // innermost; it does not change while we wait
+  bool is_for_itself_ = false;
+  WaitInCallback* next_ = nullptr;
+  static constinit WaitInCallback* first_;  // guarded by a mutex
+  static constinit std::atomic<std::uint32_t> progress_;
+  static constinit std::atomic<Duty> duty_;
+};
+
+}  // namespace detail
+}  // namespace takt
+
+#endif  // TAKT_ENTITIES_WAIT_IN_CALLBACK_HPP_
