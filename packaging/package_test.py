@@ -164,7 +164,7 @@ def build_programs():
         "run.cpp": "#include <cstdlib>\nint main() { return std::system(\"/tmp/build/suite --gtest_brief=1 "
                    "--gtest_filter='*/events_pool_*' && echo hello 5\"); }",
         "CMakeLists.txt": PROJECT + "find_package(GTest REQUIRED)\nfind_package(takt REQUIRED)\n"
-        "add_executable(suite main.cpp)\nset_target_properties(suite PROPERTIES UNITY_BUILD ON)\n"
+        "add_executable(suite main.cpp)\nset_target_properties(suite PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)\n"
         "target_link_libraries(suite PRIVATE takt::conformance)\nadd_executable(robot run.cpp)\n"})
     build("a program for rclcpp builds and runs", {"main.cpp": RCLCPP, "CMakeLists.txt": PROJECT + program
           + "find_package(rclcpp REQUIRED)\nfind_package(std_msgs REQUIRED)\n"

@@ -176,7 +176,7 @@ TEST_P(ConformanceFileDescriptors, TwoInOneExclusiveGroupNeverOverlap) {
 }
 
 TEST_P(ConformanceFileDescriptors, InAReentrantGroupNoneOverlapsWithItself) {
-  constexpr int kBytes = 300;
+  const int bytes = stress_rounds() / 100;
   const auto executor = make();
   const auto group = node_->create_callback_group("parallel", CallbackGroupType::Reentrant);
   std::atomic<int> inside{0}, most{0}, received{0}, empty{0};
@@ -193,8 +193,8 @@ TEST_P(ConformanceFileDescriptors, InAReentrantGroupNoneOverlapsWithItself) {
       group);
   executor->add_node(node_);
   SpinThread spin(*executor);
-  for (int i = 0; i < kBytes; ++i) pipe_.send("x");
-  EXPECT_TRUE(eventually([&] { return received == kBytes; })) << received;
+  for (int i = 0; i < bytes; ++i) pipe_.send("x");
+  EXPECT_TRUE(eventually([&] { return received == bytes; })) << received;
   EXPECT_EQ(most, 1);
   EXPECT_EQ(empty, 0);
 }
@@ -309,7 +309,7 @@ TEST_P(ConformanceFileDescriptors, TheyComeAndGoWhileItSpins) {
   executor->add_node(node_);
   SpinThread spin(*executor);
   ASSERT_TRUE(eventually([&] { return executor->is_spinning(); }));
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < stress_rounds() / 500; ++round) {
     Pipe pipe;
     std::atomic<int> received{0};
     pipe.send("ab");  // before it is added: it waits
@@ -381,7 +381,7 @@ TEST_P(ConformanceFileDescriptors, ServingThemAllocatesNothing) {
       [&](Events) { received += static_cast<int>(read(pipe_.reader(), buffer, sizeof buffer)); });
   executor->add_node(node_);
   SpinThread spin(*executor);
-  for (int round = 1; round <= 100; ++round) {
+  for (int round = 1; round <= 30; ++round) {
     pipe_.send("x");
     ASSERT_TRUE(eventually([&] { return received == round; }));
   }
