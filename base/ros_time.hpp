@@ -6,6 +6,7 @@
 #include <chrono>
 #include <compare>
 #include <cstdint>
+#include <limits>
 
 #include "takt/base/time.hpp"
 #include "takt/base/visibility.hpp"
@@ -16,6 +17,30 @@ struct Time_;  // Takt's and ROS 2's headers both define it so
 }  // namespace builtin_interfaces::msg
 
 namespace TAKT_PUBLIC takt {
+
+namespace detail {
+
+/// A stamp or a duration as messages have it: seconds, which are the floor, and what is left. What
+/// does not fit, from the year 2038 on, becomes the nearest that does.
+template <class Stamp>
+constexpr Stamp stamp_of(Nanoseconds time) noexcept {
+  using Limits = std::numeric_limits<std::int32_t>;
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  Stamp stamp;
+  if (seconds.count() > Limits::max()) {
+    stamp.sec = Limits::max();
+    stamp.nanosec = 999'999'999;
+  } else if (seconds.count() < Limits::min()) {
+    stamp.sec = Limits::min();
+    stamp.nanosec = 0;
+  } else {
+    stamp.sec = static_cast<std::int32_t>(seconds.count());
+    stamp.nanosec = static_cast<std::uint32_t>((time - seconds).count());
+  }
+  return stamp;
+}
+
+}  // namespace detail
 
 /// What stamps of messages say: the time since 1970, or since whatever a simulator counts from. A
 /// TimePoint counts from the start of this machine, so it is no stamp. It becomes a
@@ -34,11 +59,7 @@ class Time {
 
   template <class Allocator>
   operator builtin_interfaces::msg::Time_<Allocator>() const {
-    const auto seconds = std::chrono::floor<std::chrono::seconds>(since_epoch_);
-    builtin_interfaces::msg::Time_<Allocator> stamp;
-    stamp.sec = static_cast<std::int32_t>(seconds.count());
-    stamp.nanosec = static_cast<std::uint32_t>((since_epoch_ - seconds).count());
-    return stamp;
+    return detail::stamp_of<builtin_interfaces::msg::Time_<Allocator>>(since_epoch_);
   }
 
   constexpr std::int64_t nanoseconds() const noexcept { return since_epoch_.count(); }

@@ -32,6 +32,16 @@ TEST(Time, HasNoSumBeyondItsRange) {
   EXPECT_EQ(first - last, Nanoseconds::min());
 }
 
+// From 2038 on a stamp cannot say it.
+TEST(Time, InAMessageIsTheNearestThatFits) {
+  const auto late = std_msgs::msg::Header().set__stamp(Time(Nanoseconds::max())).stamp;
+  EXPECT_EQ(late.sec, 2'147'483'647);
+  EXPECT_EQ(late.nanosec, 999'999'999u);
+  const auto early = std_msgs::msg::Header().set__stamp(Time(Nanoseconds::min())).stamp;
+  EXPECT_EQ(early.sec, -2'147'483'647 - 1);
+  EXPECT_EQ(early.nanosec, 0u);
+}
+
 TEST(Time, IsThatOfTheSystem) {
   const auto now = std::chrono::system_clock::now();
   EXPECT_EQ(Time(now).nanoseconds(), now.time_since_epoch().count());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "takt/containers/component_manager.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include <fmt/format.h>
@@ -56,6 +57,34 @@ std::string log_level(std::uint8_t level) {
   return level <= 10 ? "debug" : level <= 20 ? "info" : level <= 30 ? "warn" : "error";
 }
 
+// What the request says itself comes first, as in ROS 2.
+void put_first(Map& map, Value value) {
+  const auto is_it = [&](const Value& other) { return other.name == value.name; };
+  if (std::none_of(map.values.begin(), map.values.end(), is_it)) put(map, std::move(value));
+}
+
+void put_rule(const std::string& rule, Map& component, Map& remaps, document::Errors& errors) {
+  const std::size_t middle = rule.find(":=");
+  if (middle == std::string::npos || middle == 0) {
+    errors.add(1, fmt::format("'{}' is not a remap rule", rule), "write from:=to");
+    return;
+  }
+  const std::string from = rule.substr(0, middle), to = rule.substr(middle + 2);
+  if (from == "__node" || from == "__name") {
+    put_first(component, {"name", 1, to});
+  } else if (from == "__ns") {
+    put_first(component, {"namespace", 1, to});
+  } else if (from.find(':') != from.npos) {
+    errors.add(1,
+               fmt::format("'{}': a rule for one node, or for topics or services alone, is not "
+                           "known here",
+                           rule),
+               "write from:=to, as only this node gets the rule");
+  } else {
+    put_first(remaps, {from, 1, to});
+  }
+}
+
 // Converts the request to the form of the configuration file, so that one reader checks both.
 Value component_of(const ci::LoadNode::Request& request, document::Errors& errors) {
   Map component;
@@ -64,14 +93,7 @@ Value component_of(const ci::LoadNode::Request& request, document::Errors& error
   if (!request.node_namespace.empty()) put(component, {"namespace", 1, request.node_namespace});
   if (request.log_level != 0) put(component, {"log_level", 1, log_level(request.log_level)});
   Map remaps, parameters, groups;
-  for (const std::string& rule : request.remap_rules) {
-    const std::size_t middle = rule.find(":=");
-    if (middle == std::string::npos) {
-      errors.add(1, fmt::format("'{}' is not a remap rule", rule), "write from:=to");
-      continue;
-    }
-    put(remaps, {rule.substr(0, middle), 1, rule.substr(middle + 2)});
-  }
+  for (const std::string& rule : request.remap_rules) put_rule(rule, component, remaps, errors);
   for (const auto& [name, value] : request.parameters)
     put(parameters, value_of(name, value, errors));
   std::map<std::string, Map> by_group;

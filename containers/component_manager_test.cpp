@@ -88,6 +88,19 @@ TEST(LoadNode, SaysWhatAFileWouldSay) {
   EXPECT_EQ(component.callback_groups.at("rest").executor, "default");
 }
 
+TEST(LoadNode, TakesRemapRulesAsContainersOfRos2Do) {
+  Request request = workload();
+  request.remap_rules = {"__node:=imu", "__ns:=/front", "/raw:=data", "~/a:=b", "/raw:=late"};
+  const ComponentDescription component = describe(request, {}, {});
+  EXPECT_EQ(full_name(component), "/front/imu");
+  EXPECT_EQ(component.remap.at("/raw"), "data");
+  EXPECT_EQ(component.remap.at("~/a"), "b");
+  request.node_name = "gyro";
+  EXPECT_EQ(full_name(describe(request, {}, {})), "/front/gyro");
+  request.remap_rules = {"imu:raw:=data", "rosservice://a:=b"};
+  EXPECT_THAT(errors_of(request), HasSubstr("'imu:raw:=data': a rule for one node"));
+}
+
 TEST(LoadNode, ThatIsWrongIsRefusedWithEverythingThatIsWrong) {
   Request request = workload();
   request.remap_rules = {"raw"};

@@ -116,7 +116,10 @@ void DescribedTypes::add_fields(const Individual& type) {
                                 field.name, field.type.nested_type_name.get()));
       }
     }
-    place.fields.push_back({.name = field.name, .fixed_size = false, .shape = shape});
+    place.fields.push_back({.name = field.name,
+                            .fixed_size = false,
+                            .shape = shape,
+                            .default_value = field.default_value});
   }
 }
 

@@ -80,7 +80,7 @@ std::string detail::name_of_bounded(const std::string& container, std::size_t mo
 }
 
 detail::FieldDescription::operator MessageField() const {
-  return {name, type(), offset, fixed_size(), shape()};
+  return {name, type(), offset, fixed_size(), shape(), {}};
 }
 
 const MessageType& detail::make_message_type(std::string_view name, const MessageLayout& layout,
@@ -91,7 +91,8 @@ const MessageType& detail::make_message_type(std::string_view name, const Messag
                                                .alignment = layout.alignment,
                                                .fixed_size = layout.fixed_size,
                                                .encode = layout.encode,
-                                               .decode = layout.decode}));
+                                               .decode = layout.decode,
+                                               .encode_defaults = layout.encode_defaults}));
 }
 
 const MessageType& serialized_type(std::string_view name) {

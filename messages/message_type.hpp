@@ -64,6 +64,7 @@ struct MessageField {
   std::size_t offset = 0;
   bool fixed_size = true;
   FieldShape shape;
+  std::string default_value;  // as a definition has it, of a type that no program has
 };
 
 /// One message type. Publishers and subscriptions match by name and layout hash.
@@ -79,6 +80,8 @@ struct MessageType {
   void (*encode)(const void* message, ByteBuffer& bytes) = nullptr;
   /// Returns false if the bytes are no message of this type.
   bool (*decode)(std::span<const std::byte> bytes, void* message) = nullptr;
+  /// Encodes a message whose fields nobody has set; nullptr if there is none.
+  void (*encode_defaults)(ByteBuffer& bytes) = nullptr;
 };
 
 /// A type described by TAKT_MESSAGE.
@@ -220,6 +223,12 @@ bool decode_message(std::span<const std::byte> bytes, void* message) {
   reader(*static_cast<T*>(message));
   return reader.ok();
 }
+template <class T>
+void encode_default_message(ByteBuffer& bytes) {
+  if constexpr (std::is_default_constructible_v<T>) {
+    encode_message<T>(std::make_unique<T>().get(), bytes);  // it may be too large for the stack
+  }
+}
 
 /// What else a type consists of.
 struct MessageLayout {
@@ -227,10 +236,12 @@ struct MessageLayout {
   bool fixed_size;
   void (*encode)(const void* message, ByteBuffer& bytes);
   bool (*decode)(std::span<const std::byte> bytes, void* message);
+  void (*encode_defaults)(ByteBuffer& bytes);
 };
 template <class T>
-inline constexpr MessageLayout kLayoutOf = {sizeof(T), alignof(T), std::is_trivially_copyable_v<T>,
-                                            &encode_message<T>, &decode_message<T>};
+inline constexpr MessageLayout kLayoutOf = {
+    sizeof(T),          alignof(T),         std::is_trivially_copyable_v<T>,
+    &encode_message<T>, &decode_message<T>, &encode_default_message<T>};
 
 /// The result is never destroyed.
 const MessageType& make_message_type(std::string_view name, const MessageLayout& layout,

@@ -280,19 +280,18 @@ std::shared_ptr<FileDescriptor> Node::create_file_descriptor(
 }
 
 std::string Node::resolve(std::string_view topic) {
-  std::string_view name = topic;
-  if (const auto found = options_.remap.find(topic); found != options_.remap.end()) {
+  const auto absolute = [this](std::string_view name) {
+    if (name.starts_with("~/")) return fully_qualified_name() + std::string(name.substr(1));
+    return name.starts_with('/') ? std::string(name) : name_space_ + "/" + std::string(name);
+  };
+  std::string result = absolute(topic);
+  // As in ROS 2, both sides are compared with all their namespaces.
+  const auto rule = std::find_if(options_.remap.begin(), options_.remap.end(),
+                                 [&](const auto& one) { return absolute(one.first) == result; });
+  if (rule != options_.remap.end()) {
     const std::lock_guard lock(state_->mutex);
-    state_->used_remaps.emplace(topic);
-    name = found->second;
-  }
-  std::string result;
-  if (name.starts_with("~/")) {
-    result = fully_qualified_name() + std::string(name.substr(1));
-  } else if (name.starts_with('/')) {
-    result = name;
-  } else {
-    result = name_space_ + "/" + std::string(name);
+    state_->used_remaps.emplace(rule->first);
+    result = absolute(rule->second);
   }
   check_path(result, "topic");
   return result;

@@ -217,6 +217,15 @@ TEST(Node, RemapsTopicsAndThenResolvesThem) {
   EXPECT_EQ(node->resolve("picture"), "/front/picture");
 }
 
+TEST(Node, RemapsANameHoweverItIsWritten) {
+  const auto node = make_node(
+      "camera", {.name_space = "/front", .remap = {{"/front/image", "picture"}, {"scan", "/s"}}});
+  EXPECT_EQ(node->resolve("image"), "/front/picture");
+  EXPECT_EQ(node->resolve("/front/scan"), "/s");
+  EXPECT_EQ(node->resolve("/scan"), "/scan");
+  EXPECT_THAT(node->unused_remaps(), IsEmpty());
+}
+
 TEST(Node, RefusesARemapToAnInvalidTopic) {
   const auto node = make_node("camera", {.remap = {{"image", "my picture"}}});
   EXPECT_THAT([&] { node->resolve("image"); },

@@ -60,6 +60,27 @@ TEST_F(Arguments, FilesOfParametersHaveWildcards) {
   EXPECT_EQ(node->get_parameter("late").as_int(), 6);
 }
 
+TEST_F(Arguments, AnEmptyListHasTheTypeThatIsDeclared) {
+  const takt::TemporaryFolder folder;
+  const std::string file = folder / "parameters.yaml";
+  std::ofstream(file)
+      << "camera:\n  ros__parameters: {i: [], d: [], s: [], b: [], id: !!str 010, on: on}\n";
+  const auto node = node_with({"--params-file", file, "-p", "u:=[]"});
+  EXPECT_EQ(node->declare_parameter("i", std::vector<std::int64_t>{7}),
+            std::vector<std::int64_t>());
+  EXPECT_EQ(node->declare_parameter("d", std::vector<double>{7}), std::vector<double>());
+  EXPECT_EQ(node->declare_parameter("s", std::vector<std::string>{"a"}),
+            std::vector<std::string>());
+  EXPECT_EQ(node->declare_parameter("b", PARAMETER_BOOL_ARRAY).get<std::vector<bool>>(),
+            std::vector<bool>());
+  EXPECT_EQ(node->declare_parameter("u", std::vector<std::uint8_t>{7}),
+            std::vector<std::uint8_t>());
+  EXPECT_EQ(node->declare_parameter("id", ""), "010");
+  EXPECT_TRUE(node->declare_parameter("on", false));
+  EXPECT_THROW(node_with({"-p", "i:=[]"})->declare_parameter("i", 5),
+               exceptions::InvalidParameterTypeException);
+}
+
 // A flag at the end counted as unknown, and what cannot be a name came to the node, or was ignored.
 TEST_F(Arguments, WrongOnesAreRefused) {
   for (const std::vector<std::string>& wrong :
@@ -84,6 +105,9 @@ TEST_F(Arguments, WrongOnesAreRefused) {
                                              {"-p", "a"},
                                              {"-p", ":=1"},
                                              {"-p", "n:=[1, a]"},
+                                             {"-p", "n:="},
+                                             {"-p", "n:=[[1]]"},
+                                             {"-p", "n:=[&a 1, *a]"},
                                              {"-p", "/n:a:=1"},
                                              {"--params-file", "/none"},
                                              {"--log-level", "loud"},

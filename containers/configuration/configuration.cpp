@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "takt/containers/configuration/document.hpp"
+#include "takt/containers/configuration/parameter_file.hpp"
 #include "takt/containers/configuration/system_description.hpp"
 #include "takt/containers/configuration/system_reader.hpp"
 
@@ -47,9 +48,40 @@ LoadPolicy load_policy(const SystemDescription& process) {
   return policy;
 }
 
+namespace {
+
+constexpr const char* kOwnFile = "write a file of Takt's (see: takt reference config)";
+
+// What the other files of a robot are, and what they are for.
+void refuse_launch_file(const std::string& path, const document::Errors& errors) {
+  std::error_code none;
+  const bool is_launch_file = path.ends_with(".py") || path.ends_with(".launch.xml") ||
+                              path.ends_with(".xml") || path.ends_with(".launch.yaml");
+  if (!is_launch_file || !std::filesystem::is_regular_file(path, none)) return;
+  errors.fail(1, "this is a launch file of ROS 2, which starts processes",
+              fmt::format("start it with ros2 launch; for a container, {}", kOwnFile));
+}
+
+void refuse_parameter_file(const document::Value& root, const document::Errors& errors) {
+  if (document::find(root, "launch") != nullptr) {
+    errors.fail(1, "this is a launch file of ROS 2, which starts processes",
+                fmt::format("start it with ros2 launch; for a container, {}", kOwnFile));
+  }
+  if (!document::is_parameter_file(root)) return;
+  errors.fail(1, "this is a parameter file of ROS 2, which describes no system",
+              fmt::format("give it to a program, --ros-args --params-file {0}, or to a node that "
+                          "runs, takt param load NODE {0}; to a component, write its values under "
+                          "'parameters:'",
+                          errors.file()));
+}
+
+}  // namespace
+
 SystemDescription read_system(const std::string& path, const Settings& settings) {
   document::Errors errors(path);
+  refuse_launch_file(path, errors);
   document::Value root = document::read(path, errors);
+  refuse_parameter_file(root, errors);
   for (const Setting& setting : settings) document::set(root, setting, errors);
   const bool is_workload = document::is_json(path);
   SystemDescription system =

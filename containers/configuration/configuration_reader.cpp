@@ -70,6 +70,9 @@ std::optional<ParameterValue> ConfigurationReader::parameter_value(const Value& 
                 "them")) {
     return {};
   }
+  const std::size_t errors = errors_.size();
+  document::check_is_unambiguous(value, errors_);
+  if (errors_.size() != errors) return {};
   if (const auto* list = std::get_if<document::List>(&value.content)) {
     std::optional<ParameterValue> array =
         array_of<std::string>(*list);  // an empty one is of any type

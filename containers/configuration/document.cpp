@@ -163,7 +163,8 @@ void Builder::open(Value container) {
 const Value& Builder::close() {
   Value container = std::move(open_.back());
   open_.pop_back();
-  if (Map* map = std::get_if<Map>(&container.content)) drop_duplicates(*map);
+  Map* const map = std::get_if<Map>(&container.content);
+  if (map != nullptr && rules_ == Rules::configuration) drop_duplicates(*map);
   return put(std::move(container));
 }
 
@@ -239,12 +240,12 @@ bool is_json(std::string_view path) {
   return path.ends_with(".json");
 }
 
-Value read(const std::string& path, Errors& errors) {
+Value read(const std::string& path, Errors& errors, Rules rules) {
   const std::string text = load(path, errors);
   check_text(text, errors);
   Value root;
   if (text.find_first_not_of(" \t\r\n") != std::string::npos) {
-    root = is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors);
+    root = is_json(path) ? parse_json(text, errors) : parse_yaml(text, errors, rules);
   }
   if (std::holds_alternative<std::monostate>(root.content)) {
     errors.fail(1, "the file is empty", "write a system description");

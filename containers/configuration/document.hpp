@@ -43,6 +43,12 @@ class Errors {
   std::vector<std::pair<int, std::string>> errors_;
 };
 
+/// What a text without quotes is.
+enum class Rules {
+  configuration,  // as YAML 1.2's core schema says; aliases have the value of their anchor
+  parameters      // as ROS 2's parser of parameter files has it: `yes` is true, 010 is 8
+};
+
 struct Value;
 using List = std::vector<Value>;
 struct Map {
@@ -54,7 +60,12 @@ struct Value {
   std::string name;  // its key; in a list, "affinity[0]"
   int line = 1;      // of its key, or of its first character in a list
   std::variant<std::monostate, bool, std::int64_t, double, std::string, List, Map> content;
+  std::string ambiguous = {};  // the text, if the other rules read another value; else empty
 };
+
+/// Adds an error that says both readings, if there are two, also for what is in a list: for what
+/// ROS 2 would read in its own way.
+void check_is_unambiguous(const Value& value, Errors& errors);
 
 /// The value of a key; nullptr if the key is missing, or if `map` is no map.
 const Value* find(const Value& map, std::string_view key);
@@ -68,12 +79,14 @@ std::size_t count(const Value& value);
 inline constexpr std::size_t kMaxValues = 100'000;
 
 /// Builds the tree from a parser's events. It limits depth and number of values, so functions that
-/// walk the tree may recurse. A duplicate key is an error; its first value is kept.
+/// walk the tree may recurse. A duplicate key is an error, whose first value is kept, but for
+/// Rules::parameters: all are.
 /// Thread safety: none.
 /// Real-time: no.
 class Builder {
  public:
-  explicit Builder(Errors& errors) : errors_(errors) {}
+  explicit Builder(Errors& errors, Rules rules = Rules::configuration)
+      : errors_(errors), rules_(rules) {}
 
   /// Whether the next event must be a key.
   bool wants_key() const;
@@ -100,6 +113,7 @@ class Builder {
   void drop_duplicates(Map& map);
 
   Errors& errors_;
+  const Rules rules_;
   std::vector<Value> open_;  // the open containers, the innermost last
   std::optional<Key> key_;   // of the next value
   std::size_t count_ = 0;
@@ -107,7 +121,7 @@ class Builder {
 };
 
 /// Parses a text. Throws ConfigurationError with the first syntax error.
-Value parse_yaml(const std::string& text, Errors& errors);
+Value parse_yaml(const std::string& text, Errors& errors, Rules rules = Rules::configuration);
 Value parse_json(std::string_view text, Errors& errors);
 
 /// Replaces a value, or adds it to a map. Throws ConfigurationError, with what there is, if the
@@ -121,7 +135,7 @@ void check_is_ours(const Value& root, const std::vector<std::string>& keys, cons
 /// Whether the file's name ends in .json; all other files are YAML.
 bool is_json(std::string_view path);
 /// Reads an untrusted file: any content ends soon in a tree or in a ConfigurationError.
-Value read(const std::string& path, Errors& errors);
+Value read(const std::string& path, Errors& errors, Rules rules = Rules::configuration);
 
 }  // namespace document
 }  // namespace takt

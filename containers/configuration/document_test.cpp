@@ -43,6 +43,8 @@ std::string repeated(const std::string& text, int times) {
   return result;
 }
 
+constexpr const char* kWorkload =
+    "container:\n  components:\n    - component: takt::Workload\n      name: a\n";
 constexpr const char* kYamlAdvice =
     "; write valid YAML here: check indentation, brackets, quotes and anchors\n";
 
@@ -160,6 +162,45 @@ TEST(YamlDocument, KnowsTheLineOfWhatIsLeftEmpty) {
 TEST(YamlDocument, HasNoTags) {
   EXPECT_EQ(yaml_errors("a: 1\nb: !robot {}\n"),
             "robot.yaml:2: a tag ('!…') is not supported; remove it\n");
+}
+
+// The other way round, a parameter file of ROS 2 is read as ROS 2 does: see
+// parameter_file_test.cpp.
+TEST(YamlDocument, HasNoTextThatRos2ReadsInAnotherWay) {
+  const auto errors = [](const std::string& value) {
+    return ConfigurationFile("robot.yaml",
+                             std::string(kWorkload) + "      parameters: {a: " + value + "}\n")
+        .errors();
+  };
+  const std::string place = "robot.yaml:5: ";
+  EXPECT_EQ(errors("yes"), place +
+                               "yes is \"yes\" in YAML 1.2, and true in parameter files of ROS 2; "
+                               "write \"yes\" or true\n");
+  EXPECT_THAT(errors("010"), HasSubstr("010 is 10 in YAML 1.2, and 8 in parameter files of ROS 2; "
+                                       "write 10 or 8"));
+  EXPECT_THAT(errors("[a, off]"), HasSubstr("off is \"off\" in YAML 1.2, and false in"));
+  for (const char* const text : {"n", "08", "0o10", "-0x1F", "0x1p3", "~"}) {
+    EXPECT_NE(errors(text), "") << text;
+  }
+  for (const char* const text : {"\"yes\"", "'010'", "!!str on", "0x1F", "1e3", "5.", "nan",
+                                 "12:30", ".nan", "+.inf", "1_000", "yes1", "tRue"}) {
+    EXPECT_THAT(errors(text), Not(HasSubstr("in YAML 1.2"))) << text;
+  }
+  EXPECT_THAT(yaml_errors("a: &b {c: 1}\nd: {<<: *b}\n"),
+              HasSubstr("robot.yaml:2: a merge key is not supported"));
+}
+
+TEST(Document, OfAnotherKindIsCalledByItsName) {
+  EXPECT_THAT(
+      yaml_errors("/**:\n  front:\n    ros__parameters: {a: yes}\n"),
+      HasSubstr("this is a parameter file of ROS 2, which describes no system; give it to a "
+                "program, --ros-args --params-file"));
+  EXPECT_THAT(yaml_errors("launch:\n- node: {pkg: a, exec: b}\n"),
+              HasSubstr("this is a launch file of ROS 2"));
+  EXPECT_THAT(
+      ConfigurationFile("robot.launch.py", "import launch\n").errors(),
+      HasSubstr("robot.launch.py:1: this is a launch file of ROS 2, which starts processes; "
+                "start it with ros2 launch"));
 }
 
 TEST(YamlDocument, DoesNotContainItself) {

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <charconv>
+#include <clocale>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -64,6 +68,72 @@ Content resolve(const std::string& text) {
   return text;
 }
 
+/// Of the C locale, whatever that of the program is.
+std::optional<double> decimal_number(const std::string& text) {
+  static const locale_t c = newlocale(LC_ALL_MASK, "C", nullptr);
+  const std::size_t first = text.find_first_not_of("+-");
+  const bool is_number = first != text.npos && first <= 1 &&
+                         (std::isdigit(static_cast<unsigned char>(text[first])) != 0 ||
+                          text[first] == '.');  // "nan" and "inf" are words
+  char* end = nullptr;
+  const double value = is_number ? strtod_l(text.c_str(), &end, c) : 0;
+  if (!is_number || end != text.c_str() + text.size()) return {};
+  if (std::isinf(value)) {
+    throw Error(fmt::format("the number {} cannot be held", text),
+                "write a smaller one, or put it in quotes if it is a text");
+  }
+  return value;
+}
+
+// Resolves text without quotes as rcl does (rcl_yaml_param_parser 9.2), but for "nan" and "inf":
+// these are words, as its next version has it.
+Content resolve_parameter(const std::string& text) {
+  for (const char* word :
+       {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}) {
+    if (text == word) return true;
+  }
+  for (const char* word :
+       {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}) {
+    if (text == word) return false;
+  }
+  const std::size_t sign = text.starts_with('+') || text.starts_with('-') ? 1 : 0;
+  const std::string unsigned_text = text.substr(sign);
+  for (const char* word : {".nan", ".NaN", ".NAN"}) {
+    if (text == word) return std::numeric_limits<double>::quiet_NaN();
+  }
+  for (const char* word : {".inf", ".Inf", ".INF"}) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    if (unsigned_text == word) return text.starts_with('-') ? -infinity : infinity;
+  }
+  errno = 0;
+  char* end = nullptr;
+  const std::int64_t integer = std::strtoll(text.c_str(), &end, /*base=*/0);
+  if (errno == 0 && end != text.c_str() && end == text.c_str() + text.size()) return integer;
+  if (const auto value = decimal_number(text)) return *value;
+  return text;
+}
+
+std::string shown(const Content& content) {
+  if (const auto* text = std::get_if<std::string>(&content)) return fmt::format("\"{}\"", *text);
+  if (const auto* value = std::get_if<bool>(&content)) return *value ? "true" : "false";
+  if (const auto* value = std::get_if<std::int64_t>(&content)) return fmt::format("{}", *value);
+  if (const auto* value = std::get_if<double>(&content)) return fmt::format("{:#}", *value);
+  return "";
+}
+
+/// Of two scalars.
+bool is_same(const Content& a, const Content& b) {
+  return a.index() == b.index() && shown(a) == shown(b);
+}
+
+/// Which of Content's types a tag says.
+std::optional<std::size_t> number_tag(std::string_view tag) {
+  if (tag == "tag:yaml.org,2002:bool") return Content(true).index();
+  if (tag == "tag:yaml.org,2002:int") return Content(std::int64_t{0}).index();
+  if (tag == "tag:yaml.org,2002:float") return Content(0.0).index();
+  return {};
+}
+
 // Uses events, because yaml-cpp's own tree expands every alias, recurses endlessly into an alias of
 // its own container, and has no lines of keys.
 class YamlHandler : public YAML::EventHandler {
@@ -71,8 +141,8 @@ class YamlHandler : public YAML::EventHandler {
   using Mark = YAML::Mark;
   using Anchor = YAML::anchor_t;
 
-  YamlHandler(std::string_view text, Errors& errors)
-      : text_(text), errors_(errors), builder_(errors) {}
+  YamlHandler(std::string_view text, Errors& errors, Rules rules)
+      : text_(text), errors_(errors), rules_(rules), builder_(errors, rules) {}
 
   /// Call it after the last document.
   Value take_root() {
@@ -92,6 +162,14 @@ class YamlHandler : public YAML::EventHandler {
   void OnDocumentEnd() override {}
 
   void OnNull(const Mark& mark, Anchor anchor) override {
+    // `null` and `~` are words there.
+    const std::string_view rest = text_.substr(static_cast<std::size_t>(mark.pos));
+    const std::size_t length = rest.starts_with('~')                            ? 1
+                               : rest.starts_with('n') || rest.starts_with('N') ? 4
+                                                                                : 0;
+    if (rules_ == Rules::parameters && length != 0) {
+      return OnScalar(mark, "?", anchor, std::string(rest.substr(0, length)));
+    }
     if (!is_value(mark, "a key is empty")) return;
     // yaml-cpp gives an empty value the position of the next token, maybe lines below.
     const std::string_view before = text_.substr(0, static_cast<std::size_t>(mark.pos));
@@ -101,6 +179,9 @@ class YamlHandler : public YAML::EventHandler {
   }
   void OnAlias(const Mark& mark, Anchor anchor) override {
     if (!is_value(mark, "an alias is used as a key")) return;
+    if (rules_ == Rules::parameters) {
+      errors_.fail(line(mark), "ROS 2 reads no alias ('*…') here", "write the value instead");
+    }
     const auto target = anchors_.find(anchor);
     if (target == anchors_.end()) {
       errors_.fail(line(mark), "this alias refers to a value that contains it",
@@ -113,12 +194,26 @@ class YamlHandler : public YAML::EventHandler {
   void OnScalar(const Mark& mark, const std::string& tag, Anchor anchor,
                 const std::string& text) override {
     if (key_error_) return;
-    const bool is_plain = tag == "?";
-    if (tag != "tag:yaml.org,2002:str") check_tag(mark, tag);
-    if (builder_.wants_key()) return builder_.key(text, line(mark));
+    const bool is_parameter = rules_ == Rules::parameters;
+    // rcl ignores these; here they must be right.
+    const std::optional<std::size_t> tagged = is_parameter ? number_tag(tag) : std::nullopt;
+    const bool is_plain = tag == "?" || tagged;
+    if (tag != "tag:yaml.org,2002:str" && !tagged) check_tag(mark, tag);
+    if (builder_.wants_key()) {
+      if (is_plain && text == "<<") {
+        errors_.fail(line(mark), "a merge key is not supported", "write the values instead");
+      }
+      return builder_.key(text, line(mark));
+    }
     Value value{.line = line(mark), .content = text};
     errors_.passes(value.line, [&] {
-      if (is_plain) value.content = resolve(text);
+      if (!is_plain) return;
+      value.content = is_parameter ? resolve_parameter(text) : resolve(text);
+      if (tagged && value.content.index() != *tagged) {
+        throw Error(fmt::format("ROS 2 does not convert {} to what its tag says", text),
+                    "remove the tag, and write the value so that it has this type");
+      }
+      if (!is_parameter && !is_same(value.content, resolve_parameter(text))) value.ambiguous = text;
     });
     remember(anchor, builder_.add(std::move(value)));
   }
@@ -166,6 +261,7 @@ class YamlHandler : public YAML::EventHandler {
 
   const std::string_view text_;
   Errors& errors_;
+  const Rules rules_;
   Builder builder_;
   int documents_ = 0;
   std::optional<std::pair<int, std::string>> key_error_;  // its line, and what is wrong
@@ -222,11 +318,24 @@ const Explanation kExplanations[] = {
 
 }  // namespace
 
-Value parse_yaml(const std::string& text, Errors& errors) {
+void check_is_unambiguous(const Value& value, Errors& errors) {
+  if (const auto* list = std::get_if<List>(&value.content)) {
+    for (const Value& item : *list) check_is_unambiguous(item, errors);
+  }
+  const std::string& text = value.ambiguous;
+  if (text.empty()) return;
+  const std::string here = shown(resolve(text)), there = shown(resolve_parameter(text));
+  errors.add(
+      value.line,
+      fmt::format("{} is {} in YAML 1.2, and {} in parameter files of ROS 2", text, here, there),
+      fmt::format("write {} or {}", here, there));
+}
+
+Value parse_yaml(const std::string& text, Errors& errors, Rules rules) {
   // Without an end mark, yaml-cpp accepts a truncated text in quotes.
   const std::string ended = text + "\n...\n";
   std::istringstream stream(ended);
-  YamlHandler handler(ended, errors);
+  YamlHandler handler(ended, errors, rules);
   try {
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(handler)) {

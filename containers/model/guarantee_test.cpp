@@ -93,7 +93,7 @@ container:
     - component: takt::Workload
       name: y
       executor: b
-      parameters: {publishers: {topic: [y], period_us: [10000], work_us: [1000]}}
+      parameters: {publishers: {topic: ["y"], period_us: [10000], work_us: [1000]}}
 )";
 }
 
@@ -143,7 +143,7 @@ container:
     - component: takt::Workload
       name: y
       executor: default
-      parameters: {publishers: {topic: [y], period_us: [10000], work_us: [1000]}}
+      parameters: {publishers: {topic: ["y"], period_us: [10000], work_us: [1000]}}
 )";
 }
 
@@ -256,7 +256,7 @@ container:
   components:
     - {component: takt::Workload, name: cl, executor: apart, parameters: {clients: {service: [s], period_us: [10000]}}}
     - {component: takt::Workload, name: sv, executor: default, parameters: {servers: {service: [s], work_us: [1000]}}}
-    - {component: takt::Workload, name: y, executor: default, parameters: {publishers: {topic: [y], period_us: [10000], work_us: [500]}}}
+    - {component: takt::Workload, name: y, executor: default, parameters: {publishers: {topic: ["y"], period_us: [10000], work_us: [500]}}}
 )";
 }
 

@@ -167,7 +167,7 @@ container:
       executor: pool
       parameters: {subscriptions: {topic: [x], work_us: [1000]}}
 )" + more;
-  for (const auto& [name, topic] : {std::pair{"a", "x"}, {"b", "y"}}) {
+  for (const auto& [name, topic] : {std::pair{"a", "x"}, {"b", "w"}}) {
     text += fmt::format(R"(
     - component: takt::Workload
       name: {}

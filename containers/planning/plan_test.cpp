@@ -48,9 +48,9 @@ class Step : public Node {
 // source → a → both → end, source → b → both → end; other → apart.
 constexpr std::string_view kNodes = R"(
     - {component: takt::test::Step, name: source, parameters: {out: [x]}}
-    - {component: takt::test::Step, name: a, parameters: {in: [x], out: [y]}}
-    - {component: takt::test::Step, name: b, parameters: {in: [x], out: [y]}}
-    - {component: takt::test::Step, name: both, parameters: {in: [y], out: [z]}}
+    - {component: takt::test::Step, name: a, parameters: {in: [x], out: ['y']}}
+    - {component: takt::test::Step, name: b, parameters: {in: [x], out: ['y']}}
+    - {component: takt::test::Step, name: both, parameters: {in: ['y'], out: [z]}}
     - {component: takt::test::Step, name: end, parameters: {in: [z]}}
     - {component: takt::test::Step, name: other, parameters: {out: [w]}}
     - {component: takt::test::Step, name: apart, parameters: {in: [w]}}

@@ -182,12 +182,15 @@ class RosInterface:
         default = ""
         if value and base not in TYPES:
             raise self.wrong(f"'{name}' is of type {base}, which cannot have a default value")
-        if value and not array and base == "wstring":
-            default = f"@takt_default_list({json.dumps(self.cpp_value(base, self.one(base, value)))}) "
+        values = [] if not value else self.values(base, value) if array else [self.one(base, value)]
+        for one in values if string_bound else []:
+            if len(one.encode()) > int(string_bound):
+                raise self.wrong(f"{json.dumps(one)} does not fit into {base}<={string_bound}")
+        if value and not array and (base == "wstring" or values[0] == -2**63):
+            default = f"@takt_default_list({json.dumps(self.cpp_value(base, values[0]))}) "
         elif value and not array:
             default = f"@default({self.idl_value(base, value)}) "
         elif value:
-            values = self.values(base, value)
             if len(values) > int(size or len(values)) or (
                     size and not is_bounded and len(values) != int(size)):
                 raise self.wrong(f"{len(values)} values do not fit into {type_text}")
@@ -330,6 +333,11 @@ def compile_idl(options, file, idl):
           f"#ifndef {guard}\n#define {guard}\n\n{refusal(options, idl)}"
           f"#include <memory>\n#include <string>\n#include <utility>\n\n"
           f'#include "takt/messages/message_type.hpp"\n{text}\n#endif  // {guard}\n')
+    guard = guard_of(header.with_suffix(".h").relative_to(options.tree))
+    write(header.with_suffix(".h"), f"// Made from {file.name} by takt_add_messages; it will be made again.\n"
+          f"// Programs in C++ also include ROS 2's header in C.\n#ifndef {guard}\n#define {guard}\n\n"
+          f'#ifndef __cplusplus\n#error "Takt has no messages in C: compile this file as C++"\n#endif\n\n'
+          f'#include "{header.name}"\n\n#endif  // {guard}\n')
 
 
 def refusal(options, idl):

@@ -5,6 +5,8 @@
 #include <cctype>
 #include <utility>
 
+#include "takt/containers/configuration/parameter_file.hpp"
+
 #include "parameter_yaml.hpp"
 #include "rclcpp/exceptions/exceptions.hpp"
 #include "rclcpp/logger.hpp"
@@ -133,29 +135,6 @@ bool parse_switch(const std::string& flag, Arguments& arguments) {
   return false;
 }
 
-std::vector<std::string_view> tokens_of(std::string_view path) {
-  std::vector<std::string_view> tokens;
-  while (!path.empty()) {
-    const auto end = std::min(path.find('/'), path.size());
-    if (end != 0) tokens.push_back(path.substr(0, end));
-    path.remove_prefix(std::min(end + 1, path.size()));
-  }
-  return tokens;
-}
-
-bool match(const std::string_view* pattern, const std::string_view* pattern_end,
-           const std::string_view* name, const std::string_view* name_end) {
-  if (pattern == pattern_end) return name == name_end;
-  if (*pattern == "**") {
-    for (const auto* rest = name;; ++rest) {
-      if (match(pattern + 1, pattern_end, rest, name_end)) return true;
-      if (rest == name_end) return false;
-    }
-  }
-  return name != name_end && (*pattern == "*" || *pattern == *name) &&
-         match(pattern + 1, pattern_end, name + 1, name_end);
-}
-
 }  // namespace
 
 bool is_token(std::string_view text) {
@@ -249,9 +228,8 @@ std::string remap_name(const Arguments& own, const Arguments& all, const std::st
 }
 
 bool means_node(const std::string& pattern, const std::string& full_name) {
-  const auto wanted = tokens_of(pattern), name = tokens_of(full_name);
-  return match(wanted.data(), wanted.data() + wanted.size(), name.data(),
-               name.data() + name.size());
+  const char* slash = pattern.starts_with('/') ? "" : "/";
+  return takt::document::is_for_node(slash + pattern, full_name);
 }
 
 }  // namespace rclcpp::detail

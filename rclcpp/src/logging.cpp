@@ -167,9 +167,8 @@ std::shared_ptr<RosoutPublisher> rosout_of(std::string logger) {
 
 void publish(RosoutPublisher& publisher, const Line& line) {
   rcl_interfaces::msg::Log message;
-  const auto ns = std::chrono::nanoseconds(line.time.time_since_epoch()).count();
-  message.stamp.sec = static_cast<std::int32_t>(ns / 1'000'000'000);
-  message.stamp.nanosec = static_cast<std::uint32_t>(ns % 1'000'000'000);
+  message.stamp = takt::detail::stamp_of<builtin_interfaces::msg::Time>(
+      std::chrono::nanoseconds(line.time.time_since_epoch()));
   message.level = static_cast<std::uint8_t>(line.severity);
   message.name = line.logger;
   message.msg = line.message;

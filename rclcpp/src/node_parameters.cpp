@@ -61,6 +61,25 @@ std::vector<Parameter> to_list(const takt::Parameters& values) {
                                                    "' could not be set: " + reason);
 }
 
+/// `[]` in a file or an argument is an empty list of the type that the program declares.
+ParameterValue of_type(const ParameterValue& given, ParameterType type) {
+  const bool is_empty =
+      given.get_type() == PARAMETER_STRING_ARRAY && given.get<std::vector<std::string>>().empty();
+  if (!is_empty) return given;
+  switch (type) {
+    case PARAMETER_BYTE_ARRAY:
+      return ParameterValue(std::vector<std::uint8_t>());
+    case PARAMETER_BOOL_ARRAY:
+      return ParameterValue(std::vector<bool>());
+    case PARAMETER_INTEGER_ARRAY:
+      return ParameterValue(std::vector<std::int64_t>());
+    case PARAMETER_DOUBLE_ARRAY:
+      return ParameterValue(std::vector<double>());
+    default:
+      return given;
+  }
+}
+
 }  // namespace
 
 NodeParametersInterface::NodeParametersInterface(NodeBaseInterface::SharedPtr node_base)
@@ -93,7 +112,7 @@ ParameterValue NodeParametersInterface::declare_parameter(const std::string& nam
   }
   const auto given = overrides_.find(name);
   const bool is_given = given != overrides_.end() && !ignore_override;
-  const ParameterValue& initial = is_given ? given->second : value;
+  const ParameterValue initial = is_given ? of_type(given->second, value.get_type()) : value;
   if (!descriptor.dynamic_typing && initial.get_type() != value.get_type()) {
     throw exceptions::InvalidParameterTypeException(
         name, "overridden by a value of type {" + to_string(initial.get_type()) +
@@ -121,12 +140,13 @@ ParameterValue NodeParametersInterface::declare_parameter(const std::string& nam
   }
   const auto given = overrides_.find(name);
   if (given != overrides_.end() && !ignore_override) {
-    if (given->second.get_type() != type) {
+    const ParameterValue initial = of_type(given->second, type);
+    if (initial.get_type() != type) {
       throw exceptions::InvalidParameterTypeException(
-          name, "overridden by a value of type {" + to_string(given->second.get_type()) +
+          name, "overridden by a value of type {" + to_string(initial.get_type()) +
                     "}, declared with type {" + to_string(type) + "}");
     }
-    return declare_parameter(name, given->second, descriptor);
+    return declare_parameter(name, initial, descriptor);
   }
   // Takt's parameters without a value have any type, so this one is checked when it is set.
   auto unset = descriptor;

@@ -10,8 +10,9 @@
 
 namespace rclcpp::detail {
 
-/// `1` is an integer, `1.0` a floating-point number, `"1"` a string, `[1, 2]` a list. Throws
-/// RCLInvalidROSArgsError when a list has several types.
+/// By document::Rules::parameters: `1` is an integer, `1.0` a floating-point number, `"1"` a
+/// string,
+/// `[1, 2]` a list. Throws RCLInvalidROSArgsError when a list has several types.
 takt::ParameterValue parameter_from_yaml(const std::string& text);
 /// Throws RCLInvalidROSArgsError when the file cannot be read, or is no file of parameters.
 std::vector<ParameterRule> parameters_from_file(const std::string& path);

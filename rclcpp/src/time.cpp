@@ -5,6 +5,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "takt/base/ros_time.hpp"
+
 namespace rclcpp {
 namespace {
 
@@ -37,7 +39,12 @@ Duration::Duration(const builtin_interfaces::msg::Duration& message)
     : Duration(message.sec, message.nanosec) {
 }
 Duration Duration::from_seconds(double seconds) {
-  return from_nanoseconds(static_cast<std::int64_t>(seconds * static_cast<double>(kSecond)));
+  const double ns = seconds * static_cast<double>(kSecond);
+  if (std::isnan(ns)) throw std::runtime_error("a rclcpp::Duration of NaN seconds");
+  using Limits = std::numeric_limits<std::int64_t>;
+  if (ns >= static_cast<double>(Limits::max())) return from_nanoseconds(Limits::max());
+  if (ns <= static_cast<double>(Limits::min())) return from_nanoseconds(Limits::min());
+  return from_nanoseconds(static_cast<std::int64_t>(ns));
 }
 Duration Duration::from_rmw_time(rmw_time_t time) {
   constexpr std::uint64_t kLongest = std::numeric_limits<std::int64_t>::max();
@@ -49,11 +56,7 @@ Duration Duration::max() {
   return from_nanoseconds(std::numeric_limits<std::int64_t>::max());
 }
 Duration::operator builtin_interfaces::msg::Duration() const {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(to_chrono());
-  builtin_interfaces::msg::Duration message;
-  message.sec = static_cast<std::int32_t>(seconds.count());
-  message.nanosec = static_cast<std::uint32_t>((to_chrono() - seconds).count());
-  return message;
+  return takt::detail::stamp_of<builtin_interfaces::msg::Duration>(std::chrono::nanoseconds(ns_));
 }
 Duration Duration::operator+(const Duration& other) const {
   return from_nanoseconds(sum(ns_, other.ns_));
@@ -85,10 +88,7 @@ Time Time::max(rcl_clock_type_t type) {
   return Time(std::numeric_limits<std::int32_t>::max(), 999'999'999, type);
 }
 Time::operator builtin_interfaces::msg::Time() const {
-  builtin_interfaces::msg::Time message;
-  message.sec = static_cast<std::int32_t>(ns_ / kSecond - (ns_ % kSecond < 0 ? 1 : 0));
-  message.nanosec = static_cast<std::uint32_t>((ns_ % kSecond + kSecond) % kSecond);
-  return message;
+  return takt::detail::stamp_of<builtin_interfaces::msg::Time>(std::chrono::nanoseconds(ns_));
 }
 std::strong_ordering Time::operator<=>(const Time& other) const {
   check_kinds(*this, other);

@@ -66,6 +66,16 @@ std::string own_examples(const CLI::App& command) {
   return own;
 }
 
+/// The last one first, as CLI11 takes them. The value of `param set` may begin with a '-'.
+std::vector<std::string> words_for_parser(int count, char** argv) {
+  std::vector<std::string> words(argv + std::min(count, 1), argv + count);
+  const bool is_set = words.size() == 5 && words[0] == "param" && words[1] == "set";
+  if (is_set && words[4].starts_with('-') && !words[4].starts_with("--") && words[4] != "-h") {
+    words.insert(words.end() - 1, "--");
+  }
+  return {words.rbegin(), words.rend()};
+}
+
 }  // namespace
 
 Command::Command(const char* name, const char* what, void (*set_up)(CLI::App*), Takes takes) {
@@ -121,7 +131,7 @@ int run_takt(int argc, char** argv) {
     set_up(app);
     const int count = split_program(argc, argv);
     words.assign(argv + std::min(count, 1), argv + count);
-    app.parse(count, argv);
+    app.parse(words_for_parser(count, argv));
     return 0;
   } catch (const CLI::RuntimeError& error) {  // a command failed; not a usage error
     return error.get_exit_code();

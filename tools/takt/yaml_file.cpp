@@ -30,7 +30,7 @@ bool is_text(const std::string& text) {
     document::Errors errors("");
     const document::Value value = document::parse_yaml(text, errors);
     const auto* read = std::get_if<std::string>(&value.content);
-    return read != nullptr && *read == text;
+    return read != nullptr && *read == text && value.ambiguous.empty();
   } catch (const ConfigurationError&) {
     return false;
   }

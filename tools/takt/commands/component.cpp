@@ -110,7 +110,8 @@ rcl_interfaces::msg::Parameter parameter(const std::string& text) {
     throw Error(fmt::format("'{}' is not a parameter", text), "write name:=value");
   }
   document::Errors errors(text);
-  document::Value parsed = document::parse_yaml(text.substr(middle + 2), errors);
+  document::Value parsed =
+      document::parse_yaml(text.substr(middle + 2), errors, document::Rules::parameters);
   errors.throw_if_any();
   parsed.name = text.substr(0, middle);
   const std::optional<ParameterValue> value = read_parameter(parsed, errors);

@@ -80,15 +80,19 @@ class ParameterClient {
     }
     return results;
   }
+  std::uint8_t type_of(const std::string& name) {
+    const auto types =
+        call<srv::GetParameterTypes>("/get_parameter_types",
+                                     srv::GetParameterTypes::Request().set__names({name}))
+            .types;
+    return types.empty() ? ParameterType::PARAMETER_NOT_SET : types.front();
+  }
   /// The notation of the value gives its type; an empty list has the type of the node's parameter.
   msg::ParameterValue read(const document::Value& value, document::Errors& errors) {
     if (document::is_empty_list(&value)) {
-      const auto types =
-          call<srv::GetParameterTypes>("/get_parameter_types",
-                                       srv::GetParameterTypes::Request().set__names({value.name}))
-              .types;
-      if (!types.empty() && types.front() >= ParameterType::PARAMETER_BYTE_ARRAY) {
-        return msg::ParameterValue().set__type(types.front());
+      const std::uint8_t type = type_of(value.name);
+      if (type >= ParameterType::PARAMETER_BYTE_ARRAY) {
+        return msg::ParameterValue().set__type(type);
       }
     }
     const std::optional<ParameterValue> parameter = read_parameter(value, errors);
@@ -293,14 +297,24 @@ void report(const msg::SetParametersResult& result, const Options& options, cons
   if (options.prints()) rt::print("{}{}\n", done, reason);
 }
 
+/// What a text parameter gets: `off`, ` ` and `a: b` as they are; quotes and `!!str` are YAML's.
+bool is_text_as_it_is(const std::string& value) {
+  return !value.starts_with('"') && !value.starts_with('\'') && !value.starts_with("!!str");
+}
+
 void set(const Options& options) {
-  document::Errors errors("the value");
-  document::Value value = document::parse_yaml(options.value, errors);
-  errors.throw_if_any();
-  value.name = options.name;
-  if (options.value.empty()) value.content = std::string();
   Caller caller(options.domain.number());
   ParameterClient client(caller, options);
+  document::Errors errors("the value");
+  document::Value value{.name = options.name, .content = options.value};
+  const bool is_text =
+      options.value.empty() || (is_text_as_it_is(options.value) &&
+                                client.type_of(options.name) == ParameterType::PARAMETER_STRING);
+  if (!is_text) {
+    value = document::parse_yaml(options.value, errors, document::Rules::parameters);
+    errors.throw_if_any();
+    value.name = options.name;
+  }
   const auto parameter =
       msg::Parameter().set__name(options.name).set__value(client.read(value, errors));
   errors.throw_if_any();
@@ -328,7 +342,7 @@ void dump(const Options& options) {
       add_parameter(parameters, names[i], std::move(value));
     }
   }
-  const json document = {{client.node(), {{kRosParameters, std::move(parameters)}}}};
+  const json document = {{client.node(), {{document::kRosParameters, std::move(parameters)}}}};
   if (options.prints()) rt::print("{}", to_yaml(document));
   write(document, options);
 }
@@ -336,7 +350,8 @@ void dump(const Options& options) {
 void load(const Options& options) {
   document::Errors errors(options.file);
   const std::vector<document::Value> values =
-      parameters_of(document::read(options.file, errors), absolute(options.node), errors);
+      parameters_of(document::read(options.file, errors, document::Rules::parameters),
+                    absolute(options.node), errors);
   errors.throw_if_any();
   Caller caller(options.domain.number());
   ParameterClient client(caller, options);
@@ -386,7 +401,8 @@ void set_up(CLI::App* command) {
   set_command->add_option("NAME", options->name, "The parameter's name")->required();
   set_command
       ->add_option("VALUE", options->value,
-                   "The value as YAML; its notation gives its type: 1, 1.0, true, [1, 2], word")
+                   "The value as in a parameter file, whose notation gives its type: 1, 1.0, true, "
+                   "[1, 2], word; for a text it is taken as it is")
       ->required();
   add("delete", "Deletes a parameter, if its node permits that", delete_one)
       ->add_option("NAME", options->name, "The parameter's name")

@@ -161,11 +161,64 @@ class Reader {
 
 // ---- Text → bytes ----
 
+document::Value to_value(const ordered_json& from, const std::string& name) {
+  document::Value value{.name = name};
+  if (from.is_boolean()) {
+    value.content = from.get<bool>();
+  } else if (from.is_number_unsigned()) {  // of a field that takes it back, see integer()
+    value.content = static_cast<std::int64_t>(from.get<std::uint64_t>());
+  } else if (from.is_number_integer()) {
+    value.content = from.get<std::int64_t>();
+  } else if (from.is_number_float()) {
+    value.content = from.get<double>();
+  } else if (from.is_string()) {
+    value.content = from.get<std::string>();
+  } else if (from.is_array()) {
+    document::List list;
+    for (const ordered_json& item : from) list.push_back(to_value(item, name));
+    value.content = std::move(list);
+  } else if (from.is_object()) {
+    document::Map map;
+    for (const auto& [key, item] : from.items()) map.values.push_back(to_value(item, key));
+    value.content = std::move(map);
+  }
+  return value;
+}
+
+// Limit: elements of an array that have a default value of their own. At it: zeros are sent. Seen:
+// no.
+constexpr std::size_t kMostDefaults = 1000;
+
+/// The fields of a message that nobody has set, of a type of this program.
+document::Value defaults_of(const MessageType& type) {
+  ByteBuffer bytes;
+  type.encode_defaults(bytes);
+  return to_value(read_message(type, bytes.bytes(), {.most = kMostDefaults}), type.name);
+}
+
+/// What a definition says of a field: `1.0`, `[1, 2]`, `"a"`, `a b`.
+document::Value default_of(const MessageField& field, document::Errors& errors) {
+  const std::string& text = field.default_value;
+  const bool is_text = field.shape.string_capacity != 0 ||
+                       field.shape.element() == FieldShape::string ||
+                       field.shape.element() == FieldShape::wide_string;
+  const bool is_quoted = text.starts_with('"') || text.starts_with('\'') || text.starts_with('[');
+  document::Value value{.content = text};
+  if (!is_text || is_quoted)
+    value = document::parse_yaml(text, errors, document::Rules::parameters);
+  if (const auto* integer = std::get_if<std::int64_t>(&value.content);
+      integer != nullptr && field.shape.id == FieldShape::boolean) {
+    value.content = *integer != 0;
+  }
+  value.name = field.name;
+  return value;
+}
+
 class Writer {
  public:
   Writer(ByteBuffer& bytes, document::Errors& errors) : bytes_(bytes), errors_(errors) {}
 
-  /// `given`: nullptr for a message of zeros.
+  /// `given`: nullptr for a message of defaults.
   void message(const MessageType& type, const document::Value* given) {
     const auto* map = given != nullptr ? std::get_if<document::Map>(&given->content) : nullptr;
     if (given != nullptr && map == nullptr &&
@@ -175,15 +228,38 @@ class Writer {
     if (map != nullptr) check_names(type, *map);
     if (type.fields.empty()) put<std::uint8_t>(0);
     for (const MessageField& field : type.fields) {
-      of(field.shape, map != nullptr ? document::find(*given, field.name) : nullptr);
+      const document::Value* value = map != nullptr ? document::find(*given, field.name) : nullptr;
+      if (value != nullptr) {
+        of(field.shape, value);
+      } else {
+        default_of(type, field);
+      }
     }
   }
 
  private:
+  void default_of(const MessageType& type, const MessageField& field) {
+    if (!field.default_value.empty()) {
+      const document::Value value = tools::default_of(field, errors_);
+      return of(field.shape, &value);
+    }
+    const bool is_long = field.shape.is_array() && field.shape.capacity > kMostDefaults;
+    if (type.encode_defaults == nullptr || is_long || field.shape.element() == FieldShape::nested) {
+      return of(field.shape, nullptr);
+    }
+    const auto [known, is_new] = defaults_.try_emplace(&type);
+    if (is_new) known->second = defaults_of(type);
+    is_default_ = true;
+    of(field.shape, document::find(known->second, field.name));
+    is_default_ = false;
+  }
+
   void check_names(const MessageType& type, const document::Map& map) {
     std::vector<std::string> names;
     for (const MessageField& field : type.fields) names.push_back(field.name);
+    std::set<std::string> given;
     for (const document::Value& value : map.values) {
+      if (!given.insert(value.name).second) wrong(value, "it is given twice");
       if (std::find(names.begin(), names.end(), value.name) != names.end()) continue;
       errors_.add(value.line, fmt::format("{} has no field '{}'", type.name, value.name),
                   suggest(value.name, names));
@@ -271,7 +347,7 @@ class Writer {
     if (given != nullptr) {
       const auto* found = std::get_if<std::int64_t>(&given->content);
       using Limits = std::numeric_limits<T>;
-      const bool fits = found != nullptr && std::in_range<T>(*found);
+      const bool fits = found != nullptr && (is_default_ || std::in_range<T>(*found));
       if (!fits) {
         wrong(*given,
               fmt::format("an integer from {} to {} is wanted", Limits::min(), Limits::max()));
@@ -304,6 +380,8 @@ class Writer {
 
   ByteBuffer& bytes_;
   document::Errors& errors_;
+  std::map<const MessageType*, document::Value> defaults_;
+  bool is_default_ = false;  // what is written
 };
 
 // JSON has no infinity and no NaN, and YAML 1.1 takes 1e+20 for a text.
@@ -377,7 +455,7 @@ std::string to_yaml(const nlohmann::ordered_json& message) {
 ByteBuffer write_message(const MessageType& type, const std::string& text,
                          std::span<const std::byte> header) {
   document::Errors errors("the message");
-  const document::Value value = document::parse_yaml(text, errors);
+  const document::Value value = document::parse_yaml(text, errors, document::Rules::parameters);
   errors.throw_if_any();
   ByteBuffer bytes;
   std::memcpy(bytes.extend(kCdrHeader.size()), kCdrHeader.data(), kCdrHeader.size());

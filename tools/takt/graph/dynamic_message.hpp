@@ -26,7 +26,8 @@ nlohmann::ordered_json read_message(const MessageType& type, std::span<const std
 /// Formats fields as indented YAML.
 std::string to_yaml(const nlohmann::ordered_json& message);
 
-/// Encodes a message from text like "{linear: {x: 1.0}}"; missing fields are zero. `header`
+/// Encodes a message from text like "{linear: {x: 1.0}}"; missing fields have the
+/// defaults of their type. `header`
 /// precedes the fields. Throws ConfigurationError or Error, which names the invalid field.
 ByteBuffer write_message(const MessageType& type, const std::string& text,
                          std::span<const std::byte> header = {});

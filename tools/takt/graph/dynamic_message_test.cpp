@@ -12,6 +12,7 @@
 
 #include "takt/base/error.hpp"
 #include "takt/messages/described_types.hpp"
+#include "takt/messages/message_types.hpp"
 
 #include "graph/definitions.hpp"
 
@@ -113,6 +114,40 @@ TEST_F(Installed, AByteIsACharacterWhereItIsPrinted) {
             "one: \"A\"\nmore: [\"\\u0000\", \"È\"]\nnumber: 65\nletter: 65\n");
   EXPECT_EQ(read_message(*bits, message.bytes()).dump(),
             R"({"one":65,"more":[0,200],"number":65,"letter":65})");
+}
+
+TEST_F(Installed, WhatIsNotGivenHasItsDefault) {
+  write("msg/Leg.msg",
+        "uint8 side 1\nbool up true\nstring name \"a # b\"\nstring word on\nfloat64[3] joints [1, "
+        "2.5, 3]\n"
+        "string<=3[] tags [\"x\", 'y']\nint64 low -9223372036854775808\nWheel[2] wheels\nint8 "
+        "none\n");
+  write("msg/Wheel.msg", "int16 turns 7\n");
+  const DescribedTypes types(defined("my_msgs/msg/Leg").value());
+  const MessageType& leg = *types.find("my_msgs/msg/Leg");
+  const auto sent = [&](const std::string& text) {
+    return read_message(leg, write_message(leg, text).bytes()).dump();
+  };
+  EXPECT_EQ(
+      sent(""),
+      R"({"side":1,"up":true,"name":"a # b","word":"on","joints":[1.0,2.5,3.0],"tags":["x","y"],)"
+      R"("low":-9223372036854775808,"wheels":[{"turns":7},{"turns":7}],"none":0})");
+  EXPECT_EQ(sent("{side: 0, up: off, name: '', joints: [4], tags: [], wheels: [{}, {turns: 010}]}"),
+            R"({"side":0,"up":false,"name":"","word":"on","joints":[4.0,0.0,0.0],"tags":[],)"
+            R"("low":-9223372036854775808,"wheels":[{"turns":7},{"turns":8}],"none":0})");
+}
+
+TEST(DynamicMessage, OfATypeOfThisProgramHasItsDefaults) {
+  const auto sent = [](const char* name, const std::string& text) {
+    const MessageType& type = *message_types().find(name);
+    return nlohmann::json(read_message(type, write_message(type, text).bytes())).dump();
+  };
+  EXPECT_EQ(sent("geometry_msgs/msg/Quaternion", "{x: 0}"), R"({"w":1.0,"x":0.0,"y":0.0,"z":0.0})");
+  EXPECT_EQ(sent("geometry_msgs/msg/Quaternion", "{w: 0}"), R"({"w":0.0,"x":0.0,"y":0.0,"z":0.0})");
+  EXPECT_THAT(sent("geometry_msgs/msg/PoseArray", "{poses: [{}, {position: {y: 2}}]}"),
+              testing::ContainsRegex("w.:1.0.*w.:1.0"));
+  EXPECT_THAT([&] { sent("geometry_msgs/msg/Quaternion", "{x: 1, x: 2}"); },
+              ThrowsMessage<Error>(HasSubstr("'x': it is given twice")));
 }
 
 TEST_F(Installed, APartOfAServiceIsKnownByItsFile) {

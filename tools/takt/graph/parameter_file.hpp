@@ -8,21 +8,16 @@
 
 #include <nlohmann/json.hpp>
 
-#include "takt/containers/configuration/document.hpp"
+#include "takt/containers/configuration/parameter_file.hpp"
 
 namespace takt::tools {
-
-/// The key of a node's parameters.
-inline constexpr const char* kRosParameters = "ros__parameters";
 
 /// Adds the parameter "a.b" as {"a": {"b": value}}.
 void add_parameter(nlohmann::ordered_json& parameters, const std::string& name,
                    nlohmann::ordered_json value);
 
-/// The parameters, with their full names, of the sections that are for this node: its name, names
-/// of its namespaces with a section inside, `*` for any one name, `**` for any number of them.
-/// Sections with the node's name override those with wildcards. Adds an error if no section is for
-/// the node.
+/// The parameters, with their full names, of the sections that are for this node. Those with the
+/// node's name override those with wildcards. Adds an error if no section is for the node.
 std::vector<document::Value> parameters_of(const document::Value& file, const std::string& node,
                                            document::Errors& errors);
 

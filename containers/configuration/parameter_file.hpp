@@ -1,0 +1,39 @@
+// ROS 2's parameter files: the parameters of nodes, by the nodes' names.
+// SPDX-License-Identifier: Apache-2.0
+#ifndef TAKT_CONTAINERS_CONFIGURATION_PARAMETER_FILE_HPP_
+#define TAKT_CONTAINERS_CONFIGURATION_PARAMETER_FILE_HPP_
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "takt/base/visibility.hpp"
+#include "takt/containers/configuration/document.hpp"
+
+namespace takt {
+namespace TAKT_INTERNAL document {
+
+/// The key of a node's parameters.
+inline constexpr const char* kRosParameters = "ros__parameters";
+
+/// A section of such a file.
+struct NodeParameters {
+  std::string node;  // "/front/lidar"; `*` is any one name, `**` any number of them
+  int line = 1;
+  std::vector<Value> parameters;  // with their full names; the last of a name holds
+
+  bool is_wildcard() const { return node.find('*') != std::string::npos; }
+};
+
+/// The sections of a file that was read by Rules::parameters. Adds an error for a name that no node
+/// can have, and for a key without one.
+std::vector<NodeParameters> node_parameters(const Value& file, Errors& errors);
+/// Whether a section's name means this node. Both are absolute.
+bool is_for_node(std::string_view pattern, std::string_view node);
+/// Whether a key of the root has a section: a configuration file has none.
+bool is_parameter_file(const Value& root);
+
+}  // namespace document
+}  // namespace takt
+
+#endif  // TAKT_CONTAINERS_CONFIGURATION_PARAMETER_FILE_HPP_
