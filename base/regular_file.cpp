@@ -2,7 +2,10 @@
 #include "takt/base/regular_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <mutex>
+#include <optional>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,6 +13,8 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/never_destroyed.hpp"
+#include "takt/base/pi_mutex.hpp"
 
 namespace takt {
 namespace {
@@ -28,7 +33,61 @@ void check_kind(const struct stat& about) {
               "name a regular file");
 }
 
+// Limit: files that a process has read, and which its outputs do not overwrite. At it: the oldest
+// is forgotten. Seen: no.
+constexpr std::size_t kMostInputs = 1024;
+
+/// Tells a file from all others, also from one that has got its inode later.
+struct FileId {
+  std::uint64_t device = 0, inode = 0;
+  std::int64_t born_s = 0, born_ns = 0;
+  bool operator==(const FileId&) const = default;
+};
+
+/// Of the descriptor, or of the path if it is AT_FDCWD; nothing of what is empty: of files in
+/// /proc, too, which are others each time.
+std::optional<FileId> id_of(int fd, const char* path) noexcept {
+  struct statx about {};
+  const int flags = fd == AT_FDCWD ? 0 : AT_EMPTY_PATH;
+  if (statx(fd, path, flags, STATX_BASIC_STATS | STATX_BTIME, &about) != 0) return {};
+  if (about.stx_size == 0) return {};
+  return FileId{std::uint64_t{about.stx_dev_major} << 32U | about.stx_dev_minor, about.stx_ino,
+                about.stx_btime.tv_sec, about.stx_btime.tv_nsec};
+}
+
+/// The files that were read last.
+class Inputs {
+ public:
+  bool has(const FileId& file) noexcept {
+    const std::lock_guard lock(mutex_);
+    return is_known(file);
+  }
+  void add(const FileId& file) noexcept {
+    const std::lock_guard lock(mutex_);
+    if (!is_known(file)) files_[count_++ % kMostInputs] = file;
+  }
+
+ private:
+  bool is_known(const FileId& file) const noexcept TAKT_REQUIRES(mutex_) {
+    const auto end = files_.begin() + static_cast<std::ptrdiff_t>(std::min(count_, kMostInputs));
+    return std::find(files_.begin(), end, file) != end;
+  }
+  PiMutex mutex_;
+  std::array<FileId, kMostInputs> files_ TAKT_GUARDED_BY(mutex_);
+  std::size_t count_ TAKT_GUARDED_BY(mutex_) = 0;
+};
+
+Inputs& inputs() noexcept {
+  static detail::NeverDestroyed<Inputs> inputs;
+  return *inputs;
+}
+
 }  // namespace
+
+bool was_read(const std::string& path) noexcept {
+  const std::optional<FileId> file = id_of(AT_FDCWD, path.c_str());
+  return file && inputs().has(*file);
+}
 
 RegularFile::RegularFile(const FilePlace& place) {
   struct stat about {};
@@ -46,6 +105,7 @@ RegularFile::RegularFile(const FilePlace& place) {
     throw;
   }
   size_ = static_cast<std::uint64_t>(about.st_size);
+  if (const auto file = id_of(fd_, "")) inputs().add(*file);
 }
 
 RegularFile::~RegularFile() {

@@ -38,6 +38,10 @@ class RegularFile {
   std::uint64_t size_ = 0;
 };
 
+/// Whether it is the same file as one that a RegularFile has opened in this process: an output does
+/// not overwrite it.
+bool was_read(const std::string& path) noexcept;
+
 /// The content of a file, of at most `most` bytes. Throws Error, which names the path.
 std::string read_text(const FilePlace& place, std::size_t most);
 

@@ -43,6 +43,9 @@ figcaption, .note { font-size: 13px; color: var(--faint) }
 table { border-collapse: collapse; margin: 1em 0; font-size: 13px; font-variant-numeric: tabular-nums }
 td, th { padding: 3px 8px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap }
 td.text, th.text { text-align: left }
+td.better { color: #1a7f37 }
+td.worse { color: #c93c20 }
+@media (prefers-color-scheme: dark) { td.better { color: #4cc06a } td.worse { color: #ff7b5c } }
 summary { cursor: pointer }
 @media print { :root { --text: #000; --faint: #333; --back: #fff } body { margin: 0; max-width: none; font-size: 11px }
                .figures { grid-template-columns: 1fr 1fr } .wide { overflow-x: visible } }
@@ -70,6 +73,15 @@ def scale(axis):
 def lines():
     """A colour and a style for each series."""
     return [{"color": colour, "linestyle": style} for style in STYLES for colour in COLOURS] * 9
+
+
+def legend_of(axes):
+    """In the picture where it is short, else below: it would hide what it names."""
+    names = axes.get_legend_handles_labels()[1]
+    if len(names) <= 4:
+        axes.legend(fontsize=8)
+    else:
+        axes.legend(fontsize=7, ncol=2, loc="upper center", bbox_to_anchor=(0.5, -0.14))
 
 
 class Page:
@@ -100,7 +112,7 @@ class Page:
     def figure(self, figure, caption):
         text = io.StringIO()
         figure.tight_layout()
-        figure.savefig(text, format="svg", transparent=True)
+        figure.savefig(text, format="svg", transparent=True, bbox_inches="tight")  # also a long legend is in it
         plt.close(figure)
         # Black is that of the text, also on a dark screen.
         self.drawing(text.getvalue().replace("stroke: #000000", "stroke: var(--text)"), caption)
@@ -121,8 +133,10 @@ class Page:
         text = [all(not re.match(r"[-.\d]", row[i]) for row in rows) for i in range(len(header))]
 
         def cells(tag, row):
-            return "".join(f'<{tag}{" class=text" if is_text else ""}>{html.escape(cell)}</{tag}>'
-                           for cell, is_text in zip(row, text))
+            def kind(cell, is_text):
+                words = ["text"] * is_text + [word for word in ("better", "worse") if cell.startswith(word)]
+                return f' class="{" ".join(words)}"' if words else ""
+            return "".join(f"<{tag}{kind(cell, is_text)}>{html.escape(cell)}</{tag}>" for cell, is_text in zip(row, text))
 
         body = "\n".join(f"<tr>{cells('td', row)}</tr>" for row in rows)
         table = f'<div class="wide"><table><tr>{cells("th", header)}</tr>\n{body}</table></div>'
@@ -136,7 +150,7 @@ class Page:
         about = "".join(f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>" for name, text in self.about)
         with open(path, "w", encoding="utf-8") as file:
             file.write(
-                "<!doctype html><html lang=en><head><meta charset=utf-8><meta name=viewport "
+                "<!doctype html><!-- Written by takt --><html lang=en><head><meta charset=utf-8><meta name=viewport "
                 f'content="width=device-width"><title>{html.escape(title)}</title><link rel=icon href=data:,>'
                 f"<style>{CSS}</style></head><body><h1>{html.escape(title)}</h1><dl>{about}</dl>"
                 + "\n".join(self.parts) + "</body></html>\n")
@@ -185,7 +199,7 @@ def percentile_curves(page, named_buckets, caption):
     axes.set_xlim(1, 2 * max(totals))
     axes.set_xlabel("percentile (%)")
     axes.set_ylabel("latency (µs)")
-    axes.legend(fontsize=8)
+    legend_of(axes)
     page.figure(figure, f"{caption} Percentiles; n = {sum(totals)} samples.")
 
 
@@ -220,7 +234,7 @@ def over_time(page, named, caption):
     axes.set_xlim(left=0)
     axes.set_xlabel("time since the beginning (s)")
     axes.set_ylabel("latency (µs)")
-    axes.legend(fontsize=8, ncol=4, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    legend_of(axes)
     page.figure(figure, f"{caption} Over time: p99 (thick) and p50 (thin) of each slice, and its maximum (points); n = {samples} samples.")
 
 
@@ -242,7 +256,7 @@ def distribution_curves(page, named_buckets, caption):
     axes.set_ylim(0, 100)
     axes.set_xlabel("latency (µs)")
     axes.set_ylabel("samples that were not later (%)")
-    axes.legend(fontsize=8)
+    legend_of(axes)
     page.figure(figure, f"{caption} Distribution; n = {samples} samples.")
 
 

@@ -212,7 +212,7 @@ TEST_F(ResultsDeathTest, ResultsThatCannotBeWrittenAreAnErrorAtTheStart) {
         setenv("TAKT_RESULTS", "/none/results.json", 1);
         run([] {});
       },
-      kThrows, "TAKT_RESULTS=/none/results.json: cannot be written: No such file");
+      kThrows, "TAKT_RESULTS=/none/results.json: the file cannot be written: No such file");
   EXPECT_EXIT(
       {
         setenv("TAKT_RESULTS", file().c_str(), 1);

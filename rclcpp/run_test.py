@@ -182,7 +182,7 @@ def is_refused(folder):
                               timeout=60)
         check(f"the program says {text}", done.returncode != 0 and text in done.stderr, done.returncode, done.stderr)
 
-    program_refuses("TAKT_RESULTS=/none/out.json: cannot be written: No such file", TAKT_RESULTS="/none/out.json")
+    program_refuses("TAKT_RESULTS=/none/out.json: the file cannot be written: No such file", TAKT_RESULTS="/none/out.json")
     program_refuses("TAKT_TRACE=-1: no number of executions", TAKT_RESULTS=str(folder / "out.json"), TAKT_TRACE="-1")
 
 

@@ -300,7 +300,7 @@ bool McapWriter::close() noexcept {
     file_.write(size);
     done += size;
   }
-  return file_.finish() && is_whole;
+  return file_.complete() && is_whole;
 }
 
 }  // namespace takt

@@ -148,20 +148,31 @@ class RingFile::ThreadWrites final : public Writes {
   std::thread thread_;
 };
 
+namespace {
+
+/// It is written at positions.
+const FilePlace& no_fifo(const FilePlace& place) {
+  struct stat about {};
+  if (!place.is_beneath() && stat(place.path().c_str(), &about) == 0 && S_ISFIFO(about.st_mode)) {
+    throw Error("this is a FIFO", "choose a regular file", place.path());
+  }
+  return place;
+}
+
+}  // namespace
+
 RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t buffers)
-    : buffer_bytes_(buffer_bytes), memory_bytes_(buffer_bytes * buffers) {
+    : buffer_bytes_(buffer_bytes), file_(no_fifo(place)), memory_bytes_(buffer_bytes * buffers) {
   if (buffers > kMostBytes / buffer_bytes) {
     throw Error(fmt::format("{} buffers of {} bytes are more than {} MB", buffers, buffer_bytes,
                             kMostBytes / 1'000'000),
                 "use fewer or smaller ones", place.path());
   }
   buffers_.resize(buffers);
-  open_file(place);
   void* memory = mmap(nullptr, memory_bytes_, PROT_READ | PROT_WRITE,
                       MAP_PRIVATE | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
   if (memory == MAP_FAILED) {
     const int error = errno;
-    close(fd_);
     throw Error("no memory for buffers: " + errno_message(error),
                 fmt::format("use fewer or smaller ones than {} MB", memory_bytes_ / 1'000'000 + 1),
                 place.path());
@@ -170,29 +181,16 @@ RingFile::RingFile(const FilePlace& place, std::size_t buffer_bytes, std::size_t
   writes_ = make_writes();
 }
 
-void RingFile::open_file(const FilePlace& place) {
-  const std::string path = place.path();
-  struct stat about {};
-  if (!place.is_beneath() && stat(path.c_str(), &about) == 0 && S_ISFIFO(about.st_mode)) {
-    throw Error("this is a FIFO", "choose a regular file", path);
-  }
-  fd_ = place.open(O_CREAT | O_TRUNC | O_WRONLY, 0644);
-  if (fd_ < 0) {
-    throw Error("the file cannot be written: " + errno_message(errno), "choose a place that can be",
-                path);
-  }
-}
-
 std::unique_ptr<RingFile::Writes> RingFile::make_writes() {
   std::vector<iovec> buffers;
   for (std::size_t i = 0; i < buffers_.size(); ++i) {
     buffers.push_back({memory_ + i * buffer_bytes_, buffer_bytes_});
   }
   try {
-    return std::make_unique<RingWrites>(fd_, buffers);
+    return std::make_unique<RingWrites>(file_.fd(), buffers);
   } catch (const Error& error) {
     why_no_ring_ = error.what();
-    return std::make_unique<ThreadWrites>(fd_, buffers_.size());
+    return std::make_unique<ThreadWrites>(file_.fd(), buffers_.size());
   }
 }
 
@@ -200,7 +198,7 @@ RingFile::~RingFile() {
   finish();
   writes_.reset();
   munmap(memory_, memory_bytes_);
-  close(fd_);
+  file_.try_complete();  // what a failure has left is worth keeping
 }
 
 std::span<std::byte> RingFile::buffer() noexcept {
@@ -276,9 +274,17 @@ bool RingFile::finish() noexcept {
   return error_ == 0;
 }
 
+bool RingFile::complete() noexcept {
+  const bool is_whole = finish();
+  writes_.reset();
+  const int error = file_.try_complete();
+  if (first_error_ == 0) first_error_ = error;
+  return is_whole && error == 0;
+}
+
 void RingFile::cut(std::uint64_t end) noexcept {
   finish();
-  if (ftruncate(fd_, static_cast<off_t>(end)) != 0) return;
+  if (ftruncate(file_.fd(), static_cast<off_t>(end)) != 0) return;
   offset_ = written_ = end;
   error_ = 0;
 }

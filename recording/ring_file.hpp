@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "takt/base/file_place.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/visibility.hpp"
 
 namespace TAKT_INTERNAL takt {
@@ -54,6 +54,9 @@ class RingFile {
   std::uint64_t written() const noexcept { return written_; }
   /// After a failure: truncates the file at `end`, so that the caller can write there again.
   void cut(std::uint64_t end) noexcept;
+  /// Finishes, and gives the file its name: see OutputFile. Returns false if this or a write
+  /// failed. Nothing is written afterwards.
+  bool complete() noexcept;
 
  private:
   class Writes;
@@ -64,14 +67,13 @@ class RingFile {
     std::size_t bytes = 0, done = 0;
     bool is_away = false;
   };
-  void open_file(const FilePlace& place);
   std::unique_ptr<Writes> make_writes();
   void submit(std::size_t buffer) noexcept;
   void reap() noexcept;
   void completed(std::size_t buffer, int result) noexcept;
 
   const std::size_t buffer_bytes_;
-  int fd_ = -1;
+  OutputFile file_;
   std::string why_no_ring_;
   std::byte* memory_ = nullptr;
   std::size_t memory_bytes_ = 0;

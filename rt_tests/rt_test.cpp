@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
 #include <thread>
 
 #include <fmt/format.h>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/measuring/machine.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -16,6 +17,15 @@ namespace takt::rt {
 namespace {
 
 constexpr int kBadUsage = 2, kSkipped = 77;
+
+void check_output(const std::string& path) {
+  try {
+    OutputFile::check(path);
+  } catch (const Error& error) {
+    to_stderr("{}\n", error.what());
+    std::exit(kBadUsage);
+  }
+}
 
 }  // namespace
 
@@ -26,6 +36,7 @@ RtTest::RtTest(int argc, char** argv, std::string question) : question_(std::mov
     const std::string word = argv[i];
     if (word == "--json" && i + 1 < argc) {
       json_ = argv[++i];
+      check_output(json_);
     } else if (word == "--rounds" && i + 1 < argc && std::atoi(argv[i + 1]) > 0) {
       rounds_ = std::atoi(argv[++i]);
     } else {
@@ -120,18 +131,11 @@ int RtTest::report() {
   }
   fmt::print("\n{}\n", machine_line());
   if (!json_.empty()) {
-    std::ofstream file(json_);
-    file << nlohmann::json{{"question", question_},
-                           {"machine", machine_json()},
-                           {"rows", std::move(rows)},
-                           {"expectations", std::move(expectations)}}
-                .dump(2)
-         << "\n";
-    file.close();
-    if (!file) {
-      to_stderr("{}: could not be written\n", json_);
-      return 1;
-    }
+    const nlohmann::json document{{"question", question_},
+                                  {"machine", machine_json()},
+                                  {"rows", std::move(rows)},
+                                  {"expectations", std::move(expectations)}};
+    write_output(json_, std::string(kTaktsJson) + document.dump(2) + "\n");
   }
   return all_hold ? 0 : 1;
 }

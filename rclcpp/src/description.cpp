@@ -2,11 +2,11 @@
 #include "description.hpp"
 
 #include <cerrno>
-#include <fstream>
 
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/entities/subscription.hpp"
 #include "takt/measuring/json_text.hpp"
 
@@ -54,10 +54,9 @@ void write_description(const std::vector<std::shared_ptr<takt::Node>>& nodes,
                        const std::vector<std::string>& others, const std::string& path) {
   json described = json::array();
   for (const auto& node : nodes) described.push_back(describe(*node));
-  std::ofstream file(path);
-  file << takt::rt::json_text(json{{"nodes", described}, {"others", others}}) << '\n';
-  file.close();
-  if (!file) throw takt::Error("cannot be written: " + takt::errno_message(errno), "", path);
+  takt::write_output(path, std::string(takt::kTaktsJson) +
+                               takt::rt::json_text(json{{"nodes", described}, {"others", others}}) +
+                               '\n');
 }
 
 }  // namespace rclcpp::detail

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <system_error>
 #include <tuple>
@@ -14,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/same_owner.hpp"
 #include "takt/containers/process_usage.hpp"
 #include "takt/measuring/json_text.hpp"
@@ -23,9 +23,14 @@
 namespace rclcpp::detail {
 namespace {
 
-[[noreturn]] void refuse_path(const std::string& path) {
-  throw takt::Error("cannot be written: " + takt::errno_message(errno),
-                    "choose a writable file on a disk with free space", "TAKT_RESULTS=" + path);
+/// What is wrong with the file, and which variable names it.
+template <class Function>
+void naming_variable(Function function) {
+  try {
+    function();
+  } catch (const std::exception& error) {
+    throw takt::Error(std::string("TAKT_RESULTS=") + error.what());
+  }
 }
 
 std::uintmax_t size_of(const std::string& path) {
@@ -62,7 +67,7 @@ Results::Results(const std::string& path, std::size_t trace_events)
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     throw takt::Error("this is not a regular file", "choose another one", "TAKT_RESULTS=" + path_);
   }
-  if (!std::ofstream(path_, std::ios::app)) refuse_path(path_);
+  naming_variable([&] { takt::OutputFile::check(path_); });
   sum_.name = program_invocation_short_name;
 }
 
@@ -193,11 +198,12 @@ void Results::write(const std::string& executor, const std::string& placement,
   run["transport"] = "auto";
   run["repeat"] = 0;
   run["topics"] = nlohmann::json::array();
-  std::ofstream file(path_);
-  file << takt::rt::json_text(takt::rt::result_document(nlohmann::json::array({std::move(run)})), 2)
-       << '\n';
-  file.close();
-  if (!file) refuse_path(path_);
+  const nlohmann::json document =
+      takt::rt::result_document(nlohmann::json::array({std::move(run)}));
+  naming_variable([&] {
+    takt::write_output(path_,
+                       std::string(takt::kTaktsJson) + takt::rt::json_text(document, 2) + '\n');
+  });
 }
 
 bool is_parameter_service(const std::string& node, takt::EntityKind kind, const std::string& name) {

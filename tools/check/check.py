@@ -48,6 +48,7 @@ RULES = {
     "temporary": "temporary files have names that nobody can foresee",
     "output": "what other processes say is escaped",
     "reader": "files are read by one reader",
+    "writer": "files are written by one writer, and what options name is checked",
     "unsound": "no last pointer for a comparison, no static object on the heap",
     "environment": "variables of the environment are tried with all values",
     "link": "links in documents lead somewhere",
@@ -210,6 +211,11 @@ def check_output(file, _):
 def check_readers(file, _):
     for line, what in file_rules.readers(file.path, file.lines):
         yield Finding(file.path, line, "reader", what)
+
+
+def check_writers(file, _):
+    for line, what in file_rules.writers(file.path, file.lines):
+        yield Finding(file.path, line, "writer", what)
 
 
 def check_unsound(file, _):
@@ -450,7 +456,7 @@ def main():
                 *check_elements(files), *check_subjects(root, options.since)]
     for file in files:
         for rule in (check_file_length, check_function_length, check_class_size, check_spdx, check_public,
-                     check_contract, check_keep, check_temporary, check_output, check_readers,
+                     check_contract, check_keep, check_temporary, check_output, check_readers, check_writers,
                      check_unsound, check_waiting, check_environment, check_links, check_phrases,
                      check_one_list, check_time_sums):
             findings.extend(rule(file, root))

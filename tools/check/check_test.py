@@ -155,15 +155,25 @@ def test_rules():
              "tools/takt/b.cpp": SPDX + 'auto a = fmt::print(file, "{}", 1);\n'},
             "tools/takt/a.cpp:2: use rt::print(), which escapes what other processes say",
             "tools/takt/a.cpp:3: use rt::json_text(), which takes every text")
-    refused("readers of their own",
-            {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
-            "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
     refused("a variable of the environment that its test does not try",
             {"base/a.cpp": SPDX + 'auto a = std::getenv("NEW");\nauto b = std::getenv("KNOWN");\nauto c = "A_B";\n',
              "base/b.cpp": SPDX + 'auto a = std::getenv(name);\nbool b = c == "TAKT_A";\nauto d = read("TAKT_B");\n',
              "tools/takt/tests/environment_test.py": SPDX.replace("//", "#") + 'VARIABLES = {"KNOWN": []}\n'},
             "base/a.cpp:2: takt reads NEW: let tools/takt/tests/environment_test.py try it",
             "base/b.cpp:4: takt reads TAKT_B: let tools/takt/tests/environment_test.py try it")
+
+
+def test_files():
+    refused("readers of their own",
+            {"tools/a.cpp": SPDX + 'std::ifstream a(path);\nstd::ifstream b("/proc/self/status");\n'},
+            "tools/a.cpp:2: use RegularFile or read_text(), which end whatever the file is")
+    refused("writers of their own",
+            {"tools/a.cpp": SPDX + 'std::ofstream a(path);\nauto b = fopen(path, "w");\nint c = open(path, O_CREAT);\n'
+                                   'command.add_option("--json", path);\nauto d = fopen(path, "r+");\n'},
+            "tools/a.cpp:2: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:3: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:4: use OutputFile or write_output(), which overwrite no file of a person",
+            "tools/a.cpp:5: use add_output(), which checks the file before the command begins")
 
 
 def test_class_size():
@@ -367,6 +377,7 @@ esac""")):
 if not shutil.which("clang-format"):
     skip("there is no clang-format (apt-get install clang-format)")
 test_rules()
+test_files()
 test_class_size()
 test_engine()
 test_links()

@@ -30,6 +30,14 @@ READERS = {"containers/container_result.cpp", "containers/process_usage.cpp", "m
            "transport/shared_memory/roudi_process.cpp", "transport/shared_memory/shared_memory.cpp",
            "transport/dds/dds_security.cpp"}
 
+# What is written so may be a file of a person, or one that the same command reads.
+WRITES = re.compile(r'std::ofstream\b|\bfopen\([^;]*"[wa]|\bO_CREAT\b')
+WRITING = ("tools/", "measuring/", "recording/", "components/", "containers/", "rt_tests/", "rclcpp/src/")
+# A template is a new file, which it never overwrites.
+WRITERS = {"rclcpp/src/template.cpp"}
+# Nor is what such an option names checked.
+OUTPUTS = re.compile(r'add_option\(\s*"(?:--json|--csv|--report|--trace|--histfile|--save|-o,--output)"')
+
 # (what is written, why not)
 UNSOUND = [
     # The pointer that it makes may be the last one: then the object ends here, perhaps under a lock.
@@ -82,6 +90,17 @@ def readers(path, lines):
     for number, line in enumerate(lines, 1):
         if READS.search(line) and not READS_OF_THE_KERNEL.search(line):
             yield number, "use RegularFile or read_text(), which end whatever the file is"
+
+
+def writers(path, lines):
+    """(line number, what is wrong)"""
+    if not is_product(path) or not path.startswith(WRITING) or path in WRITERS:
+        return
+    for number, line in enumerate(lines, 1):
+        if WRITES.search(line):
+            yield number, "use OutputFile or write_output(), which overwrite no file of a person"
+        if OUTPUTS.search(line):
+            yield number, "use add_output(), which checks the file before the command begins"
 
 
 def variables(path, lines, test):

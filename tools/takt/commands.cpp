@@ -19,6 +19,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/mistakes.hpp"
 #include "prompt/values.hpp"
 #include "run_takt.hpp"
@@ -111,6 +112,7 @@ void set_up(CLI::App& app) {
   app.footer(
       "Example:\n"
       "  takt compare robot.yaml --executors all --duration 5s\n");
+  begin_outputs();
   for (const auto& [name, entry] : commands()) {
     CLI::App* const command = app.add_subcommand(name, entry.what);
     entry.set_up(command);
@@ -121,6 +123,7 @@ void set_up(CLI::App& app) {
       if (!is_own) each->footer(own_examples(*each));
     }
   }
+  check_outputs_of(app);
   finish_values(app);
 }
 

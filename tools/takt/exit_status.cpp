@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "outputs.hpp"
 #include "run/end_signals.hpp"
 
 namespace takt::tools {
@@ -37,7 +38,8 @@ constexpr Row kTable[] = {
 
 }  // namespace
 
-void begin_work() noexcept {
+void begin_work() {
+  if (!works) check_chosen_outputs();  // what the command reads is known
   works = true;
 }
 

@@ -29,7 +29,7 @@ auto as_usage(Function&& function) {
 }
 
 /// The command's words and files are right, and it begins: an Error from now on is kFailed.
-void begin_work() noexcept;
+void begin_work();
 /// For an Error that is about neither the words nor a line of a file.
 int status_of_error() noexcept;
 

@@ -8,6 +8,9 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
+#include "takt/base/output_file.hpp"
+#include "takt/base/regular_file.hpp"
+#include "takt/base/temporary.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -22,6 +25,9 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kPython = "/usr/bin/python3";  // Debian's Python finds Debian's matplotlib
+
+// Limit: bytes of a report. At it: the page is not written. Seen: the error.
+constexpr std::size_t kMostReport = std::size_t{1} << 30;
 
 // The script imports the page as from a file.
 constexpr const char* kImportPage = R"(
@@ -63,18 +69,18 @@ void check_report(const std::string& path) {
     throw Error("--report needs Python's matplotlib, which is not installed",
                 "run `apt-get install python3-matplotlib`, or omit --report");
   }
-  if (!std::ofstream(path, std::ios::app)) {
-    throw Error("the report cannot be written", "choose a writable file", path);
-  }
 }
 
 void write_report(json document, const std::string& path, const std::vector<std::string>& files) {
   document["command"] = command_line();
   for (const std::string& file : files) document["graphs"].push_back(graph_of(file));
   const std::string script = std::string(kImportPage) + kReportScript;
-  if (feed({kPython, "-c", script, path, kReportPage}, rt::json_text(document)) != 0) {
+  const TemporaryFolder folder;
+  const std::string page = folder / "report.html";
+  if (feed({kPython, "-c", script, page, kReportPage}, rt::json_text(document)) != 0) {
     throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
+  write_output(path, read_text(page, kMostReport));
   rt::to_stderr("report: {}\n", path);
 }
 

@@ -11,6 +11,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "takt/base/output_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/base/time.hpp"
 #include "takt/measuring/ddsperf.hpp"
@@ -77,8 +78,7 @@ class SystemFile {
       return;
     }
     path_ = folder_.emplace() / "system.yaml";
-    std::ofstream file(path_);
-    if (!(file << system).flush()) throw not_written("a system", path_);
+    write_output(path_, fmt::format("# {}\n{}", kTaktsText, system));
   }
   const std::string& path() const { return path_; }
 

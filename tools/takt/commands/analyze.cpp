@@ -11,6 +11,7 @@
 #include "analyze/sweep.hpp"
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
 #include "run/live_line.hpp"
@@ -66,7 +67,6 @@ json print_suggestions(const AnalyzedFile& file, Nanoseconds most, bool prints) 
 }
 
 void run(Options options) {
-  check_writable(options.json);
   if (options.placement == "merged") options.how.overrides.placement = Placement::merged;
   if (!options.report.empty()) check_report(options.report);
   if (!program_words().empty()) {
@@ -127,8 +127,8 @@ void set_up(CLI::App* command) {
             "off");
   command->add_flag("--allow-unbounded", options->allows_unbounded,
                     "Exit 0 unless a run has missed a deadline, or taken longer than its bound");
-  command->add_option("--report", options->report, "Also write an HTML page with a figure");
-  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
+  add_output(*command, "--report", options->report, "Also write an HTML page with a figure");
+  add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer(
       "Exit 0: there are chains, and each has a deadline and meets it for sure.\n"
       "With -- PROGRAM [ARGUMENT]... FILE is the TAKT_CONFIG of a program written for rclcpp, "

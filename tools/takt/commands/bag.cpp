@@ -26,6 +26,7 @@
 #include "commands.hpp"
 #include "exit_status.hpp"
 #include "graph/type_finder.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/end_signals.hpp"
 #include "run/live_line.hpp"
@@ -236,8 +237,8 @@ void set_up(CLI::App* command) {
   record_command->add_option("TOPIC", options->topics, "The topics' names");
   record_command->add_flag("-a,--all", options->all,
                            "Record all topics, also those that come later");
-  record_command->add_option("-o,--output", options->file,
-                             "The file, which is overwritten (default: takt_DATE-TIME.mcap)");
+  add_output(*record_command, "-o,--output", options->file,
+             "The file (default: takt_DATE-TIME.mcap)");
   one_of(record_command->add_option("--compression", options->compression,
                                     "Of the file's chunks (default: none)"),
          {compressions().begin(), compressions().end()});
@@ -264,7 +265,7 @@ void set_up(CLI::App* command) {
 
   CLI::App* info_command = command->add_subcommand("info", "Shows what is in an MCAP file");
   info_command->add_option("FILE", options->file, "The recording")->required();
-  info_command->add_option("--json", options->json_path, "Also write it as JSON; - for stdout");
+  add_output(*info_command, "--json", options->json_path, "Also write it as JSON; - for stdout");
   info_command->callback([options] { info(*options); });
   command->footer(
       "Example:\n"

@@ -22,6 +22,7 @@
 #include "commands.hpp"
 #include "embedded.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
 #include "run/live_line.hpp"
@@ -274,11 +275,17 @@ void write(const json& document, const BenchOptions& options) {
   write_report(document, fs::path(options.report) / "report.html");
 }
 
+/// Those that are there: the folder may be new.
+std::vector<std::string> files_of_report(const std::string& folder) {
+  std::error_code none;
+  if (!fs::is_directory(folder, none)) return {};
+  return {fs::path(folder) / "results.json", fs::path(folder) / "report.html"};
+}
+
 void bench(const BenchOptions& options) {
   if (!options.files.empty() && options.name != "topologies" && options.name != "all") {
     throw UsageError(fmt::format("'{}' takes no FILE", options.name), "leave it out");
   }
-  check_writable(options.json);
   use_own_domain();
   const fs::path folder = options.report;
   if (!options.report.empty()) {
@@ -341,9 +348,9 @@ void set_up(CLI::App* command) {
   whole_number(
       command->add_option("--repeat", options->repeat, "Runs of each variant (default: 10)"), 1,
       1000);
-  command->add_option("--report", options->report,
-                      "Write report.html and results.json into this folder");
-  command->add_option("--json", options->json, "Also write the results as JSON; - for stdout");
+  add_output(*command, "--report", options->report,
+             "Write report.html and results.json into this folder", files_of_report);
+  add_output(*command, "--json", options->json, "Also write the results as JSON; - for stdout");
   command->footer("Example:\n  takt bench latency --repeat 5 --report bench_report\n");
   command->callback([options] { bench(*options); });
 }

@@ -19,6 +19,7 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
 #include "run/comparison.hpp"
@@ -336,10 +337,6 @@ void check_outputs(const Options& options) {
                               options.save),
                   "choose another name");
     }
-    const std::string path = stored_path(options.save);
-    check_writable(path);
-    std::error_code ignored;  // an interrupted comparison stores nothing
-    if (std::filesystem::is_empty(path, ignored)) std::filesystem::remove(path, ignored);
   }
   if (!options.report.empty()) check_report(options.report);
 }
@@ -375,6 +372,7 @@ void compare(Options options) {
   if (!interrupted && !options.save.empty()) write_json(document, stored_path(options.save));
   const bool has_nodes = program_words().empty();  // a program's are not known here
   if (!options.report.empty()) {
+    document["sentences"] = sentences_json(compared);
     write_report(document, options.report, has_nodes ? options.files : std::vector<std::string>());
   }
   if (interrupted) throw Interrupted(*interrupted);
@@ -413,10 +411,11 @@ void set_up(CLI::App* command) {
       "--against", options->against,
       "What the ratios are to: an executor of this comparison, or runs stored by --save "
       "(default: the first executor)"));
-  stored_name(
-      command->add_option("--save", options->save,
-                          "Store the runs for --against, as NAME.compared.json in this folder"));
-  command->add_option("--report", options->report, "Also write an HTML page");
+  stored_name(add_output(
+      *command, "--save", options->save,
+      "Store the runs for --against, as NAME.compared.json in this folder",
+      [](const std::string& name) { return named_file(name.empty() ? name : stored_path(name)); }));
+  add_output(*command, "--report", options->report, "Also write an HTML page");
   options->results.add_options(command, "every run");
   command->footer(
       "With -- PROGRAM [ARGUMENT]... runs a program written for rclcpp, each FILE as its "

@@ -21,6 +21,7 @@
 #include "commands.hpp"
 #include "graph/domain_option.hpp"
 #include "graph/service_call.hpp"
+#include "outputs.hpp"
 #include "prompt/mistakes.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -232,7 +233,7 @@ void set_up(CLI::App* command) {
     return sub;
   };
   const auto add_json = [&](CLI::App* sub) {
-    sub->add_option("--json", options->json_path, "Also write the table as JSON; - for stdout");
+    add_output(*sub, "--json", options->json_path, "Also write the table as JSON; - for stdout");
   };
 
   add_json(add(

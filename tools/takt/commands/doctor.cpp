@@ -22,6 +22,7 @@
 #include "commands.hpp"
 #include "doctor/rights.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::doctor_command {
@@ -424,7 +425,7 @@ void set_up(CLI::App* command) {
   const auto json = std::make_shared<std::string>();
   const auto is_script = std::make_shared<bool>(false);
   CLI::Option* const to_json =
-      command->add_option("--json", *json, "Write the findings as JSON too; - for stdout");
+      add_output(*command, "--json", *json, "Write the findings as JSON too; - for stdout");
   command
       ->add_flag("--script", *is_script,
                  "Instead: print what root's shell does about what is not good")

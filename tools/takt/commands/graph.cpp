@@ -10,11 +10,13 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
 #include "graph/domain_option.hpp"
 #include "graph/service_call.hpp"
+#include "outputs.hpp"
 #include "picture/dot.hpp"
 #include "picture/system_graph.hpp"
 #include "run/result_json.hpp"
@@ -87,10 +89,9 @@ void run(const Options& options) {
   const auto [graph, silent] = graph_of(options);
   if (!picture.empty()) {
     const std::string dot = dot_text(graph);
-    write_text(is_kind(picture, ".dot")   ? dot
-               : is_kind(picture, ".svg") ? svg_of(dot)
-                                          : picture_page(graph, svg_of(dot)),
-               "picture", picture);
+    write_output(picture, is_kind(picture, ".dot")   ? dot
+                          : is_kind(picture, ".svg") ? svg_of(dot)
+                                                     : picture_page(graph, svg_of(dot)));
     rt::to_stderr("picture: {}\n", picture);
   }
   if (!options.json_path.empty()) write_json(graph, options.json_path);
@@ -105,10 +106,10 @@ void set_up(CLI::App* command) {
       "A configuration file (its components are constructed, but do not run), or the "
       "names of running containers (default: all that is on the DDS domain)");
   options->domain.add_to(*command);
-  command->add_option("-o,--output", options->picture,
-                      "The picture: a name that ends with .svg, .html (both need graphviz) or .dot "
-                      "(default: a table of the topics)");
-  command->add_option("--json", options->json_path, "Also write the graph as JSON; - for stdout");
+  add_output(*command, "-o,--output", options->picture,
+             "The picture: a name that ends with .svg, .html (both need graphviz) or .dot "
+             "(default: a table of the topics)");
+  add_output(*command, "--json", options->json_path, "Also write the graph as JSON; - for stdout");
   command->footer(
       "Example:\n  takt graph robot.yaml -o robot.svg\n  takt graph robot -o now.svg\n");
   command->callback([options] { run(*options); });

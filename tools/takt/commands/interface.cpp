@@ -18,6 +18,7 @@
 #include "embedded.hpp"
 #include "graph/definitions.hpp"
 #include "graph/observer.hpp"
+#include "outputs.hpp"
 #include "run/result_json.hpp"
 
 namespace takt::tools::interface_command {
@@ -109,8 +110,8 @@ void set_up(CLI::App* command) {
       "show", "Prints the definition of a message, service or action, and of all types in it");
   show_command->add_option("TYPE", options->type, "The type, for example geometry_msgs/msg/Twist")
       ->required();
-  show_command->add_option("--json", options->json_path,
-                           "Also write the definition as JSON; - for stdout");
+  add_output(*show_command, "--json", options->json_path,
+             "Also write the definition as JSON; - for stdout");
   add_library_option(*show_command, options->libraries);
   show_command->callback([options] { show(*options); });
   command->footer(

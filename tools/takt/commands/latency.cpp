@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/signal_echo.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
@@ -28,6 +29,7 @@
 #include "exit_status.hpp"
 #include "latency/cpu_set.hpp"
 #include "latency/output.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "report.hpp"
 #include "run/live_line.hpp"
@@ -52,9 +54,10 @@ struct Options {
   std::string duration, executors, affinity, policy, load = "none", histogram_file, json, report;
   int dma_latency_us = 0;
   bool quiet = false, nanoseconds = false, leaves_dma_latency = false, require = false,
-       verbose = false, relative = false, uses_nanosleep = false, marks = false;
+       verbose = false, relative = false, uses_nanosleep = false, marks = false,
+       spreads_priority = false;
   int clock = 0;
-  std::vector<std::string> history;  // options that cyclictest had, and that do nothing
+  std::vector<std::string> notes;  // of options that do nothing
   std::size_t bins() const { return std::max(histogram, histogram_with_sum); }
 };
 
@@ -109,6 +112,9 @@ std::vector<rt::CyclicOptions> threads_of(const Options& options, const rt::Cycl
   std::vector<rt::CyclicOptions> threads(options.threads, first);
   for (std::size_t i = 0; i < threads.size(); ++i) {
     if (i != 0) threads[i].thread.name += fmt::format("_{}", i);  // and of its executor's node
+    if (options.spreads_priority && first.thread.priority != 0) {
+      threads[i].thread.priority = std::max(1, first.thread.priority - static_cast<int>(i));
+    }
     if (!cpus.empty()) threads[i].thread.affinity = {cpus[i % cpus.size()]};
     if (options.bins() != 0) continue;
     threads[i].interval +=
@@ -187,10 +193,12 @@ std::string refused(const ThreadAttributes& attributes) {
   return refused;
 }
 
-/// Of cyclictest's -D, where a bare number is seconds.
+/// Of cyclictest's -D, where a bare number is seconds, and which knows days.
 Nanoseconds time_of(const std::string& text) {
-  const bool is_bare = text.find_first_not_of("0123456789") == text.npos;
-  return parse_run_time(is_bare ? text + "s" : text);
+  const std::size_t end = text.find_first_not_of("0123456789");
+  if (end == text.npos) return parse_run_time(text + "s");
+  if (end == 0 || text.substr(end) != "d") return parse_run_time(text);
+  return 24 * parse_run_time(text.substr(0, end) + "h");
 }
 
 CLI::Option* cyclictests_time(CLI::Option* option) {
@@ -216,20 +224,13 @@ void check_words(const Options& options) {
   if (!options.histogram_file.empty() && options.bins() == 0) {
     throw UsageError("--histfile is for the histogram of -h or -H", "give one of them, too");
   }
-  for (const std::string& option : options.history) {
-    rt::to_stderr("note: {} is history of cyclictest, and does nothing here\n", option);
-  }
+  for (const std::string& note : options.notes) rt::to_stderr("note: {}\n", note);
 }
 
 void write_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, const Options& options) {
-  const std::string& path = options.histogram_file;
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  if (file == nullptr) {
-    throw Error("the histogram could not be written", "choose a writable file", path);
-  }
-  print_histogram(rows, cyclic, options.histogram_with_sum != 0, file);
-  const bool is_written = std::ferror(file) == 0;
-  if (std::fclose(file) != 0 || !is_written) throw not_written("the histogram", path);
+  write_output(options.histogram_file,
+               fmt::format("# {} latency\n{}", kTaktsText,
+                           histogram_text(rows, cyclic, options.histogram_with_sum != 0)));
 }
 
 void latency(const Options& options) {
@@ -240,8 +241,6 @@ void latency(const Options& options) {
       options.marks && cyclic.trace_marker < 0
           ? fmt::format("the trace cannot be marked ({}: {})", kTraceMarker, errno_message(errno))
           : "";
-  check_writable(options.json);
-  check_writable(options.histogram_file);
   if (!options.report.empty()) check_report(options.report);
   const std::vector<rt::CyclicOptions> threads = threads_of(options, cyclic);
   for (const rt::CyclicOptions& thread : threads) thread.thread.check();
@@ -276,7 +275,7 @@ void latency(const Options& options) {
   if (has_text) {
     const bool has_histogram = options.bins() != 0 && options.histogram_file.empty();
     if (!options.quiet || !has_histogram) print_summary(rows, cyclic, stdout);  // as cyclictest
-    if (has_histogram) print_histogram(rows, cyclic, with_sum, stdout);
+    if (has_histogram) rt::print("{}", histogram_text(rows, cyclic, with_sum));
     print_details(rows, cyclic, outcome);
     // What the JSON says of this command's end must be known before it is written.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) outcome.return_code = 1;
@@ -336,35 +335,70 @@ void add_sleeping(CLI::App& command, Options& options) {
                    "When -b ends the measurement, mark the place in the kernel's trace");
 }
 
-/// What scripts still give to cyclictest. They are not shown.
-void add_history(CLI::App& command, Options& options) {
-  for (const char* const flag : {"-n,--nanosleep", "-u,--unbuffered", "-U,--numa", "-f,--ftrace",
-                                 "-B,--preemptirqs", "-C,--context", "-E,--event", "-I,--irqsoff",
-                                 "-P,--preemptoff", "-w,--wakeup", "-W,--wakeuprt"}) {
-    command
-        .add_flag_function(flag,
-                           [&options, flag](std::int64_t) { options.history.emplace_back(flag); })
-        ->group("");
-  }
-  for (const char* const option : {"-T,--tracer", "-O,--traceopt"}) {
-    command
-        .add_option_function<std::string>(
-            option,
-            [&options, option](const std::string&) { options.history.emplace_back(option); })
-        ->group("");
+/// What scripts give to cyclictest, and what is there instead. They are not shown.
+struct Ignored {
+  const char* names;
+  const char* why;
+  int values = 0;  // that follow at most
+};
+constexpr const char* kHistory = "is history of cyclictest, and does nothing here";
+constexpr Ignored kIgnored[] = {
+    {"-n,--nanosleep", kHistory},
+    {"-u,--unbuffered", kHistory},
+    {"-U,--numa", kHistory},
+    {"-f,--ftrace", kHistory},
+    {"-B,--preemptirqs", kHistory},
+    {"-C,--context", kHistory},
+    {"-E,--event", kHistory},
+    {"-I,--irqsoff", kHistory},
+    {"-P,--preemptoff", kHistory},
+    {"-w,--wakeup", kHistory},
+    {"-W,--wakeuprt", kHistory},
+    {"-T,--tracer", kHistory, 1},
+    {"-O,--traceopt", kHistory, 1},
+    {"-A,--aligned", "does nothing here: all threads of a row begin together", 1},
+    {"--secaligned", "does nothing here: all threads of a row begin together", 1},
+    {"--smi", "does nothing here: gaps in which no thread ran are always measured"},
+    {"-R,--resolution", "does nothing here: takt doctor says whether timers are exact"},
+    {"-M,--refresh_on_max", "does nothing here: the figures are renewed after each round"},
+    {"-o,--oscope", "does nothing here: -v prints every value", 1},
+    {"--mainaffinity", "does nothing here: -a is for the threads that measure, taskset for all", 1},
+    {"--spike", "does nothing here: --json has the latencies over time, and -b ends at one", 1},
+    {"--spike-nodes", "does nothing here: --json has the latencies over time", 1},
+    {"-F,--fifo", "does nothing here: the figures go to stderr while it measures", 1},
+};
+
+void add_ignored(CLI::App& command, Options& options) {
+  for (const Ignored& one : kIgnored) {
+    const auto add = [&options, &one](const std::string&) {
+      options.notes.push_back(fmt::format("{} {}", one.names, one.why));
+    };
+    CLI::Option* const option =
+        one.values == 0 ? command.add_flag_function(one.names, [add](std::int64_t) { add(""); })
+                        : command.add_option_function<std::string>(one.names, add);
+    option->group("");
+    if (one.values != 0 && one.why != kHistory) option->expected(0, one.values);
   }
 }
 
+void add_system(CLI::App& command, Options& options) {
+  command.add_flag("--default-system,--laptop", options.leaves_dma_latency,
+                   "Do not use /dev/cpu_dma_latency");
+  command.add_flag("--priospread", options.spreads_priority,
+                   "Each thread has one priority less than the one before, at least 1");
+}
+
 void add_outputs(CLI::App& command, Options& options) {
-  command.add_option("--json", options.json, "Write rt-tests' JSON; - for stdout");
-  command.add_option("--report", options.report, "Also write an HTML page with the histogram");
+  add_output(command, "--json", options.json, "Write rt-tests' JSON; - for stdout");
+  add_output(command, "--report", options.report, "Also write an HTML page with the histogram");
 }
 
 void set_up(CLI::App* command) {
   command->set_help_flag("--help", "Print this help message and exit");
   const auto options = std::make_shared<Options>();
   add_sleeping(*command, *options);
-  add_history(*command, *options);
+  add_ignored(*command, *options);
+  add_system(*command, *options);
   whole_number(command->add_option("-p,--priority", options->priority,
                                    "SCHED_FIFO priority; 0 is SCHED_OTHER (default: 0)"),
                0, 99);
@@ -376,8 +410,8 @@ void set_up(CLI::App* command) {
   auto* loops = command->add_option("-l,--loops", options->loops,
                                     "Cycles of each row (default: until Ctrl-C)");
   cyclictests_time(command->add_option("-D,--duration", options->duration,
-                                       "Duration of each row, instead of -l: 10s; a bare number "
-                                       "is seconds, as in cyclictest"))
+                                       "Duration of each row, instead of -l: 10s, 1d; a bare "
+                                       "number is seconds, as in cyclictest"))
       ->excludes(loops);
   add_threads(*command, *options);
   auto* histogram =
@@ -388,8 +422,8 @@ void set_up(CLI::App* command) {
                                    "The same with a column for all threads"),
                1, 1'000'000)
       ->excludes(histogram);
-  command->add_option("--histfile", options->histogram_file,
-                      "Write the histogram of -h or -H there instead");
+  add_output(*command, "--histfile", options->histogram_file,
+             "Write the histogram of -h or -H there instead");
   command->add_flag("-v,--verbose", options->verbose, "Print every value: thread:cycle:value");
   command->add_flag_function(
       "-m,--mlockall", [](std::int64_t) {}, "Accepted as in cyclictest; memory is always locked");
@@ -410,8 +444,6 @@ void set_up(CLI::App* command) {
                                    "Value of /dev/cpu_dma_latency during the run, in µs "
                                    "(default: 0)"),
                0, 2'000'000'000);
-  command->add_flag("--default-system", options->leaves_dma_latency,
-                    "Do not use /dev/cpu_dma_latency");
   command->add_flag("--require", options->require,
                     "Fail if the system refuses real-time privileges");
   add_outputs(*command, *options);

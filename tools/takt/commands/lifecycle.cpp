@@ -19,6 +19,7 @@
 #include "graph/domain_option.hpp"
 #include "graph/observer.hpp"
 #include "graph/service_call.hpp"
+#include "outputs.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
 
@@ -164,8 +165,8 @@ void set_up(CLI::App* command) {
   CLI::App* list_command =
       add("list", "Lists all lifecycle nodes with their states, or the transitions of one", list);
   list_command->add_option("NODE", options->node, "Its name, with its namespace");
-  list_command->add_option("--json", options->json_path,
-                           "Also write the table as JSON; - for stdout");
+  add_output(*list_command, "--json", options->json_path,
+             "Also write the table as JSON; - for stdout");
   CLI::App* nodes_command = add("nodes", "Prints the names of all lifecycle nodes", nodes);
   nodes_command->add_flag("-a,--all", options->all,
                           "Include hidden nodes, whose names begin with '_'");

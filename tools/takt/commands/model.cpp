@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "model/extraction.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/result_json.hpp"
 
@@ -34,8 +35,6 @@ void check_files(const std::vector<Trace>& traces, const std::vector<std::string
 }
 
 void run(const Options& options) {
-  check_writable(options.json);
-  check_writable(options.model);
   std::vector<Trace> traces;
   for (const std::string& path : options.traces) traces.push_back(read_trace(path));
   check_files(traces, options.traces);
@@ -55,13 +54,13 @@ void set_up(CLI::App* command) {
                    "Files of `takt run --trace`, all of the same system: the model has the longest "
                    "and closest of all")
       ->required();
-  command->add_option("-o,--output", options->model,
-                      "Writes the model: a file for `takt analyze --model`");
+  add_output(*command, "-o,--output", options->model,
+             "Writes the model: a file for `takt analyze --model`");
   number(command->add_option("--margin", options->margin,
                              "What an analysis adds to the longest execution times, 0.2 being a "
                              "fifth (default: 0.2)"),
          0, 10);
-  command->add_option("--json", options->json, "Also write the model as JSON; - for stdout");
+  add_output(*command, "--json", options->json, "Also write the model as JSON; - for stdout");
   command->footer(
       "Example, after takt run robot.yaml --duration 60s --trace robot.json:\n"
       "  takt model robot.json -o robot.model.yaml\n"

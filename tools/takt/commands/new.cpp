@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/version.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/messages/message_types.hpp"
@@ -71,9 +71,9 @@ void write_project(const std::string& name) {
     const std::string file = path == "system.yaml" ? name + ".yaml" : std::string(path);
     const fs::path target = fs::path(name) / file;
     fs::create_directories(target.parent_path());
-    std::ofstream stream(target);
-    stream << filled(std::string(text), name);
-    if (!stream.flush()) throw Error("the file cannot be written", "make room", target.string());
+    OutputFile project_file(target.string(), OutputFile::Whose::person);
+    project_file.write(filled(std::string(text), name));
+    project_file.complete();
   }
   rt::print(
       "written: {0}: CMakeLists.txt, two components in src, a message in msg, {0}.yaml\n\n"

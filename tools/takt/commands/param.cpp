@@ -20,6 +20,7 @@
 #include "graph/observer.hpp"
 #include "graph/parameter_file.hpp"
 #include "graph/service_call.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/result_json.hpp"
 
@@ -388,7 +389,7 @@ void set_up(CLI::App* command) {
     options->domain.add_to(*sub);
     add_time_option(*sub, "--timeout", options->timeout,
                     "Time limit of each response (default: 5s)");
-    sub->add_option("--json", options->json_path, "Also write the result as JSON; - for stdout");
+    add_output(*sub, "--json", options->json_path, "Also write the result as JSON; - for stdout");
     sub->callback([options, function] { function(*options); });
     return sub;
   };

@@ -11,6 +11,7 @@
 #include "takt/measuring/rounds.hpp"
 
 #include "commands.hpp"
+#include "outputs.hpp"
 #include "run/constructor_exit.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -113,7 +114,6 @@ void print(const json& plan) {
 }
 
 void plan(const std::string& file, const std::string& json_path) {
-  check_writable(json_path);
   const std::vector<SystemDescription> processes = split(read_system(file), Composition::file);
   json plans = json::array();
   for (SystemDescription process : processes) {
@@ -137,7 +137,7 @@ void set_up(CLI::App* command) {
       ->add_option("FILE", *file,
                    "A configuration file; its components are constructed, but do not run")
       ->required();
-  command->add_option("--json", *json_path, "Also write the plan as JSON; - for stdout");
+  add_output(*command, "--json", *json_path, "Also write the plan as JSON; - for stdout");
   command->footer("Example:\n  takt plan robot.yaml\n");
   command->callback([file, json_path] { plan(*file, *json_path); });
 }

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/available_cpus.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/version.hpp"
 #include "takt/executors/executor.hpp"
 #include "takt/measuring/output.hpp"
@@ -11,6 +12,7 @@
 
 #include "commands.hpp"
 #include "latency/cpu_set.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "random/random_system.hpp"
 #include "run/result_json.hpp"
@@ -24,17 +26,16 @@ constexpr std::size_t kUsualCpus = 3;
 void write(const RandomOptions& options, const std::string& path) {
   for (const std::string& name : options.executors) executors().check(name);
   for (const std::string& name : options.schedulers) schedulers().check(name);
-  check_writable(path);
   // With all that has been chosen, so that the command gives the same file elsewhere.
   const std::string text = fmt::format(
-      "# takt random --seed {} --executors {} --schedulers {} --cpus {} (Takt {})\n{}",
+      "# Written by takt random --seed {} --executors {} --schedulers {} --cpus {} (Takt {})\n{}",
       options.seed, fmt::join(options.executors, ","), fmt::join(options.schedulers, ","),
       fmt::join(options.cpus, ","), TAKT_VERSION, yaml_file(random_system(options)));
   if (path.empty()) {
     rt::print("{}", text);
     return;
   }
-  write_text(text, "the system", path);
+  write_output(path, text);
 }
 
 void set_up(CLI::App* command) {
@@ -57,7 +58,7 @@ void set_up(CLI::App* command) {
                       fmt::format("The CPUs of the threads: 0-1,3 (default: the first {} of those "
                                   "that this process may use)",
                                   kUsualCpus));
-  command->add_option("-o,--output", *path, "Write to this file (default: stdout)");
+  add_output(*command, "-o,--output", *path, "Write to this file (default: stdout)");
   command->footer(
       "Examples:\n"
       "  takt random --seed 7 -o system.yaml && takt analyze system.yaml\n"

@@ -9,6 +9,7 @@
 #include "takt/measuring/output.hpp"
 
 #include "commands.hpp"
+#include "outputs.hpp"
 #include "rta/task_set_file.hpp"
 #include "run/result_json.hpp"
 #include "table.hpp"
@@ -98,7 +99,6 @@ json to_json(const TaskSet& set, const Result& result, const std::string& name) 
 }
 
 void rta(const std::string& name, const Options& options) {
-  check_writable(options.json_path);
   const TaskSet set = read(options.file, name);
   const Result result = textbook::analyse(name, set);
   if (options.json_path != "-") print(set, result, textbook::analyses().traits(name));
@@ -123,7 +123,8 @@ void set_up(CLI::App* command) {
     CLI::App* const method = command->add_subcommand(name, textbook::analyses().description(name));
     const auto options = std::make_shared<Options>();
     method->add_option("FILE", options->file, "A task set in JSON or YAML (-: JSON from stdin)");
-    method->add_option("--json", options->json_path, "Also write the result as JSON; - for stdout");
+    add_output(*method, "--json", options->json_path,
+               "Also write the result as JSON; - for stdout");
     method->footer(help(name));
     method->callback([name, options] { rta(name, *options); });
   }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/output_file.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
@@ -18,6 +19,7 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/child.hpp"
 #include "run/end_signals.hpp"
@@ -183,6 +185,7 @@ std::vector<std::string> words_of(const Options& options) {
   add("--transport", options.transport);
   add("--trace", options.trace);
   add("--duration", options.duration);
+  if (OutputFile::may_overwrite()) words.push_back("--force");
   return words;
 }
 
@@ -301,7 +304,6 @@ void run(const Options& options) {
   }
   if (!options.process.empty()) return serve_parent(options);
   options.results.check();
-  check_writable(options.trace);
   const std::vector<SystemDescription> system = processes(options);
   json run = run_system(system, options);
   const auto failed = run.at("failed").get<std::vector<std::string>>();
@@ -389,8 +391,8 @@ void set_up(CLI::App* command) {
                                 "Duration of the run (default: until Ctrl-C)"));
   options->results.add_options(command, "the results");
   command->add_flag("--histograms", options->histograms, "Include histograms in these");
-  command->add_option("--trace", options->trace,
-                      "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
+  add_output(*command, "--trace", options->trace,
+             "Write a timeline for ui.perfetto.dev or chrome://tracing, and takt model");
   // Of a child of this command.
   command->add_option("--process", options->process)->group("");
   command->add_option("--connection", options->connection)->group("");

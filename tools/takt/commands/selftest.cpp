@@ -8,6 +8,7 @@
 
 #include "takt/base/clock.hpp"
 #include "takt/base/histogram.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/base/time.hpp"
 #include "takt/executors/executor.hpp"
@@ -18,6 +19,7 @@
 
 #include "commands.hpp"
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/live_line.hpp"
 #include "run/result_json.hpp"
@@ -43,17 +45,18 @@ struct Options {
 class System {
  public:
   explicit System(const std::string& transport) {
-    std::ofstream file(path_);
-    file << fmt::format(
-        "dds: {{domain: {}, discovery: off, parameter_services: false, rosout: false}}\n",
-        20 + getpid() % 80);
-    if (transport == "intra") {
-      file << "chains: [{name: exchange, path: [stamps/small_timer, stamps/small]}]\n";
-    }
-    file << "container:\n  name: selftest\n  components:\n"
+    write_output(
+        path_,
+        fmt::format(
+            "# {}\ndds: {{domain: {}, discovery: off, parameter_services: false, rosout: false}}\n"
+            "{}container:\n  name: selftest\n  components:\n"
             "    - component: takt::tools::Stamps\n      name: stamps\n"
-         << fmt::format("      parameters: {{file: \"{}\", work_us: 500}}\n", books_);
-    if (!file.flush()) throw not_written("a system", path_);
+            "      parameters: {{file: \"{}\", work_us: 500}}\n",
+            kTaktsText, 20 + getpid() % 80,
+            transport == "intra"
+                ? "chains: [{name: exchange, path: [stamps/small_timer, stamps/small]}]\n"
+                : "",
+            books_));
   }
   SelftestRun run(const std::string& executor, const std::string& transport,
                   const std::string& duration, const EndSignals& signals) const {
@@ -172,7 +175,6 @@ void selftest(const Options& options) {
     throw Error("a run of the self-test lasts 20 s at most, as each message is compared",
                 "run it again for more");
   }
-  check_writable(options.json);
   begin_work();
   const auto [findings, notes, failed] = measure(options);
   if (!options.json.empty()) {
@@ -223,7 +225,7 @@ void set_up(CLI::App* command) {
       });
   time_text(
       command->add_option("--duration", options->duration, "Duration of each run (default: 1s)"));
-  command->add_option("--json", options->json, "Also write the findings as JSON; - for stdout");
+  add_output(*command, "--json", options->json, "Also write the findings as JSON; - for stdout");
   command->footer("Example:\n  takt selftest --executors events,multi_threaded\n");
   command->callback([options] { selftest(*options); });
 }

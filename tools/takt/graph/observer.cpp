@@ -15,6 +15,7 @@
 #include "takt/messages/message_types.hpp"
 
 #include "exit_status.hpp"
+#include "outputs.hpp"
 #include "prompt/values.hpp"
 #include "run/live_line.hpp"
 
@@ -44,7 +45,7 @@ void add_observer_options(CLI::App& command, ObserverOptions& options, bool has_
              "(default: jazzy)"),
          {"jazzy", "humble"});
   if (has_json) {
-    command.add_option("--json", options.json_path, "Also write the table as JSON; - for stdout");
+    add_output(command, "--json", options.json_path, "Also write the table as JSON; - for stdout");
   }
 }
 

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <sys/utsname.h>
 
+#include "takt/base/output_file.hpp"
 #include "takt/base/version.hpp"
 #include "takt/measuring/machine.hpp"
 #include "takt/measuring/output.hpp"
@@ -105,31 +106,32 @@ void print_summary(const Rows& rows, const rt::CyclicOptions& cyclic, std::FILE*
 }
 
 /// cyclictest's histogram: one line per µs, one column per row, and one for all of them.
-void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, bool with_sum,
-                     std::FILE* file) {
-  fmt::print(file, "# Histogram\n");
+std::string histogram_text(const Rows& rows, const rt::CyclicOptions& cyclic, bool with_sum) {
+  std::string text;
+  const auto to = std::back_inserter(text);
+  fmt::format_to(to, "# Histogram\n");
   for (std::size_t bin = 0; bin < cyclic.bins; ++bin) {
     std::uint64_t sum = 0;
-    fmt::print(file, "{:06}", bin);
+    fmt::format_to(to, "{:06}", bin);
     for (const auto& row : rows) {
-      fmt::print(file, " {:06}", row->result().bins[bin]);
+      fmt::format_to(to, " {:06}", row->result().bins[bin]);
       sum += row->result().bins[bin];
     }
-    fmt::print(file, "{}\n", with_sum ? fmt::format(" {:06}", sum) : "");
+    fmt::format_to(to, "{}\n", with_sum ? fmt::format(" {:06}", sum) : "");
   }
-  std::uint64_t cycles = 0, overflows = 0;
+  std::uint64_t total = 0, overflows = 0;  // what is in the bins, and what is above
   Nanoseconds max{0};
   for (const auto& row : rows) {
-    cycles += row->result().cycles;
+    total += row->result().cycles - row->result().overflows;
     overflows += row->result().overflows;
     max = std::max(max, row->result().max);
   }
   const auto line = [&](const char* name, const std::string& sum, const auto& get) {
-    fmt::print(file, "# {}:{}{}\n", name, each(rows, get),
-               with_sum && !sum.empty() ? " " + sum : "");
+    fmt::format_to(to, "# {}:{}{}\n", name, each(rows, get),
+                   with_sum && !sum.empty() ? " " + sum : "");
   };
-  line("Total", fmt::format("{:09}", cycles),
-       [](const auto& result) { return fmt::format("{:09}", result.cycles); });
+  line("Total", fmt::format("{:09}", total),
+       [](const auto& result) { return fmt::format("{:09}", result.cycles - result.overflows); });
   line("Min Latencies", "", [&](const auto& result) {
     return fmt::format("{:05}", in_unit(result.cycles == 0 ? 0ns : result.min, cyclic));
   });
@@ -140,11 +142,13 @@ void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, bool wit
   });
   line("Histogram Overflows", fmt::format("{:05}", overflows),
        [](const auto& result) { return fmt::format("{:05}", result.overflows); });
-  fmt::print(file, "# Histogram Overflow at cycle number:\n");
+  fmt::format_to(to, "# Histogram Overflow at cycle number:\n");
   int number = 0;
   for (const auto& row : rows) {
-    fmt::print(file, "# Thread {}: {}\n", number++, fmt::join(row->result().overflow_cycles, " "));
+    fmt::format_to(to, "# Thread {}: {}\n", number++,
+                   fmt::join(row->result().overflow_cycles, " "));
   }
+  return text;
 }
 
 void print_values(const Rows& rows, std::size_t first, std::size_t count) {

@@ -32,8 +32,8 @@ struct Outcome {
 };
 
 void print_summary(const Rows& rows, const rt::CyclicOptions& cyclic, std::FILE* file);
-void print_histogram(const Rows& rows, const rt::CyclicOptions& cyclic, bool with_sum,
-                     std::FILE* file);
+/// cyclictest's, of -h.
+std::string histogram_text(const Rows& rows, const rt::CyclicOptions& cyclic, bool with_sum);
 /// cyclictest's -v: every latency of the last round of these rows.
 void print_values(const Rows& rows, std::size_t first, std::size_t count);
 void print_details(const Rows& rows, const rt::CyclicOptions& cyclic, const Outcome& outcome);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "takt/base/output_file.hpp"
 #include "takt/measuring/output.hpp"
 #include "takt/measuring/rounds.hpp"
 
@@ -125,11 +126,9 @@ json callback_json(const MeasuredCallback& callback) {
 }  // namespace
 
 void write_measured_model(const MeasuredModel& model, const std::string& path) {
-  write_text(
-      "# Measured by Takt: for `takt analyze --model`, or the key `model` of a configuration "
-      "file.\n" +
-          yaml_file(document(model)),
-      "the model", path);
+  write_output(path, fmt::format("# {} model: for `takt analyze --model`, or the key `model` of a "
+                                 "configuration file.\n{}",
+                                 kTaktsText, yaml_file(document(model))));
 }
 
 json model_json(const MeasuredModel& model) {

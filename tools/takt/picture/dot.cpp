@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
@@ -50,6 +51,8 @@ constexpr std::string_view kDark = R"(
 }
 </style>
 )";
+
+const std::string kMark = fmt::format("<!-- {} -->", kTaktsText);
 
 std::string dot_string(std::string_view text) {
   std::string result = "\"";
@@ -118,6 +121,7 @@ class Drawing {
   }
 
   std::string text() {
+    line("// {}", kTaktsText);
     line("digraph {}", dot_string(tools::text(graph_, "title")));
     line("{{\nrankdir=LR; compound=true; fontname=\"sans-serif\"; nodesep=0.3; ranksep=0.9;");
     line("node [shape=box, style=\"rounded,filled\", fillcolor=white, fontname=\"sans-serif\"];");
@@ -331,13 +335,14 @@ std::string svg_of(const std::string& dot) {
   if (status != 0) throw std::runtime_error("graphviz failed; see the message above");
   std::string svg = read_text(path, dot.size() * 100 + 100'000);
   svg.insert(svg.find('>', svg.find("<svg")) + 1, kDark);
+  svg.insert(svg.find("?>") + 2, kMark);
   return svg;
 }
 
 std::string picture_page(const json& graph, const std::string& svg) {
   const std::string file = html(text(graph, "title"));
   return fmt::format(
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<title>{0}: graph"
+      "<!DOCTYPE html>{3}\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n<title>{0}: graph"
       "</title>\n<style>:root {{ color-scheme: light dark; }} body {{ font-family: sans-serif; "
       "margin: 1em; }} svg {{ max-width: 100%; height: auto; }} @media (prefers-color-scheme: "
       "dark) {{ body {{ background: #181818; color: #ddd; }} }}</style></head>\n<body>\n"
@@ -345,7 +350,8 @@ std::string picture_page(const json& graph, const std::string& svg) {
       "%R}. Boxes are processes, executors with their threads, and nodes; arrows are topics with "
       "rate and QoS. Coloured arrows belong to chains; what does not match is red.</p>\n{2}\n"
       "</body>\n</html>\n",
-      file, fmt::localtime(std::time(nullptr)), svg.substr(std::min(svg.size(), svg.find("<svg"))));
+      file, fmt::localtime(std::time(nullptr)), svg.substr(std::min(svg.size(), svg.find("<svg"))),
+      kMark);
 }
 
 }  // namespace takt::tools

@@ -2,9 +2,9 @@
 #include "run/result_json.hpp"
 
 #include <cmath>
-#include <fstream>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -28,31 +28,13 @@ Nanoseconds from_us(const json& us) {
   return Nanoseconds(std::llround(us.get<double>() * 1e3));
 }
 
-std::runtime_error not_written(const std::string& what, const std::string& path) {
-  return std::runtime_error(Error(what + " could not be written",
-                                  "choose a writable file on a disk with free space", path)
-                                .what());
-}
-
-void write_text(const std::string& text, const std::string& what, const std::string& path) {
-  std::ofstream file(path);
-  file << text;
-  file.close();
-  if (!file) throw not_written(what, path);
-}
-
-void check_writable(const std::string& path) {
-  if (path.empty() || path == "-" || std::ofstream(path, std::ios::app)) return;
-  throw Error("results could not be written", "choose a writable file", path);
-}
-
 void write_json(const json& document, const std::string& path) {
   const std::string text = rt::json_text(document, 2) + "\n";
   if (path == "-") {
     rt::print("{}", text);
     return;
   }
-  write_text(text, "results", path);
+  write_output(path, std::string(kTaktsJson) + text);
 }
 
 }  // namespace takt::tools

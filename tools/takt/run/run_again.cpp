@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -98,6 +99,7 @@ nlohmann::json run_again(std::vector<std::string> words, const EndSignals& signa
     signals.let_through();
     dup2(pipe_ends[1], STDOUT_FILENO);
     if (kept >= 0) dup2(kept, STDERR_FILENO);
+    if (OutputFile::may_overwrite() && words.front() == "run") words.push_back("--force");
     unsetenv("TAKT_EXECUTOR");  // the words say which
     unsetenv("TAKT_PLACEMENT");
     unsetenv("TAKT_SCHEDULER");

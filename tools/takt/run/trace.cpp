@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/base/regular_file.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/machine.hpp"
@@ -285,7 +286,7 @@ Trace make_trace(const json& run) {
 }
 
 void write_trace(const Trace& trace, const std::string& path) {
-  write_text(rt::json_text(TraceWriter(trace).document()) + "\n", "the trace", path);
+  write_output(path, std::string(kTaktsJson) + rt::json_text(TraceWriter(trace).document()) + "\n");
 }
 
 // Limit: bytes of a trace that `takt model` reads. At it: the file is refused. Seen: the error.

@@ -104,8 +104,8 @@ std::vector<std::string> stored_names() {
 
 json read_stored(const std::string& path) {
   // Limit: bytes of a file of stored runs. At it: an error. Seen: the error.
-  constexpr std::size_t kMostBytes = 1 << 30;
-  const std::string text = read_text(path, kMostBytes);
+  constexpr std::size_t kMostStored = 1 << 30;
+  const std::string text = read_text(path, kMostStored);
   try {
     json runs = json::parse(text).at("runs");
     if (rows_of(runs).empty()) throw Error("no runs are stored in it", "store them again", path);

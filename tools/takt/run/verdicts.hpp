@@ -65,6 +65,8 @@ nlohmann::json ratios_json(std::span<const Compared> all);
 std::string sentence(std::span<const Compared> row);
 /// Of each row a line.
 void print_sentences(std::span<const Compared> all);
+/// The same for a page: [{"file", "text"}].
+nlohmann::json sentences_json(std::span<const Compared> all);
 
 /// Whether any has a verdict. Else it says in a line that the repeats are too few; there was one if
 /// there are no ratios.

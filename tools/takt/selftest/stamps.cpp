@@ -9,7 +9,9 @@
 #include <sys/resource.h>
 
 #include "takt/base/clock.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/containers/component.hpp"
+#include "takt/measuring/json_text.hpp"
 
 namespace takt::tools {
 namespace {
@@ -144,14 +146,17 @@ Stamps::~Stamps() {
     }
     return json{{"sent", topic.sent.size()}, {"received", std::move(received)}};
   };
-  std::ofstream(file_) << json{
-      {"small", topic_json(small_)},
-      {"large", topic_json(large_)},
-      {"burst", topic_json(burst_)},
-      {"seconds", static_cast<double>(last_.time_ns - first_.time_ns) / 1e9},
-      {"cpu_s", static_cast<double>(last_.cpu_ns - first_.cpu_ns) / 1e9},
-      {"wakeups", last_.wakeups - first_.wakeups},
-      {"pss_kb", pss_kb_}};
+  const json books{{"small", topic_json(small_)},
+                   {"large", topic_json(large_)},
+                   {"burst", topic_json(burst_)},
+                   {"seconds", static_cast<double>(last_.time_ns - first_.time_ns) / 1e9},
+                   {"cpu_s", static_cast<double>(last_.cpu_ns - first_.cpu_ns) / 1e9},
+                   {"wakeups", last_.wakeups - first_.wakeups},
+                   {"pss_kb", pss_kb_}};
+  try {
+    write_output(file_, std::string(kTaktsJson) + rt::json_text(books));
+  } catch (const std::exception&) {  // the command says that there are no books
+  }
 }
 
 }  // namespace takt::tools

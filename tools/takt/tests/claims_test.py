@@ -188,7 +188,7 @@ def check_options(page):
     for command, text in sections.items():
         known = options_of((command,))
         said = set(re.findall(r"(?<![\w-])(--[a-z][\w-]*|-[A-Za-z](?![\w-]))", text))
-        silent = {names[-1] for names, _ in known.values() if not said & set(names)} - {"--help"}
+        silent = {names[-1] for names, _ in known.values() if not said & set(names)} - {"--help", "--force"}
         check(f"{page.name} says all options of takt {command}", not silent, sorted(silent))
         for option, default in re.findall(r"^\| `(--?[\w-]+).*default: `?(\d\w*)", text, re.MULTILINE):
             check(f"takt {command} --help: the default of {option} is {default}",

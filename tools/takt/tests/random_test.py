@@ -38,7 +38,7 @@ with tempfile.TemporaryDirectory() as folder:
     check("lines of a person's length", max(len(line) for text in texts for line in text.splitlines()[1:]) < 130)
 
     line = texts[2].splitlines()[0]
-    status, output, errors = run(*re.match(r"# takt (random --seed 3 .*) \(Takt [0-9.]+\)$", line)[1].split())
+    status, output, errors = run(*re.match(r"# Written by takt (random --seed 3 .*) \(Takt [0-9.]+\)$", line)[1].split())
     check("the first line gives the same file", status == 0 and output == texts[2], line, errors)
 
     status, output, errors = run("check", *paths)
@@ -77,7 +77,7 @@ with tempfile.TemporaryDirectory() as folder:
             ("a wrong executor", ["--seed", "1", "--executors", "event"], "no executor is called 'event'; did you mean 'events'?"),
             ("a wrong scheduler", ["--seed", "1", "--schedulers", "edf,fast"], "no scheduler is called 'fast'"),
             ("a wrong CPU", ["--seed", "1", "--cpus", "9999"], "'9999' is not a CPU that this process may use"),
-            ("a wrong file", ["--seed", "1", "-o", folder], "choose a writable file")]:
+            ("a wrong file", ["--seed", "1", "-o", folder], "name a file in it")]:
         status, output, errors = run("random", *words)
         check(what, status == 2 and output == "" and text in errors, status, output, errors)
 

@@ -105,6 +105,8 @@ def test_values_are_set():
         for name, text, expected in [
                 ("flag", "false", False), ("count", "7", 7), ("gain.p", "2.5", 2.5),
                 ("word", "hello", "hello"), ("word", "'5'", "5"), ("word", "", ""),
+                ("word", "off", "off"), ("word", " ", " "), ("word", "a: b", "a: b"), ("word", "-x", "-x"),
+                ("word", "!!str 010", "010"), ("flag", "on", True), ("flag", "off", False), ("count", "007", 7),
                 ("counts", "[]", []), ("counts", "[4]", [4]),
                 ("bytes", "[1, 2]", [1, 2]), ("any", "text", "text"), ("any", "[0.5]", [0.5]),
                 ("use_sim_time", "true", True), ("use_sim_time", "false", False), ("words", "['5', b]", ["5", "b"])]:

@@ -3,13 +3,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/output_file.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
 
@@ -63,11 +64,8 @@ class Listener {
 
 void echo(const Options& options) {
   Observer observer(options);
-  std::ofstream file;
-  if (!options.json_path.empty() && options.json_path != "-") {
-    check_writable(options.json_path);
-    file.open(options.json_path);
-  }
+  std::optional<OutputFile> file;
+  if (!options.json_path.empty() && options.json_path != "-") file.emplace(options.json_path);
   const MessageType* type = nullptr;
   std::uint64_t count = 0;
   const Listener listener(
@@ -86,9 +84,7 @@ void echo(const Options& options) {
           } else {
             rt::print("{}---\n", to_yaml(fields));
           }
-          if (file.is_open() && !(file << rt::json_text(fields) << '\n')) {
-            throw not_written("messages", options.json_path);
-          }
+          if (file) file->write(std::string(kTaktsJson) + rt::json_text(fields) + "\n");
         }
         rt::flush_output();
         if (++count == options.count) observer.stop();
@@ -96,7 +92,7 @@ void echo(const Options& options) {
   TypeFinder finder(observer);
   if (!options.raw) type = &finder.require(listener.type());
   observer.run(options.duration, /*ends_by_itself=*/options.count != 0);
-  if (file.is_open() && !file.flush()) throw not_written("messages", options.json_path);
+  if (file) file->complete();
 }
 
 namespace {
