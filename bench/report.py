@@ -11,7 +11,7 @@ import json
 import os
 import sys
 
-from report_page import (COLOURS, Page, boxes, distribution_curves, lines, median, number, over_time, percentile_curves, plt,
+from report_page import (COLOURS, Page, boxes, distribution_curves, legend_of, lines, median, number, over_time, percentile_curves, plt,
                          quantile, scale)
 
 # What the paper measured, too: experiment, metric → (x values, series, factor to our unit).
@@ -267,6 +267,8 @@ def draw_ratios(page, ratios):
         if of["verdict"] == "open":
             return (f"open: {of['repeats_to_decide']} repeats would decide" if of["repeats_to_decide"]
                     else "open: 1000 repeats would not decide")
+        if of["verdict"] == "real":  # of all figures, less is better
+            return "better: a real difference" if of["ratio"] < 1 else "worse: a real difference"
         return of["verdict"]
 
     ratios = [of for of in ratios if of["verdict"] != "none"]
@@ -282,8 +284,9 @@ def draw_ratios(page, ratios):
                   "is in these ratios.")
 
 
-def draw_runs(page, runs, ratios):
+def draw_runs(page, document):
     """What takt compare has run."""
+    runs, ratios = document["runs"], document.get("ratios", [])
     for file in dict.fromkeys(run["file"] for run in runs):
         groups = {}
         for run in runs:
@@ -295,6 +298,9 @@ def draw_runs(page, runs, ratios):
         of_file = [of for of in ratios if of["file"] == file]
         if of_file or len(groups) > 1:
             draw_ratios(page, of_file)
+            for sentence in document.get("sentences", []):  # as on the terminal
+                if sentence["file"] == file:
+                    page.note(sentence["text"])
         draw_chains(page, groups)
         page.heading("Callbacks", 3)
         draw_callbacks(page, groups)
@@ -303,7 +309,7 @@ def draw_runs(page, runs, ratios):
 def draw_jitter(page, jitter):
     """The histogram as OSADL draws it: linear x, logarithmic y, the maximum in the legend."""
     page.heading("jitter: timers under each executor beside the bare clock_nanosleep loop")
-    rows = list(jitter["thread"].values())
+    rows = [row for _, row in sorted(jitter["thread"].items(), key=lambda item: int(item[0]))]
     figure, axes = plt.subplots()
     far = max(quantile(sorted((int(k), v) for k, v in row["histogram"].items()), .999)
               for row in rows if row["histogram"])
@@ -316,7 +322,7 @@ def draw_jitter(page, jitter):
     scale(axes.yaxis)
     axes.set_xlabel("latency (µs)")
     axes.set_ylabel("cycles per 1 µs")
-    axes.legend(fontsize=7)
+    legend_of(axes)
     samples = sum(row["cycles"] for row in rows)
     asked = rows[0]["in_force"]
     page.figure(figure, f"Wake-up latency of a periodic timer, {asked['policy']} "
@@ -434,7 +440,7 @@ def main():
     if "timeline" in document:
         draw_timeline(page, document["timeline"])
     if document.get("runs"):
-        draw_runs(page, document["runs"], document.get("ratios", []))
+        draw_runs(page, document)
     for analysis in document.get("analyses", []):
         draw_analysis(page, analysis)
     for graph in document.get("graphs", []):

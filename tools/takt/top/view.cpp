@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -43,6 +44,70 @@ std::string padded(const std::string& text, std::size_t width, bool is_number) {
   const std::string space(width - width_of(part), ' ');
   return is_number ? space + part : part + space;
 }
+
+// As people count: name_2 comes before name_10.
+bool comes_before(std::string_view a, std::string_view b) {
+  const auto number_of = [](std::string_view text) {
+    return text.substr(0, std::min(text.find_first_not_of("0123456789"), text.size()));
+  };
+  while (!a.empty() && !b.empty()) {
+    const std::string_view one = number_of(a), other = number_of(b);
+    if (one.empty() || other.empty()) {
+      if (a[0] != b[0]) return a[0] < b[0];
+      a.remove_prefix(1);
+      b.remove_prefix(1);
+      continue;
+    }
+    const auto digits = [](std::string_view number) {
+      return number.substr(std::min(number.find_first_not_of('0'), number.size()));
+    };
+    if (digits(one).size() != digits(other).size())
+      return digits(one).size() < digits(other).size();
+    if (digits(one) != digits(other)) return digits(one) < digits(other);
+    a.remove_prefix(one.size());
+    b.remove_prefix(other.size());
+  }
+  return a.size() < b.size();
+}
+
+// How much of the begin all names have, up to a '/', which is kept.
+std::size_t common_prefix(const std::vector<const Row*>& rows) {
+  if (rows.size() < 2) return 0;
+  std::string_view prefix = rows.front()->cells[0].text;
+  for (const Row* row : rows) {
+    const std::string& name = row->cells[0].text;
+    const auto end = std::mismatch(prefix.begin(), prefix.end(), name.begin(), name.end()).first;
+    prefix = prefix.substr(0, static_cast<std::size_t>(end - prefix.begin()));
+  }
+  const std::size_t slash = prefix.rfind('/');
+  return slash == prefix.npos ? 0 : slash;
+}
+
+// Names differ at their end more often than in their middle.
+std::string shortened(const std::string& name, std::size_t width, const std::string& gap) {
+  if (width_of(name) <= width || width <= 2 * width_of(gap)) return cut(name, width);
+  const std::size_t begin = (width - width_of(gap)) / 3;
+  const std::size_t rest = width - width_of(gap) - begin;
+  std::size_t end = name.size();
+  for (std::size_t shown = 0; end > 0 && shown < rest;) {
+    if ((name[--end] & '\xc0') != '\x80') ++shown;
+  }
+  return cut(name, begin) + gap + name.substr(end);
+}
+
+constexpr std::array kHelp{
+    "q           quit",
+    "1-5, Tab    table: threads, executors, callbacks, chains, topics",
+    "arrows      up and down: the row; left and right: the column that sorts and has a history",
+    "PgUp, PgDn  a page of rows; Home and End: the first and the last one",
+    "r           sort the other way round",
+    "/           rows that have these letters; Esc: all",
+    "p, Space    pause, and go on",
+    "?           this page, and back",
+    "",
+    "Times are in us, of the last interval. '!': deadlines were missed, or messages dropped.",
+    "Where a line is too short, columns left of the chosen one, and what all names begin with, are",
+    "left out."};
 
 }  // namespace
 
@@ -121,6 +186,9 @@ bool View::press(int key) {
       break;
     case '/':
       is_filtering_ = true;
+      break;
+    case '?':
+      shows_help_ = !shows_help_;
       break;
     case kEscape:
       filter_.clear();
@@ -208,12 +276,13 @@ std::vector<const Row*> View::rows() const {
     if (a->mark.empty() != b->mark.empty()) return a->mark.empty();  // old ones come last
     if (chosen.is_reversed) std::swap(a, b);
     return is_number ? a->cells[column].value > b->cells[column].value
-                     : a->cells[column].text < b->cells[column].text;
+                     : comes_before(a->cells[column].text, b->cells[column].text);
   });
   return rows;
 }
 
-// Where all is too wide, names give way, and then the last columns.
+// Where all is too wide, names give way, then columns in front of the chosen one, which get the
+// width 0, and then the last ones.
 std::vector<std::size_t> View::widths(const std::vector<const Row*>& rows, std::size_t most) const {
   std::vector<std::size_t> widths;
   std::size_t all = 1;
@@ -226,6 +295,10 @@ std::vector<std::size_t> View::widths(const std::vector<const Row*>& rows, std::
     if (is_shown(c)) all += widths.back() + 1;
   }
   if (all > most) widths[0] -= std::min(widths[0] - std::min(widths[0], kLeastName), all - most);
+  const std::size_t chosen = choices_[current_].column;
+  std::size_t end = 1;  // of the chosen one
+  for (std::size_t c = 0; c <= chosen; ++c) end += is_shown(c) ? widths[c] + 1 : 0;
+  for (std::size_t c = 2; c < chosen && end > most; ++c) end -= std::exchange(widths[c], 0) + 1;
   return widths;
 }
 
@@ -233,19 +306,27 @@ std::string View::header(const std::vector<std::size_t>& widths) const {
   std::string line = " ";
   const Choice& chosen = choices_[current_];
   for (std::size_t c = 0; c < widths.size(); ++c) {
-    if (!is_shown(c)) continue;
+    if (!is_shown(c) || widths[c] == 0) continue;
     const std::string mark = c != chosen.column ? "" : chosen.is_reversed ? "^" : "v";
     line += padded(mark + table().columns[c].title, widths[c], c >= table().first_number) + " ";
   }
   return line;
 }
 
-std::string View::text_of(const Row& row, const std::vector<std::size_t>& widths) const {
+std::string View::text_of(const Row& row, const std::vector<std::size_t>& widths,
+                          std::size_t prefix) const {
+  const std::string gap = has_blocks_ ? "…" : "..";
   std::string line = row.is_bad ? "!" : " ";
   for (std::size_t c = 0; c < widths.size(); ++c) {
-    if (!is_shown(c)) continue;
+    if (!is_shown(c) || widths[c] == 0) continue;
     std::string cell = printable(row.cells[c].text);
-    if (c == 0) cell = cut(std::move(cell), widths[0] - row.mark.size()) + row.mark;
+    if (c == 0) {
+      const std::size_t room = widths[0] - std::min(widths[0], row.mark.size());
+      if (width_of(cell) > room && prefix > gap.size()) {
+        cell = gap + printable(row.cells[0].text.substr(prefix));
+      }
+      cell = shortened(cell, room, gap) + row.mark;
+    }
     line += padded(cell, widths[c], c >= table().first_number) + " ";
   }
   return line;
@@ -302,23 +383,23 @@ std::string View::help() const {
   if (is_filtering_) return fmt::format("filter: {}_   Enter: keep it   Esc: all rows", filter_);
   const std::string filter =
       filter_.empty() ? "" : fmt::format("filter: {} (Esc: all)   ", filter_);
-  return filter +
-         "q quit  1-5 Tab table  arrows row, column  r reverse  / filter  p pause   times in us";
+  return filter + "? help  q quit  1-5 Tab table  arrows row, column  r reverse  / filter  p pause";
 }
 
 void View::add_rows(std::vector<Line>& lines, std::size_t width) {
   const std::vector<const Row*> all = rows();
   const std::vector<std::size_t> columns = widths(all, width);
+  const std::size_t prefix = common_prefix(all);
   const std::size_t at = place_of_selected(all), end = lines.size() + 1 + page_;
   std::size_t& first = choice().first;
   first = std::clamp(first, at + 1 - std::min(at + 1, page_), at);
   lines.push_back({header(columns), Line::Kind::header});
   for (std::size_t i = first; i < std::min(all.size(), first + page_); ++i) {
     const Row& row = *all[i];
-    lines.push_back({text_of(row, columns), i == at             ? Line::Kind::selected
-                                            : !row.mark.empty() ? Line::Kind::old
-                                            : row.is_bad        ? Line::Kind::bad
-                                                                : Line::Kind::plain});
+    lines.push_back({text_of(row, columns, prefix), i == at             ? Line::Kind::selected
+                                                    : !row.mark.empty() ? Line::Kind::old
+                                                    : row.is_bad        ? Line::Kind::bad
+                                                                        : Line::Kind::plain});
   }
   if (all.empty()) lines.push_back({filter_.empty() ? " (none)" : " (none that has the filter)"});
   lines.resize(end);
@@ -328,7 +409,12 @@ void View::add_rows(std::vector<Line>& lines, std::size_t width) {
 std::vector<Line> View::lines(std::size_t width, std::size_t height) {
   page_ = height > kFixedLines ? height - kFixedLines : 1;
   std::vector<Line> lines{{titles(), Line::Kind::title}, {states(width)}, {}};
-  add_rows(lines, width);
+  if (shows_help_) {
+    for (const char* const line : kHelp) lines.push_back({line});
+    lines.resize(3 + page_ + 2);
+  } else {
+    add_rows(lines, width);
+  }
   lines.push_back({help(), Line::Kind::help});
   const auto too_many = static_cast<std::ptrdiff_t>(lines.size() - std::min(lines.size(), height));
   const auto rows = lines.begin() + 3;

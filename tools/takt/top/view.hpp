@@ -103,7 +103,8 @@ class View {
   void choose(std::ptrdiff_t by);
   std::vector<std::size_t> widths(const std::vector<const Row*>& rows, std::size_t most) const;
   std::string header(const std::vector<std::size_t>& widths) const;
-  std::string text_of(const Row& row, const std::vector<std::size_t>& widths) const;
+  std::string text_of(const Row& row, const std::vector<std::size_t>& widths,
+                      std::size_t prefix) const;
   void add_rows(std::vector<Line>& lines, std::size_t width);
   std::string history_of(const Row& row, std::size_t width) const;
   std::string titles() const;
@@ -117,7 +118,7 @@ class View {
   std::vector<History> histories_;
   std::size_t current_ = 2;  // callbacks
   std::size_t page_ = 1;     // rows that fit on the screen
-  bool is_paused_ = false, is_filtering_ = false;
+  bool is_paused_ = false, is_filtering_ = false, shows_help_ = false;
   std::string filter_;
 };
 

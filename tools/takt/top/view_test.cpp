@@ -75,6 +75,39 @@ TEST(View, SortsByTheChosenColumn) {
   EXPECT_THAT(view.lines(160, 24)[3].text, StartsWith(" vcallback"));
 }
 
+TEST(View, SortsNamesAsPeopleCount) {
+  View view(true);
+  view.show(robot({callback("t_10", 1), callback("t_2", 1), callback("t_02", 1), callback("t", 1),
+                   callback("t_2b", 1), callback("s_300", 1)}));
+  EXPECT_THAT(names(view), ElementsAre("*/node/s_300", "/node/t", "/node/t_2", "/node/t_02",
+                                       "/node/t_2b", "/node/t_10"));
+}
+
+TEST(View, TheChosenColumnIsOnTheScreenAndNamesKeepWhatDiffers) {
+  View view(true);
+  view.show(robot({callback("a_long_name_of_a_callback_of_the_front_lidar_1", 2),
+                   callback("a_long_name_of_a_callback_of_the_front_lidar_2", 1)}));
+  for (int i = 0; i < 12; ++i) {
+    const std::vector<Line> lines = view.lines(80, 24);
+    EXPECT_THAT(lines[3].text, testing::ContainsRegex("v[a-z]")) << i;
+    EXPECT_THAT(lines[4].text + lines[5].text,
+                testing::AllOf(HasSubstr("lidar_1"), HasSubstr("lidar_2")));
+    view.press(kRight);
+  }
+}
+
+TEST(View, HasAPageOfHelp) {
+  View view(true);
+  view.show(three());
+  press(view, "?");
+  EXPECT_THAT(all_text(view, 80),
+              testing::AllOf(HasSubstr("sort the other way round"), Not(HasSubstr("/node/a"))));
+  for (const Line& line : view.lines(80, 24)) EXPECT_LE(line.text.size(), 80u);
+  EXPECT_EQ(view.lines(80, 5).size(), 5u);
+  press(view, "?");
+  EXPECT_THAT(all_text(view, 80), HasSubstr("/node/a"));
+}
+
 TEST(View, TheSelectedRowStaysSelected) {
   View view(true);
   view.show(three());
@@ -184,7 +217,7 @@ TEST(View, WhereNotAllStatesFitThoseThatDoNotRunAreFirst) {
   EXPECT_EQ(view.lines(60, 24)[1].text, "c8 (ended)   c0 (pid 7, CPU 0.0 %)   and 7 more");
   EXPECT_THAT(view.lines(400, 24)[1].text, Not(HasSubstr("more")));
   EXPECT_THAT(view.lines(60, 6)[1].text, StartsWith("c8 (ended)"));
-  EXPECT_THAT(view.lines(60, 6).back().text, StartsWith("q quit"));
+  EXPECT_THAT(view.lines(60, 6).back().text, StartsWith("? help"));
 }
 
 TEST(View, TheFirstAnswerOfAContainerHasNoRates) {
