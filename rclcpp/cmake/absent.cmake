@@ -2,19 +2,59 @@
 # Packages that are often asked for and are not in the layer: whether they can be had. Each name becomes
 # a FindNAME.cmake, which CMake asks first; takt ros2 build reads the same lists.
 
-# Written in C++ upon rclcpp, or upon nothing of ROS 2: they are built as any other package.
+# Written in C++ upon rclcpp, or upon nothing of ROS 2: they are built as any other package. Each line is
+# the place of a repository, and its packages.
 set(takt_ros2_absent_source
-    ackermann_msgs actuator_msgs angles apriltag_msgs bond bondcpp camera_calibration_parsers
-    camera_info_manager control_msgs control_toolbox controller_manager_msgs cv_bridge
-    diagnostic_updater foxglove_msgs generate_parameter_library geodesy geographic_msgs gps_msgs
-    grid_map_msgs image_geometry imu_tools interactive_markers joint_limits joy laser_geometry
-    libstatistics_collector map_msgs mavros_msgs message_filters moveit_common moveit_msgs nav2_common
-    nav2_msgs nav2_util nav_2d_msgs octomap_msgs pal_statistics parameter_traits pcl_conversions
-    pcl_msgs pcl_ros performance_test_fixture px4_msgs radar_msgs rclcpp_cascade_lifecycle
-    realtime_tools resource_retriever robot_localization ros2_control_cmake rosbag2_interfaces rsl
-    sensor_msgs_py sophus tcb_span tf2 tf2_bullet tf2_eigen tf2_eigen_kdl tf2_geometry_msgs tf2_kdl
-    tf2_ros tf2_sensor_msgs tl_expected topic_tools_interfaces turtlesim udp_msgs urdf_parser_plugin
-    vision_msgs)
+    "github.com/christianrauch/apriltag_msgs apriltag_msgs"
+    "github.com/clalancette/sophus sophus"
+    "github.com/cra-ros-pkg/robot_localization robot_localization"
+    "github.com/fmrico/cascade_lifecycle rclcpp_cascade_lifecycle"
+    "github.com/flynneva/udp_msgs udp_msgs"
+    "github.com/foxglove/foxglove-sdk foxglove_msgs"
+    "github.com/mavlink/mavros mavros_msgs"
+    "github.com/moveit/moveit2 moveit_common"
+    "github.com/moveit/moveit_msgs moveit_msgs"
+    "github.com/ros-navigation/navigation2 nav2_common nav2_msgs nav2_util nav_2d_msgs"
+    "github.com/pal-robotics/pal_statistics pal_statistics"
+    "github.com/ros-controls/control_msgs control_msgs"
+    "github.com/ros-controls/control_toolbox control_toolbox"
+    "github.com/ros-controls/realtime_tools realtime_tools"
+    "github.com/ros-controls/ros2_control controller_manager_msgs joint_limits"
+    "github.com/ros-controls/ros2_control_cmake ros2_control_cmake"
+    "github.com/ros-drivers/ackermann_msgs ackermann_msgs"
+    "github.com/ros-drivers/joystick_drivers joy"
+    "github.com/ros-geographic-info/geographic_info geodesy geographic_msgs"
+    "github.com/ros-perception/image_common camera_calibration_parsers camera_info_manager"
+    "github.com/ros-perception/laser_geometry laser_geometry"
+    "github.com/ros-perception/pcl_msgs pcl_msgs"
+    "github.com/ros-perception/perception_pcl pcl_conversions pcl_ros"
+    "github.com/ros-perception/radar_msgs radar_msgs"
+    "github.com/ros-perception/vision_msgs vision_msgs"
+    "github.com/ros-perception/vision_opencv cv_bridge image_geometry"
+    "github.com/ros-planning/navigation_msgs map_msgs"
+    "github.com/ros-tooling/libstatistics_collector libstatistics_collector"
+    "github.com/ros-tooling/topic_tools topic_tools_interfaces"
+    "github.com/ros-visualization/interactive_markers interactive_markers"
+    "github.com/ros/angles angles"
+    "github.com/ros/bond_core bond bondcpp"
+    "github.com/ros/diagnostics diagnostic_updater"
+    "github.com/ros/resource_retriever resource_retriever"
+    "github.com/ros/ros_tutorials turtlesim"
+    "github.com/ros2/common_interfaces sensor_msgs_py"
+    "github.com/ros2/geometry2 tf2 tf2_bullet tf2_eigen tf2_eigen_kdl tf2_geometry_msgs tf2_kdl tf2_ros tf2_sensor_msgs"
+    "github.com/ros2/message_filters message_filters"
+    "github.com/ros2/performance_test_fixture performance_test_fixture"
+    "github.com/ros2/rosbag2 rosbag2_interfaces"
+    "github.com/ros2/urdf urdf_parser_plugin"
+    "github.com/rudislabs/actuator_msgs actuator_msgs"
+    "github.com/swri-robotics/gps_umd gps_msgs"
+    "github.com/ANYbotics/grid_map grid_map_msgs"
+    "github.com/CCNYRoboticsLab/imu_tools imu_tools"
+    "github.com/OctoMap/octomap_msgs octomap_msgs"
+    "github.com/PX4/px4_msgs px4_msgs"
+    "github.com/PickNikRobotics/RSL rsl"
+    "github.com/PickNikRobotics/cpp_polyfills tcb_span tl_expected"
+    "github.com/PickNikRobotics/generate_parameter_library generate_parameter_library parameter_traits")
 
 # They load classes by pluginlib, which stands upon another class_loader than the layer has.
 set(takt_ros2_absent_plugins

@@ -33,22 +33,88 @@ class Failed(Wrong):
 class Package:
     def __init__(self, file):
         self.folder = file.parent
-        try:
-            root = xml.parse(file).getroot()
-        except (OSError, xml.ParseError) as error:
-            raise Wrong(f"{file}: {error}") from None
+        root = applying(file)
         self.name = (root.findtext("name") or "").strip()
         if not re.fullmatch(r"[A-Za-z][\w-]*", self.name):
             raise Wrong(f"{file}: '{self.name}' is no name of a package")
         self.type = (root.findtext("export/build_type") or "ament_cmake").strip()
         self.needs = [element.text.strip() for element in root
-                      if element.tag in NEEDED_TO_BUILD and element.text and applies(element)]
+                      if element.tag in NEEDED_TO_BUILD and element.text]
 
 
-def applies(element):
-    """Conditions compare variables; the only one in use asks for the version of ROS."""
-    match = re.fullmatch(r"\s*\$ROS_VERSION\s*==\s*\"?(\d)\"?\s*", element.get("condition", ""))
-    return match is None or match[1] == "2"
+class Condition:
+    """REP 149: comparisons of variables and words, with `and`, `or` and brackets."""
+    TOKEN = re.compile(r"""\s*(?:(\(|\)|==|!=|<=|>=|<|>)|"([^"]*)"|'([^']*)'|(\$?[\w.-]+))""")
+
+    def __init__(self, text):
+        self.words, place = [], 0
+        while text[place:].strip():
+            match = self.TOKEN.match(text, place)
+            if match is None:
+                raise ValueError(f"'{text[place:].strip()}' is no part of a condition")
+            self.words.append(match.groups())
+            place = match.end()
+
+    def holds(self):
+        value = self.any()
+        if self.words:
+            raise ValueError("a condition ends before its last word")
+        return value
+
+    def any(self):
+        value = self.all()
+        while self.take(3, "or"):
+            value = self.all() or value
+        return value
+
+    def all(self):
+        value = self.one()
+        while self.take(3, "and"):
+            value = self.one() and value
+        return value
+
+    def one(self):
+        if self.take(0, "("):
+            value = self.any()
+            if not self.take(0, ")"):
+                raise ValueError("a ')' is missing")
+            return value
+        left, how, right = self.value(), self.words.pop(0)[0] if self.words else None, self.value()
+        compared = {"==": left == right, "!=": left != right, "<": left < right, "<=": left <= right,
+                    ">": left > right, ">=": left >= right}
+        if how not in compared:
+            raise ValueError("a comparison is missing: ==, !=, <, <=, > or >=")
+        return compared[how]
+
+    def take(self, kind, word):
+        found = bool(self.words) and self.words[0][kind] == word
+        if found:
+            self.words.pop(0)
+        return found
+
+    def value(self):
+        if not self.words or self.words[0][0]:
+            raise ValueError("a word or a variable is missing")
+        _, double, single, word = self.words.pop(0)
+        if word is None:
+            return double if double is not None else single
+        return VARIABLES.get(word[1:], os.environ.get(word[1:], "")) if word.startswith("$") else word
+
+
+VARIABLES = {"ROS_VERSION": os.environ.get("ROS_VERSION", "2"), "ROS_DISTRO": os.environ.get("ROS_DISTRO", "jazzy")}
+
+
+def applying(file):
+    """package.xml without the elements whose condition does not hold."""
+    try:
+        root = xml.parse(file).getroot()
+        for parent in root.iter():
+            for element in list(parent):
+                if not Condition(element.get("condition") or "1 == 1").holds():
+                    parent.remove(element)
+    except (OSError, xml.ParseError, ValueError) as error:
+        raise Wrong(f"{file}: {error}") from None
+    return root
 
 
 def find_packages(folders):
@@ -85,23 +151,44 @@ def in_order(packages):
 
 def list_of(kind):
     text = (HERE / "absent.cmake").read_text()
-    return re.search(rf"set\(takt_ros2_absent_{kind}\s+([^)]*)\)", text)[1].split()
+    return re.search(rf"set\(takt_ros2_absent_{kind}\s+([^)]*)\)", text)[1]
 
 
-def check_needs(packages):
-    """What can never be there is reported before anything is built; other needs CMake looks for."""
-    reasons = {name: reason for kind, reason in (
+def sources():
+    """Package -> the place of its source."""
+    return {name: words.split()[0] for words in re.findall(r'"([^"]*)"', list_of("source"))
+            for name in words.split()[1:]}
+
+
+def is_there(name, options):
+    prefixes = [str(LAYER), str(options.install_base)]
+    for variable in ("CMAKE_PREFIX_PATH", "AMENT_PREFIX_PATH"):
+        prefixes += re.split("[:;]", os.environ.get(variable, ""))
+    return any(prefix and pathlib.Path(prefix, "share", name).is_dir() for prefix in prefixes)
+
+
+def check_needs(packages, options):
+    """All that is missing is reported before anything is built, with where it is to be had. What CMake
+    finds all the same, or does not ask for, is no error."""
+    reasons = {name: f"whose source is to be built before: https://{place}" for name, place in sources().items()}
+    reasons |= {name: reason for kind, reason in (
         ("never", "which Takt's layer for rclcpp can never have"),
         ("plugins", "which cannot be built upon Takt's layer for rclcpp: pluginlib needs another class_loader"))
-        for name in list_of(kind)}
+        for name in list_of(kind).split()}
+    asked, others = {}, {}
     for package in packages.values():
         if "catkin" in package.needs:
             raise Wrong(f"{package.folder}: {package.name} is a package of ROS 1; take its branch for ROS 2")
         if package.type not in ("ament_cmake", "cmake"):
             continue
         for need in dict.fromkeys(package.needs):
-            if need in reasons and need not in packages:
-                print(f"note: {package.name} asks for {need}, {reasons[need]}", file=sys.stderr, flush=True)
+            if need not in packages and not is_there(need, options):
+                (asked if need in reasons else others).setdefault(need, []).append(package.name)
+    for need, names in asked.items():
+        print(f"note: {', '.join(names)} asks for {need}, {reasons[need]}", file=sys.stderr, flush=True)
+    if others:
+        print("note: of the system (apt), or of https://index.ros.org/p/NAME: "
+              + ", ".join(f"{need} (for {', '.join(names)})" for need, names in others.items()), file=sys.stderr, flush=True)
 
 
 def run(package, what, command):
@@ -124,6 +211,9 @@ def build(package, options):
 
 def main():
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell sees what has ended it
+    if sys.argv[1:2] == ["--applying"]:  # for ament_package_xml()
+        print(xml.tostring(applying(pathlib.Path(sys.argv[2])), encoding="unicode"))
+        return 0
     parser = argparse.ArgumentParser(
         prog="takt ros2 build", description="Builds packages written for ROS 2, in the order of their package.xml.")
     parser.add_argument("folders", metavar="DIR", nargs="+", type=pathlib.Path,
@@ -142,7 +232,7 @@ def main():
     try:
         packages = find_packages(options.folders)
         order = in_order(packages)
-        check_needs(packages)
+        check_needs(packages, options)
         for number, package in enumerate(order, 1):
             if package.type not in ("ament_cmake", "cmake"):
                 print(f"[{number}/{len(order)}] {package.name}: left out, as it is of type {package.type}", flush=True)

@@ -43,7 +43,7 @@ function(takt_ros2_generate target interfaces dependencies libraries skip_instal
   set(tree ${CMAKE_CURRENT_BINARY_DIR}/takt_messages/${library})
   install(TARGETS ${library} EXPORT export_${library})
   install(DIRECTORY ${tree}/${PROJECT_NAME} DESTINATION include/${PROJECT_NAME}
-          FILES_MATCHING PATTERN "*.hpp" PATTERN "*.idl")
+          FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h" PATTERN "*.idl")
   install(FILES ${tree}/.takt_messages DESTINATION include/${PROJECT_NAME})
   foreach(file ${files})
     cmake_path(GET file PARENT_PATH folder)

@@ -20,6 +20,8 @@
 #include <thread>
 #include <vector>
 
+#include <math.h>  // NOLINT: programs call atan2() without std::
+
 #include "rcl/allocator.h"
 #include "rcl/error_handling.h"
 #include "rclcpp/executors.hpp"
