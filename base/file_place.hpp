@@ -25,7 +25,7 @@ class FilePlace {
   /// For messages, and to open a file that may lie anywhere.
   std::string path() const { return is_beneath() ? folder_ + "/" + path_ : path_; }
   /// As open(2), with O_CLOEXEC. Beneath a folder it follows no link, creates only new files, and
-  /// throws Error if others can change the folder.
+  /// throws Error if others can change the folder, or one on the way to the file.
   int open(int flags, mode_t mode = 0) const;
 
  private:
@@ -37,6 +37,14 @@ class FilePlace {
 void check_folder(const std::string& folder);
 /// Throws Error unless, besides, the folder belongs to the user of this process.
 void check_own_folder(const std::string& folder);
+/// Of a folder for which check_folder() holds, and a file beneath it, both without links. Throws
+/// Error unless the same holds for each folder on the way and for the file, and all belong to the
+/// folder's owner, to the user of this process, or to root.
+void check_beneath(const std::string& folder, const std::string& file);
+/// Of a file that nobody has named. Throws Error unless it, each folder above it and each link on
+/// the way belong to the user of this process or to root, and nobody else can change them. In a
+/// folder above it that is sticky and root's, as /tmp is, others can change only what is theirs.
+void check_ours(const std::string& file);
 
 }  // namespace takt
 

@@ -63,7 +63,7 @@ function(takt_man_pages target)
   endif()
   add_custom_command(
     TARGET ${target} POST_BUILD
-    COMMAND ${TAKT_PYTHON} ${PROJECT_SOURCE_DIR}/tools/takt/man_pages.py ${PROJECT_BINARY_DIR}/share/man/man1
+    COMMAND ${TAKT_PYTHON} -I ${PROJECT_SOURCE_DIR}/tools/takt/man_pages.py ${PROJECT_BINARY_DIR}/share/man/man1
             ${CMAKE_CROSSCOMPILING_EMULATOR} $<TARGET_FILE:${target}>
     VERBATIM)
   set_property(GLOBAL PROPERTY takt_has_man_pages TRUE)

@@ -51,9 +51,11 @@ std::string LoadPolicy::permitted(const std::string& library) const {
   if (kind == Kind::any) return library;
   const std::string path = real_library(library);
   const bool is_named = std::find(libraries.begin(), libraries.end(), path) != libraries.end();
-  const auto is_in = [&](const std::string& folder) { return is_in_or_below(path, folder); };
-  if (path.empty() ||
-      !(is_named || std::any_of(folders.begin(), folders.end(), is_in) || is_in_index(path))) {
+  const auto in = std::find_if(folders.begin(), folders.end(), [&](const std::string& folder) {
+    return is_in_or_below(path, folder);
+  });
+  const bool is_trusted = is_named || is_in_index(path);
+  if (path.empty() || !(is_trusted || in != folders.end())) {
     const std::string folder = fs::path(path).parent_path();
     throw Error(
         fmt::format("library '{}' may not be loaded: neither the component index nor the "
@@ -66,7 +68,11 @@ std::string LoadPolicy::permitted(const std::string& library) const {
   // The dynamic linker would expand `$LIB` in a path, and so load another file than the checked
   // one.
   std::error_code none;
-  if (path.find('/') == std::string::npos || fs::is_regular_file(path, none)) return path;
+  if (path.find('/') == std::string::npos) return path;
+  if (fs::is_regular_file(path, none)) {
+    if (!is_trusted) check_beneath(*in, path);
+    return path;
+  }
   throw Error(fmt::format("there is no library '{}'", path), "name a shared library");
 }
 

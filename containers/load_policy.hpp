@@ -32,7 +32,7 @@ struct LoadPolicy {
   void check() const;
   /// Returns the path to load for a requested library. With `index` it is free of links and `..`:
   /// otherwise a link could change between the check and the load. Throws Error if the policy
-  /// forbids the library, or if it is no file.
+  /// forbids the library, if it is no file, or if others can change a folder on the way to it.
   std::string permitted(const std::string& library) const;
 };
 

@@ -123,6 +123,19 @@ TEST_F(LoadPolicyTest, TakesNoFolderThatEverybodyCanChange) {
   EXPECT_EQ(parse_load_policy({}, path("ours/link/../ours")).recordings, path("ours"));
 }
 
+// A folder that only its owner can change may have one that everybody can.
+TEST_F(LoadPolicyTest, LetsNothingInFromASubfolderThatEverybodyCanChange) {
+  const LoadPolicy policy{.folders = {real_folder(path("ours"))}};
+  fs::permissions(folder_ / "ours/below", fs::perms::all);
+  EXPECT_THAT(outcome(policy, path("ours/below/lib.so")),
+              HasSubstr("every user of this machine can change the folder '" + path("ours/below")));
+  fs::permissions(folder_ / "ours/below", fs::perms::owner_all);
+  EXPECT_EQ(outcome(policy, path("ours/below/lib.so")), "ours/below/lib.so");
+  fs::permissions(folder_ / "ours/below/lib.so", fs::perms::all);
+  EXPECT_THAT(outcome(policy, path("ours/below/lib.so")),
+              HasSubstr("every user of this machine can change the file"));
+}
+
 // Any user of the machine could make a container of root's run with root's rights what they wanted.
 TEST_F(LoadPolicyTest, LetsNothingIntoAPrivilegedContainerUnlessItsOwnerSaysSo) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can give up rights";

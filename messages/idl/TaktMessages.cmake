@@ -98,7 +98,7 @@ function(takt_generate_messages call package tree stamp)
     set(plugin $<TARGET_FILE:takt::takt_idl>)
   endif()
   set(script ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/takt_messages.py)
-  set(command ${TAKT_PYTHON} ${script} --package ${package} --tree ${tree})
+  set(command ${TAKT_PYTHON} -I ${script} --package ${package} --tree ${tree})
   execute_process(COMMAND ${command} --print-headers ${ARG_FILES} RESULT_VARIABLE result
                   OUTPUT_VARIABLE headers ERROR_VARIABLE wrong)
   if(NOT result EQUAL 0)

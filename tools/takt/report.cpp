@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
@@ -8,8 +9,6 @@
 
 #include "takt/base/error.hpp"
 #include "takt/base/logger.hpp"
-#include "takt/base/output_file.hpp"
-#include "takt/base/regular_file.hpp"
 #include "takt/base/temporary.hpp"
 #include "takt/measuring/json_text.hpp"
 #include "takt/measuring/output.hpp"
@@ -35,6 +34,17 @@ import sys, types
 page = sys.modules["report_page"] = types.ModuleType("report_page")
 exec(sys.argv[2], page.__dict__)
 )";
+
+/// Python with these arguments, as the user of this process has it and nobody else: -I keeps the
+/// folder it is started in, $PYTHONPATH and `pip --user` out of what is imported, and matplotlib
+/// reads a `matplotlibrc` of the folder it is started in.
+int python(const std::vector<std::string>& arguments, const std::string& input) {
+  const TemporaryFolder folder;
+  std::vector<std::string> command{"/usr/bin/env", "-u", "MATPLOTLIBRC", "-C", folder / ""};
+  command.insert(command.end(), {"MPLCONFIGDIR=" + folder / "", kPython, "-I"});
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  return feed(std::move(command), input);
+}
 
 std::vector<std::string> command_line() {
   std::ifstream file("/proc/self/cmdline", std::ios::binary);
@@ -65,9 +75,10 @@ void check_report(const std::string& path) {
     throw Error(fmt::format("'{}' is no name of a report, which is an HTML page", path),
                 "end it with .html");
   }
-  if (feed({kPython, "-c", "import matplotlib"}, "") != 0) {
-    throw Error("--report needs Python's matplotlib, which is not installed",
-                "run `apt-get install python3-matplotlib`, or omit --report");
+  if (python({"-c", "import matplotlib"}, "") != 0) {
+    throw Error("--report needs Python's matplotlib, which is not installed for all users",
+                "run `apt-get install python3-matplotlib` (one of `pip install --user` is not "
+                "looked for), or omit --report");
   }
 }
 
@@ -75,9 +86,8 @@ void write_report(json document, const std::string& path, const std::vector<std:
   document["command"] = command_line();
   for (const std::string& file : files) document["graphs"].push_back(graph_of(file));
   const std::string script = std::string(kImportPage) + kReportScript;
-  const TemporaryFolder folder;
-  const std::string page = folder / "report.html";
-  if (feed({kPython, "-c", script, page, kReportPage}, rt::json_text(document)) != 0) {
+  if (python({"-c", script, std::filesystem::absolute(path), kReportPage},
+             rt::json_text(document)) != 0) {
     throw std::runtime_error(path + ": the report was not drawn; see the message above");
   }
   write_output(path, read_text(page, kMostReport));

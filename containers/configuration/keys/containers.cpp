@@ -111,8 +111,9 @@ SystemReader::Read ConfigurationReader::into_load(LoadPolicy& load) {
         value, "a load policy",
         {{"libraries",
           "Folders, with their subfolders, from which libraries may be loaded in addition to "
-          "`index`. Only their owner and group may be able to change them. Relative paths start at "
-          "the folder of this file.",
+          "`index`. Only their owner and group may be able to change them, their subfolders and "
+          "the "
+          "libraries. Relative paths start at the folder of this file.",
           each_in_list([this, &load](const Value& folder) { read_folder(folder, load); })},
          {"recordings",
           "The folder beneath which components that are loaded on request may read and write "

@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "takt/base/error.hpp"
+#include "takt/base/file_place.hpp"
 #include "takt/base/printable.hpp"
 #include "takt/containers/component.hpp"
 #include "takt/measuring/output.hpp"
@@ -51,13 +52,16 @@ fs::path prefix() {
 
 // The rest is a script, as package.xml is to be read.
 void build(const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{"python3", prefix() / "share/takt_ros2/cmake/build.py"};
+  std::vector<std::string> words{"python3", "-I", prefix() / "share/takt_ros2/cmake/build.py"};
   words.insert(words.end(), arguments.begin(), arguments.end());
   replace_this_process(std::move(words), "on Debian: apt-get install python3");
 }
 
+/// Where `takt ros2 build` installs, in the folder that it is called in.
+constexpr const char* kInstall = "install";
+
 struct Program {
-  std::string package, name, install_base = "install";
+  std::string package, name, install_base;  // empty: not named
   std::vector<std::string> arguments;
 };
 
@@ -73,9 +77,24 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// Whether a program of ./install may be started, which nobody has named: else takt in /tmp would
+/// run what another user has put there.
+bool is_ours(const fs::path& program) {
+  try {
+    check_ours(program);
+    return true;
+  } catch (const Error& error) {
+    rt::to_stderr(
+        "note: './{}' is left out, as {}; if it is to be used, name it: --install-base {}\n",
+        kInstall, error.what(), kInstall);
+    return false;
+  }
+}
+
 /// What takt ros2 build has installed comes before a ROS 2 in the environment.
 fs::path find(const Program& program) {
-  std::vector<fs::path> prefixes{program.install_base};
+  const bool is_named = !program.install_base.empty();
+  std::vector<fs::path> prefixes{is_named ? program.install_base : kInstall};
   if (const char* const path = std::getenv("AMENT_PREFIX_PATH")) {
     std::istringstream parts(path);
     for (std::string part; std::getline(parts, part, ':');) {
@@ -86,7 +105,9 @@ fs::path find(const Program& program) {
   for (const fs::path& folder : prefixes) {
     const std::vector<std::string> names = names_in(folder / "lib" / program.package);
     if (std::find(names.begin(), names.end(), program.name) != names.end()) {
-      return fs::absolute(folder / "lib" / program.package / program.name);
+      const fs::path found = fs::absolute(folder / "lib" / program.package / program.name);
+      if (is_named || folder != kInstall || is_ours(found)) return found;
+      continue;
     }
     programs.insert(programs.end(), names.begin(), names.end());
     std::error_code none;
@@ -101,7 +122,7 @@ fs::path find(const Program& program) {
   }
   throw Error(fmt::format("no package '{}' with programs is installed in '{}' or a prefix of "
                           "AMENT_PREFIX_PATH",
-                          printable(program.package), printable(program.install_base)),
+                          printable(program.package), printable(prefixes.front().string())),
               packages.empty() ? "build it with `takt ros2 build`, or name the folder with "
                                  "--install-base"
                                : suggest(program.package, packages));
@@ -139,7 +160,7 @@ void set_up(CLI::App* command) {
   started->add_option(
       "--install-base", program->install_base,
       "Where `takt ros2 build` has installed it, before AMENT_PREFIX_PATH (default: "
-      "install)");
+      "install, if nobody but this user and root can change it)");
   started->add_option("PACKAGE", program->package, "Its name")->required();
   started->add_option("EXECUTABLE", program->name, "The program's name")->required();
   started->add_option("ARGUMENT", program->arguments, "For the program");

@@ -151,6 +151,53 @@ for name in (".takt_roudi_0.start", ".takt_roudi_0.report", "roudi", "iox-unique
     clear()
 
 
+# ---- The folder that takt is started in ----
+
+# Python imports first what lies there, and `takt ros2 run` took ./install first.
+shared = pathlib.Path("/tmp/shared")
+shared.mkdir()
+shared.chmod(0o1777)
+ours = home / "ours/lib/demo"
+ours.mkdir(parents=True)
+theirs = shared / "install/lib/demo"
+
+
+def program(folder, text):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "talker").write_text(f"#!/bin/sh\necho {text}\n")
+    (folder / "talker").chmod(0o755)
+
+
+def lay_traps():
+    for name in ("matplotlib.py", "json.py", "types.py", "sitecustomize.py"):
+        (shared / name).write_text("open('/tmp/shared/ran', 'w').close()\n")
+    (shared / "matplotlibrc").write_text("backend: module://matplotlib_of_a_stranger\n")
+    program(theirs, "theirs")
+
+
+program(ours, "ours")
+stranger(lay_traps)
+os.chdir(shared)
+done = run("latency", "-D", "10ms", "-q", "--executor", "none", "--report", str(home / "report.html"))
+check("a report runs nothing of a stranger's in the folder that takt is started in", not (shared / "ran").exists() and
+      (done.returncode == 0 or "python3-matplotlib" in done.stderr), done.returncode, done.stderr)
+prefixes = {"AMENT_PREFIX_PATH": str(home / "ours")}
+done = run("ros2", "run", "demo", "talker", **prefixes)
+check("takt ros2 run leaves a stranger's ./install out, and says so", done.stdout == "ours\n" and "--install-base" in done.stderr,
+      done.stdout, done.stderr)
+done = run("ros2", "run", "demo", "talker", AMENT_PREFIX_PATH="")
+check("also where there is no other", done.returncode != 0 and "--install-base" in done.stderr, done.stdout, done.stderr)
+check("unless it is named", run("ros2", "run", "--install-base", "install", "demo", "talker").stdout == "theirs\n")
+shutil.rmtree(shared / "install")
+program(theirs, "own")
+check("root's own ./install comes first, also below a sticky folder", run("ros2", "run", "demo", "talker", **prefixes).stdout == "own\n")
+theirs.chmod(0o777)
+check("but not when others can change a part of it", run("ros2", "run", "demo", "talker", **prefixes).stdout == "ours\n")
+os.chdir(home)
+shutil.rmtree(shared)
+shutil.rmtree(home / "ours")
+(home / "report.html").unlink(missing_ok=True)
+
 # ---- Requests ----
 
 def asked(*words):
